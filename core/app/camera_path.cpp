@@ -1,4 +1,4 @@
-// How a camera goes, and other numbers, from frame to frame of a film.
+// Paths of a camera, and curves of other values, over the frames of an animation.
 
 #include "camera_path.h"
 
@@ -17,8 +17,8 @@ glm::dvec3 rotated(const glm::dvec3& v, double angle, const glm::dvec3& axis) {
   return glm::dvec3(glm::rotate(glm::dmat4(1), angle, axis) * glm::dvec4(v, 0));
 }
 
-/// Of the parabola through a point and its neighbours: the slopes on both sides, that of the
-/// shorter side counting for more.
+/// Returns the slope at `key` of the parabola through three keys: a mean of the slopes on both
+/// sides, in which the shorter side has the greater weight.
 glm::dvec3 slope_at(const KeyedCurve::Key& before, const KeyedCurve::Key& key,
                     const KeyedCurve::Key& after) {
   const double left = key.time - before.time, right = after.time - key.time;
@@ -27,18 +27,18 @@ glm::dvec3 slope_at(const KeyedCurve::Key& before, const KeyedCurve::Key& key,
   return (right * slope_left + left * slope_right) / (left + right);
 }
 
-/// Slopes of at most three times those of both sides, and none where these differ in sign, keep a
-/// cubic between its ends (Fritsch and Carlson 1980).
-double held_back(double tangent, double slope_left, double slope_right) {
+/// Limits a tangent so that the cubics on both sides stay between their ends (Fritsch and Carlson
+/// 1980): to three times the slopes on both sides, and to 0 if these differ in sign.
+double limited_tangent(double tangent, double slope_left, double slope_right) {
   if (slope_left * slope_right <= 0) return 0;
-  const double most = 3 * std::min(std::abs(slope_left), std::abs(slope_right));
-  return std::clamp(tangent, -most, most);
+  const double limit = 3 * std::min(std::abs(slope_left), std::abs(slope_right));
+  return std::clamp(tangent, -limit, limit);
 }
 
 }  // namespace
 
 std::optional<Transform> CameraView::to_world() const {
-  // As a scene's file has them.
+  // In single precision, like <lookat> in a scene file.
   const Vec3 from(position), to(target);
   if (from == to) return std::nullopt;
   const auto matrix = look_at(from, to, Vec3(up));
@@ -56,7 +56,7 @@ CameraView orbit(const CameraView& start, double turn) {
 CameraView on_ellipse(const CameraView& middle, const glm::dvec2& half_axes, double turn) {
   const double radius = glm::length(middle.position - middle.target);
   const glm::dvec3 out = (middle.position - middle.target) / radius;
-  // As seen by the camera.
+  // Axes as seen by the camera.
   const glm::dvec3 right = glm::normalize(glm::cross(middle.up, out));
   const glm::dvec3 above = glm::cross(out, right);
   const double t = 2 * std::numbers::pi * turn;
@@ -82,7 +82,7 @@ KeyedCurve::KeyedCurve(std::vector<Key> keys, Kind kind) : keys_(std::move(keys)
     tangents_[i] = slope_at(keys_[i - 1], keys_[i], keys_[i + 1]);
     if (kind != Kind::kMonotone) continue;
     for (int c = 0; c < 3; ++c) {
-      tangents_[i][c] = held_back(tangents_[i][c], slope(i - 1)[c], slope(i)[c]);
+      tangents_[i][c] = limited_tangent(tangents_[i][c], slope(i - 1)[c], slope(i)[c]);
     }
   }
 }
@@ -95,7 +95,7 @@ glm::dvec3 KeyedCurve::at(double time) const {
   const auto i = static_cast<size_t>(after - keys_.begin()) - 1;
   const double span = keys_[i + 1].time - keys_[i].time;
   const double u = (time - keys_[i].time) / span, v = 1 - u;
-  // Hermite's cubic, which has these values and tangents at its ends.
+  // The cubic Hermite spline with these values and tangents.
   return v * v * (1 + 2 * u) * keys_[i].value + u * u * (1 + 2 * v) * keys_[i + 1].value +
          span * u * v * (v * tangents_[i] - u * tangents_[i + 1]);
 }

@@ -1,4 +1,4 @@
-// `kinome check`: hands the request to the library that checks plugins, which nothing else needs.
+// `kinome check`: loads the library that checks plugins, and forwards the request to it.
 
 #include <dlfcn.h>
 
@@ -22,16 +22,16 @@ int check_plugin_command(const Options& options) {
   request.against = options.against;
   request.effort = options.effort;
   request.seed = options.seed;
-  // Found as the core's library is. Never closed: see PluginRegistry.
+  // Found on the same path as the core's library. Never closed: see PluginRegistry.
   void* const library = dlopen("libkinome_check.so", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
-    throw Error(std::string("the library of checks, which comes with what plugins are built with, "
-                            "can't be loaded: ") +
+    throw Error(std::string("can't load libkinome_check.so, which is installed with the headers "
+                            "for plugins: ") +
                 dlerror());
   }
   const auto check_plugin =
       reinterpret_cast<decltype(&kinome_check_plugin)>(dlsym(library, "kinome_check_plugin"));
-  if (!check_plugin) throw Error("the library of checks is of another version");
+  if (!check_plugin) throw Error("libkinome_check.so is from another version of kinome");
   return check_plugin(request);
 }
 

@@ -6,7 +6,7 @@
 
 namespace kinome::app {
 
-/// Each returns the program's exit status, and throws Error for a user's mistake.
+/// Each command returns the program's exit status, and throws Error for errors of the user.
 int render_command(const Options& options, std::chrono::steady_clock::time_point start);
 int film_command(const Options& options, std::chrono::steady_clock::time_point start);
 int merge_command(const Options& options, std::chrono::steady_clock::time_point start);

@@ -13,7 +13,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// CLI11's own messages may span lines; an error of the command line takes one.
+/// Returns the first line of CLI11's messages, which may have several.
 std::string first_line(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
@@ -23,8 +23,8 @@ std::string name_in(const std::string& word) {
   return word.substr(0, word.find('='));
 }
 
-/// Returns advice for options of other versions of Mitsuba and of other renderers that have another
-/// name here, or none; nullptr for other options.
+/// Returns advice on options of other renderers and versions of Mitsuba that have another name or
+/// none in Kinome; nullptr for all other options.
 const char* advice_on(const std::string& name) {
   static const std::map<std::string, const char*> advice = {
       {"-p", "-t COUNT sets the number of threads"},
@@ -34,12 +34,12 @@ const char* advice_on(const std::string& name) {
       {"-u", "leave it out: scenes of Mitsuba 0.4 to 3 are loaded as they are"},
       {"--update", "leave it out: scenes of Mitsuba 0.4 to 3 are loaded as they are"},
       {"-w", "leave it out: warnings never end a render"},
-      {"-r", "--checkpoint FILE keeps what is finished"},
-      {"-c", "--part renders a part of the picture, for kinome merge"},
-      {"--size", "the film's size is the scene's; -D sets parameters that the scene names"},
-      {"--resolution", "the film's size is the scene's; -D sets parameters that the scene names"},
+      {"-r", "--checkpoint FILE saves finished tiles"},
+      {"-c", "--part renders a part of the image, for kinome merge"},
+      {"--size", "the scene sets the film's size; -D sets parameters of the scene"},
+      {"--resolution", "the scene sets the film's size; -D sets parameters of the scene"},
       {"--denoise", "there is no denoiser"},
-      {"-i", "-D integrator=NAME sets the integrator of scenes that name it by $integrator"},
+      {"-i", "-D integrator=NAME sets the integrator of scenes that use $integrator"},
       {"-O", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
       {"-S", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
       {"-W", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
@@ -93,7 +93,7 @@ std::string value_given(const std::string& word, const Words& words) {
 
 std::string unknown_option(const CLI::App& app, const std::string& word, const Words& words) {
   const std::string name = name_in(word);
-  const std::string text = "there is no option '" + name + "'";
+  const std::string text = "unknown option '" + name + "'";
   // Like Mitsuba 0.6's "-spp 4", and other renderers' long options of one dash.
   const std::string twice = name.starts_with("--") ? name : "-" + name;
   if (const std::string parameter = scene_parameter(twice);
@@ -209,7 +209,7 @@ std::string complaint_of(const CLI::App& app, const CLI::ParseError& error, cons
   if (const std::string word = long_name_of_one_dash(app, words); !word.empty()) {
     return unknown_option(app, word, words);
   }
-  // An unknown word comes before a missing one: it may be meant for that.
+  // Report an unknown word before a missing one, because it may be a misspelling of that.
   const Words left = app.remaining();
   const auto option = std::find_if(left.begin(), left.end(),
                                    [](const auto& word) { return word.starts_with('-'); });
@@ -224,14 +224,14 @@ std::string complaint_of(const CLI::App& app, const CLI::ParseError& error, cons
 }
 
 std::string unknown_command(const std::string& word, const Words& commands) {
-  const std::string text = "there is no command '" + word + "'";
+  const std::string text = "unknown command '" + word + "'";
   static const std::map<std::string, const char*> meant = {
       {"help", "--help"}, {"version", "--version"}, {"list", "plugins"}};
   const auto found = meant.find(word);
   const std::string near = found != meant.end() ? found->second : nearest_name(word, commands);
   if (!near.empty()) return text + " (did you mean '" + near + "'?)";
   if (word == "render") return text + ": kinome SCENE.xml renders a scene";
-  return text + ", and no such file";
+  return text + ", and no file of this name";
 }
 
 }  // namespace kinome::app

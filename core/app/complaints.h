@@ -17,7 +17,7 @@ std::string complaint_of(const CLI::App& app, const CLI::ParseError& error,
                          const std::vector<std::string>& words,
                          const std::vector<std::string>& commands);
 
-/// Describes a word that is neither a scene's file nor a command: 'plugin', say.
+/// Describes a word that is neither a scene file nor a command.
 std::string unknown_command(const std::string& word, const std::vector<std::string>& commands);
 
 }  // namespace kinome::app

@@ -42,7 +42,7 @@ std::atomic<pid_t> crashing_thread{0};
 static_assert(std::atomic<const char*>::is_always_lock_free &&
               std::atomic<pid_t>::is_always_lock_free);
 
-/// Where a thread was when a signal came; nullptr on processors that are not known here.
+/// Instruction and stack pointer at a signal; nullptr on unsupported processors.
 struct Registers {
   const void* instruction = nullptr;
   const void* stack = nullptr;
@@ -63,28 +63,29 @@ struct Registers {
 /// The innermost plugin on the call stack.
 struct Culprit {
   const char* plugin = nullptr;
-  bool is_by_core = false;  ///< it called the core, where the crash was
+  bool is_by_core = false;  ///< true if the plugin called the core, and that crashed
   int frames = 0;
 };
 
 _Unwind_Reason_Code look_at_frame(_Unwind_Context* context, void* data) {
-  constexpr int kMostFrames = 4096;
+  constexpr int kMaxFrames = 4096;
   auto& culprit = *static_cast<Culprit*>(data);
   const auto* const address = reinterpret_cast<const void*>(_Unwind_GetIP(context));
   culprit.plugin = plugin_at(address);
   culprit.is_by_core = culprit.is_by_core || is_core_at(address);
-  return culprit.plugin || ++culprit.frames == kMostFrames ? _URC_END_OF_STACK : _URC_NO_REASON;
+  return culprit.plugin || ++culprit.frames == kMaxFrames ? _URC_END_OF_STACK : _URC_NO_REASON;
 }
 
-/// _Unwind_Backtrace takes no locks where the C library has _dl_find_object (glibc 2.35), and no
-/// memory. It may stumble over a stack that was overwritten: handle() is ready for that.
+/// Finds the plugin that crashed. _Unwind_Backtrace allocates no memory, and takes no locks if the
+/// C library has _dl_find_object (glibc 2.35). It may itself crash on a corrupt stack, which
+/// handle_crash() expects.
 Culprit find_culprit(const Registers& at) {
   Culprit culprit;
   culprit.plugin = plugin_at(at.instruction);
   if (culprit.plugin) return culprit;
 #if defined(__x86_64__)
-  // A call through a null pointer: there is no code to unwind from, but the stack begins with the
-  // address that the call would have returned to.
+  // After a call through a null pointer there is no code to unwind from, but the return address is
+  // on top of the stack.
   if (!at.instruction && at.stack) {
     culprit.plugin = plugin_at(*static_cast<const void* const*>(at.stack));
     if (culprit.plugin) return culprit;
@@ -95,7 +96,7 @@ Culprit find_culprit(const Registers& at) {
   return culprit;
 }
 
-/// A line in memory of its own: no allocation, no stdio.
+/// A line of text in a fixed buffer, which needs neither allocation nor stdio.
 class Line {
  public:
   Line& operator<<(const char* text) {
@@ -113,7 +114,7 @@ class Line {
   size_t length_ = 0;
 };
 
-bool is_overflow(int signal, const siginfo_t& info, const Registers& at) {
+bool is_stack_overflow(int signal, const siginfo_t& info, const Registers& at) {
   if (signal != SIGSEGV || info.si_code <= 0 || !at.stack) return false;
   constexpr std::ptrdiff_t kNear = 1 << 16;
   const auto distance = static_cast<std::ptrdiff_t>(reinterpret_cast<uintptr_t>(info.si_addr) -
@@ -121,9 +122,9 @@ bool is_overflow(int signal, const siginfo_t& info, const Registers& at) {
   return distance > -kNear && distance < kNear;
 }
 
-void tell(int signal, const siginfo_t& info, const Registers& at, const Culprit& culprit) {
+void report(int signal, const siginfo_t& info, const Registers& at, const Culprit& culprit) {
   Line line;
-  if (is_terminal) line << "\r\x1b[K";  // in place of the bar
+  if (is_terminal) line << "\r\x1b[K";  // overwrites the progress bar
   line << "kinome: ";
   const bool is_plugins = culprit.plugin && !culprit.is_by_core;
   if (is_plugins) line << "plugin '" << culprit.plugin << "' ";
@@ -131,15 +132,15 @@ void tell(int signal, const siginfo_t& info, const Registers& at, const Culprit&
   for (const Crash& crash : kCrashes) {
     if (crash.signal == signal) line << crash.name;
   }
-  if (is_overflow(signal, info, at)) line << ", stack overflow";
+  if (is_stack_overflow(signal, info, at)) line << ", stack overflow";
   line << ") while " << current_activity.load();
   if (culprit.plugin && !is_plugins) line << ", called by plugin '" << culprit.plugin << "'";
   line << "\n";
   line.write();
 }
 
-/// Other threads that crash meanwhile wait for the end. Where looking for the plugin crashes, the
-/// same thread comes here again, and tells of the crash without.
+/// Reports a crash and ends the program. Other threads that crash meanwhile wait. If the search for
+/// the plugin crashes, the same thread enters again and reports the crash without a plugin.
 extern "C" void handle_crash(int signal, siginfo_t* info, void* context) {
   const auto self = static_cast<pid_t>(syscall(SYS_gettid));
   pid_t first = 0;
@@ -149,18 +150,18 @@ extern "C" void handle_crash(int signal, siginfo_t* info, void* context) {
   }
   const Registers at(context);
   remove_temporary_files();
-  tell(signal, *info, at, is_first ? find_culprit(at) : Culprit{});
+  report(signal, *info, at, is_first ? find_culprit(at) : Culprit{});
   for (const Crash& crash : kCrashes) std::signal(crash.signal, SIG_DFL);
   raise(signal);
 }
 
 }  // namespace
 
-void tell_of_crashes() {
+void install_crash_handlers() {
   if (kHasSanitizer) return;
   is_terminal = isatty(STDERR_FILENO) == 1;
-  static const AlternateStack stack;  // of this thread: the core gives its own one each
-  // Loads what unwinding needs, which takes memory the first time.
+  static const AlternateStack stack;  // for this thread; the core's threads have their own
+  // The first unwinding loads libraries and allocates memory, which a handler must not do.
   Culprit none;
   _Unwind_Backtrace(look_at_frame, &none);
   for (const Crash& crash : kCrashes) {

@@ -2,15 +2,16 @@
 
 namespace kinome::app {
 
-/// From here on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) is told in one line, with the
-/// plugin whose code it was in, or that called it, and with what the program was doing; temporary
-/// files are removed. The program then ends by the same signal as it would have without.
+/// Installs handlers for crashes (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT). They print one line
+/// with the plugin that crashed, or that called the crashing code, and the program's activity. They
+/// also remove temporary files, and end the program by the same signal.
 ///
-/// The plugin is found by the addresses of the call stack, so that plugins and those who call them
-/// have nothing to note while they run. Not in builds for sanitizers, which say more themselves.
-void tell_of_crashes();
+/// The plugin is found from the addresses on the call stack, which costs nothing while plugins run.
+/// Does nothing in builds with sanitizers, whose reports say more.
+void install_crash_handlers();
 
-/// What the program is doing from here on: "rendering". Lives as long as the program.
+/// Sets the activity that a crash report prints, such as "rendering". The string must live as long
+/// as the program.
 void set_activity(const char* activity);
 
 }  // namespace kinome::app

@@ -1,4 +1,4 @@
-// A picture in the making, sent to a viewer by a thread of its own.
+// Sends an image to a viewer during the render, from a separate thread.
 
 #include "display.h"
 
@@ -32,18 +32,18 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-/// What is sent in one piece: side of a square of pixels; several that stand side by side go
-/// together, up to so many numbers.
-constexpr int kCell = 32;
-constexpr size_t kMostNumbers = 1 << 18;
-/// Between two whole pictures with splats.
-constexpr Seconds kWholeInterval{0.5};
-constexpr Seconds kConnectPatience{5};
-/// Of finish(), while nothing goes through.
-constexpr Seconds kLastPatience{2};
+/// Side of a square cell of pixels, the unit of sending. Adjacent cells are sent in one packet, up
+/// to kMaxPacketValues.
+constexpr int kCellSize = 32;
+constexpr size_t kMaxPacketValues = 1 << 18;
+/// Minimum time between two commits of the whole film that are sent.
+constexpr Seconds kWholeFilmInterval{0.5};
+constexpr Seconds kConnectTimeout{5};
+/// Time that finish() waits without progress.
+constexpr Seconds kFinishTimeout{2};
 constexpr int kPollMilliseconds = 50;
 
-/// A file descriptor, closed in the end.
+/// Owner of a socket's file descriptor.
 class Socket {
  public:
   Socket() = default;
@@ -86,12 +86,12 @@ std::pair<std::string, std::string> split_address(const std::string& address) {
   const auto [rest, error] = std::from_chars(port.data(), end, number);
   if (host.empty() || error != std::errc{} || rest != end || number < 1 || number > 65535) {
     throw Error(fmt::format(
-        "--display: expected HOST:PORT, as localhost:14158, where tev listens, got '{}'", address));
+        "--display: expected the viewer's HOST:PORT, such as localhost:14158, got '{}'", address));
   }
   return {std::move(host), port};
 }
 
-/// What both threads know. It outlives Display where a name server keeps the thread from ending.
+/// State shared by both threads. It outlives Display if a name server blocks the thread.
 class Display::Sender {
  public:
   Sender(std::string address, std::string name)
@@ -99,116 +99,118 @@ class Display::Sender {
 
   bool is_gone() const { return is_gone_; }
 
-  bool is_time_for_a_whole() {
+  /// Returns true, at most once per interval, if the whole film should be sent.
+  bool is_whole_film_due() {
     const std::lock_guard lock(mutex_);
     const Clock::time_point now = Clock::now();
-    if (now < next_whole_) return false;
-    next_whole_ = now + std::chrono::duration_cast<Clock::duration>(kWholeInterval);
+    if (now < next_whole_film_) return false;
+    next_whole_film_ = now + std::chrono::duration_cast<Clock::duration>(kWholeFilmInterval);
     return true;
   }
 
-  /// `part` of a picture of this size begins at (x, y).
+  /// Copies `part` to position (x, y) of an image of this size.
   void put(const Image& part, int x, int y, int width, int height) {
     const std::lock_guard lock(mutex_);
-    if (width != picture_.width || height != picture_.height ||
-        !is_prefix(part.channels, picture_.channels)) {
-      begin_picture(part.channels, width, height);
+    if (width != image_.width || height != image_.height ||
+        !is_prefix(part.channels, image_.channels)) {
+      begin_image(part.channels, width, height);
     }
-    const size_t all = picture_.channels.size(), own = part.channels.size();
+    const size_t all = image_.channels.size(), own = part.channels.size();
     for (int row = 0; row < part.height; ++row) {
       for (int column = 0; column < part.width; ++column) {
         const auto from = static_cast<size_t>(row) * part.width + column;
         const auto to = static_cast<size_t>(y + row) * width + (x + column);
-        std::copy_n(&part.data[from * own], own, &picture_.data[to * all]);
+        std::copy_n(&part.data[from * own], own, &image_.data[to * all]);
       }
     }
-    for (int j = y / kCell; j <= (y + part.height - 1) / kCell; ++j) {
-      for (int i = x / kCell; i <= (x + part.width - 1) / kCell; ++i) {
-        changed_[static_cast<size_t>(j) * cells_across_ + i] = true;
+    for (int j = y / kCellSize; j <= (y + part.height - 1) / kCellSize; ++j) {
+      for (int i = x / kCellSize; i <= (x + part.width - 1) / kCellSize; ++i) {
+        changed_[static_cast<size_t>(j) * num_columns_ + i] = true;
       }
     }
-    news_.notify_all();
+    changed_state_.notify_all();
   }
 
   void run() {
     const std::string failure = send_all();
     if (!failure.empty()) {
       is_gone_ = true;
-      log_warn(fmt::format("--display {}: {}; the render goes on without it", address_, failure));
+      log_warn(fmt::format("--display {}: {}; rendering continues without it", address_, failure));
     }
     const std::lock_guard lock(mutex_);
     is_done_ = true;
-    news_.notify_all();
+    changed_state_.notify_all();
   }
 
-  /// False: the thread is held up, and to be left alone.
+  /// Waits until all is sent. Returns false if the thread is blocked and must not be joined.
   bool close() {
     std::unique_lock lock(mutex_);
     is_closing_ = true;
-    news_.notify_all();
-    Clock::time_point moved = Clock::now();
+    changed_state_.notify_all();
+    Clock::time_point last_progress = Clock::now();
     uint64_t sent = sent_;
-    while (!is_done_ && Clock::now() - moved < kLastPatience + Seconds(0.5)) {
-      news_.wait_for(lock, Seconds(0.1));
-      if (sent != sent_) moved = Clock::now();
+    while (!is_done_ && Clock::now() - last_progress < kFinishTimeout + Seconds(0.5)) {
+      changed_state_.wait_for(lock, Seconds(0.1));
+      if (sent != sent_) last_progress = Clock::now();
       sent = sent_;
     }
     return is_done_;
   }
 
  private:
-  void begin_picture(const std::vector<std::string>& channels, int width, int height) {
-    picture_ = {width, height, channels, {}};
-    picture_.data.assign(static_cast<size_t>(width) * height * channels.size(), 0.f);
-    cells_across_ = (width + kCell - 1) / kCell;
-    const int down = (height + kCell - 1) / kCell;
-    changed_.assign(static_cast<size_t>(cells_across_) * down, false);
+  void begin_image(const std::vector<std::string>& channels, int width, int height) {
+    image_ = {width, height, channels, {}};
+    image_.data.assign(static_cast<size_t>(width) * height * channels.size(), 0.f);
+    num_columns_ = (width + kCellSize - 1) / kCellSize;
+    const int num_rows = (height + kCellSize - 1) / kCellSize;
+    changed_.assign(static_cast<size_t>(num_columns_) * num_rows, false);
     next_cell_ = 0;
     is_new_ = true;
   }
 
-  /// What there is to send, once there is something; none: the end.
+  /// Waits for the next packet to send. Returns nullopt once all is sent and no more will come.
   std::optional<tev::Packet> next_packet() {
     std::unique_lock lock(mutex_);
     std::vector<bool>::iterator found;
-    news_.wait(lock, [&] {
+    changed_state_.wait(lock, [&] {
       found = std::find(changed_.begin() + next_cell_, changed_.end(), true);
       if (found == changed_.end()) found = std::find(changed_.begin(), changed_.end(), true);
       return is_new_ || is_closing_ || found != changed_.end();
     });
     if (is_new_) {
       is_new_ = false;
-      return tev::create_image(name_, picture_.width, picture_.height, picture_.channels);
+      return tev::create_image(name_, image_.width, image_.height, image_.channels);
     }
     if (found == changed_.end()) return std::nullopt;
     return take_cells(static_cast<int>(found - changed_.begin()));
   }
 
-  /// Those that have changed, from this one to the right.
+  /// Packs the changed cell `first` and the changed cells adjacent on its right.
   tev::Packet take_cells(int first) {
-    const size_t channels = picture_.channels.size();
-    const int row = first / cells_across_, left = first % cells_across_;
-    const size_t most = std::max<size_t>(1, kMostNumbers / (channels * kCell * kCell));
+    const size_t channels = image_.channels.size();
+    const int row = first / num_columns_, left = first % num_columns_;
+    const size_t max_cells =
+        std::max<size_t>(1, kMaxPacketValues / (channels * kCellSize * kCellSize));
     int right = left;
-    while (right < cells_across_ && changed_[static_cast<size_t>(row) * cells_across_ + right] &&
-           static_cast<size_t>(right - left) < most) {
-      changed_[static_cast<size_t>(row) * cells_across_ + right] = false;
+    while (right < num_columns_ && changed_[static_cast<size_t>(row) * num_columns_ + right] &&
+           static_cast<size_t>(right - left) < max_cells) {
+      changed_[static_cast<size_t>(row) * num_columns_ + right] = false;
       ++right;
     }
-    next_cell_ = static_cast<std::ptrdiff_t>(row) * cells_across_ + right;
-    const Rect pixels{left * kCell, row * kCell, std::min(right * kCell, picture_.width),
-                      std::min((row + 1) * kCell, picture_.height)};
+    next_cell_ = static_cast<std::ptrdiff_t>(row) * num_columns_ + right;
+    const Rect pixels{left * kCellSize, row * kCellSize, std::min(right * kCellSize, image_.width),
+                      std::min((row + 1) * kCellSize, image_.height)};
     std::vector<float> data;
     data.reserve(static_cast<size_t>(pixels.area()) * channels);
     for (int y = pixels.y0; y < pixels.y1; ++y) {
-      const auto begin = (static_cast<size_t>(y) * picture_.width + pixels.x0) * channels;
+      const auto begin = (static_cast<size_t>(y) * image_.width + pixels.x0) * channels;
       const auto count = static_cast<size_t>(pixels.width()) * channels;
-      data.insert(data.end(), &picture_.data[begin], &picture_.data[begin] + count);
+      data.insert(data.end(), &image_.data[begin], &image_.data[begin] + count);
     }
-    return tev::update_image(name_, pixels, picture_.channels, data);
+    return tev::update_image(name_, pixels, image_.channels, data);
   }
 
-  /// Returns what went wrong, or "".
+  /// Sends packets until close(). Returns an error message, or "".
   std::string send_all() {
     Socket socket;
     const std::string failure = connect(socket);
@@ -229,7 +231,7 @@ class Display::Sender {
     if (error != 0) return gai_strerror(error);
     const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owner(found, &freeaddrinfo);
     std::string failure = "no such address";
-    // As "localhost", a name may stand for several.
+    // A name such as "localhost" may have several addresses.
     for (const addrinfo* one = found; one; one = one->ai_next) {
       Socket made(::socket(one->ai_family, one->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC,
                            one->ai_protocol));
@@ -243,14 +245,14 @@ class Display::Sender {
     return failure;
   }
 
-  /// An error number, or 0.
+  /// Returns an error number, or 0.
   int connect(const Socket& socket, const addrinfo& to) const {
     if (::connect(socket.get(), to.ai_addr, to.ai_addrlen) == 0) return 0;
     if (errno != EINPROGRESS) return errno;
     const Clock::time_point start = Clock::now();
     while (!is_ready_to_send(socket)) {
-      const Seconds patience = is_closing_ ? kLastPatience : kConnectPatience;
-      if (Clock::now() - start > patience) return ETIMEDOUT;
+      const Seconds timeout = is_closing_ ? kFinishTimeout : kConnectTimeout;
+      if (Clock::now() - start > timeout) return ETIMEDOUT;
     }
     int error = 0;
     socklen_t size = sizeof error;
@@ -258,19 +260,21 @@ class Display::Sender {
   }
 
   std::string send(const Socket& socket, const tev::Packet& packet) {
-    Clock::time_point moved = Clock::now();
+    Clock::time_point last_progress = Clock::now();
     for (size_t at = 0; at < packet.size();) {
       const ssize_t count =
           ::send(socket.get(), packet.data() + at, packet.size() - at, MSG_NOSIGNAL);
       if (count >= 0) {
         at += static_cast<size_t>(count);
         sent_ += static_cast<uint64_t>(count);
-        moved = Clock::now();
+        last_progress = Clock::now();
       } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
         is_ready_to_send(socket);
-        // While the render goes on, a display may take its time.
-        if (is_closing_ && Clock::now() - moved > kLastPatience) return "takes nothing any more";
-        if (!is_closing_) moved = Clock::now();
+        // There is no timeout until the render ends.
+        if (is_closing_ && Clock::now() - last_progress > kFinishTimeout) {
+          return "no longer accepts data";
+        }
+        if (!is_closing_) last_progress = Clock::now();
       } else if (errno != EINTR) {
         return std::strerror(errno);
       }
@@ -281,15 +285,15 @@ class Display::Sender {
   const std::string address_, name_;
   std::atomic<bool> is_gone_{false}, is_closing_{false};
   std::atomic<uint64_t> sent_{0};  ///< bytes
-  std::mutex mutex_;               ///< of all that follows
-  std::condition_variable news_;
-  Image picture_;
-  int cells_across_ = 0;
-  std::vector<bool> changed_;     ///< of each cell, since it was sent
-  std::ptrdiff_t next_cell_ = 0;  ///< where to look first
-  bool is_new_ = false;           ///< the picture, to the display
+  std::mutex mutex_;               ///< guards all members below
+  std::condition_variable changed_state_;
+  Image image_;
+  int num_columns_ = 0;           ///< of cells
+  std::vector<bool> changed_;     ///< for each cell, whether it changed since it was sent
+  std::ptrdiff_t next_cell_ = 0;  ///< where the search for changed cells begins
+  bool is_new_ = false;           ///< whether the viewer doesn't have the image yet
   bool is_done_ = false;
-  Clock::time_point next_whole_;
+  Clock::time_point next_whole_film_;
 };
 
 Display::Display(const std::string& address, const std::string& name) {
@@ -305,15 +309,15 @@ Display::~Display() {
 void Display::show(const Film& film, const Rect& pixels) {
   if (sender_->is_gone()) return;
   const Rect& crop = film.crop();
-  const bool is_whole = pixels.area() == crop.area() && pixels.area() > kCell * kCell;
-  if (is_whole && !sender_->is_time_for_a_whole()) return;
+  const bool is_whole = pixels.area() == crop.area() && pixels.area() > kCellSize * kCellSize;
+  if (is_whole && !sender_->is_whole_film_due()) return;
   sender_->put(film.develop(pixels), pixels.x0 - crop.x0, pixels.y0 - crop.y0, crop.width(),
                crop.height());
 }
 
-void Display::show(const Image& picture) {
+void Display::show(const Image& image) {
   if (sender_->is_gone()) return;
-  sender_->put(picture, 0, 0, picture.width, picture.height);
+  sender_->put(image, 0, 0, image.width, image.height);
 }
 
 void Display::finish() {

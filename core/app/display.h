@@ -9,30 +9,29 @@
 
 namespace kinome::app {
 
-/// Shows a picture in the making in tev, or whatever else speaks its protocol, over the network.
+/// Shows an image during the render in the viewer tev, or another one with its network protocol.
 ///
-/// What is shown is copied, and sent by a thread of its own, so that no one waits for the network:
-/// of pixels that change faster than they can be sent, the last ones are. A display that isn't
-/// there, or that goes away, is a single warning, and nothing is sent any more.
+/// A separate thread sends copies of the pixels, so that the render never waits for the network. If
+/// pixels change faster than they can be sent, only their last values are sent. If the viewer is
+/// missing or disconnects, the thread logs one warning and ends.
 ///
-/// Thread-safe, but for finish().
+/// Thread-safe, except finish().
 class Display {
  public:
-  /// Begins to connect. `address`: HOST:PORT; throws Error where it is none. `name`: the picture's,
-  /// there.
+  /// Starts to connect to `address`, HOST:PORT; throws Error if it is invalid. `name` is the
+  /// image's name in the viewer.
   Display(const std::string& address, const std::string& name);
-  /// As finish().
   ~Display();
   Display(const Display&) = delete;
   Display& operator=(const Display&) = delete;
 
-  /// For CommitCallback: what the film holds of these pixels. Whole pictures come with each splat:
-  /// only some of them, by time, are shown.
+  /// Shows some pixels of the film, as a CommitCallback. Integrators with splats commit the whole
+  /// film each time; such commits are shown at most every half second.
   void show(const Film& film, const Rect& pixels);
-  /// All of the picture, with all of its channels.
-  void show(const Image& picture);
-  /// Waits until all is sent; where the display takes nothing for two seconds, not any longer.
-  /// Nothing is shown after that.
+  /// Shows the whole image, with all its channels.
+  void show(const Image& image);
+  /// Waits until all pixels are sent, but no longer than two seconds without progress. Nothing can
+  /// be shown afterwards.
   void finish();
 
  private:
@@ -41,8 +40,8 @@ class Display {
   std::thread thread_;
 };
 
-/// HOST and PORT of "HOST:PORT", where HOST may be an address of IPv6 in brackets. Error, which
-/// begins with "--display", where it is none.
+/// Splits "HOST:PORT", where HOST may be an IPv6 address in brackets. Throws an Error that begins
+/// with "--display" if the address is invalid.
 std::pair<std::string, std::string> split_address(const std::string& address);
 
 }  // namespace kinome::app

@@ -1,4 +1,4 @@
-// `kinome film`: frames of a scene that changes, and a video of them.
+// `kinome film`: renders the frames of a changing scene, and encodes them as a video.
 
 #include <algorithm>
 #include <cmath>
@@ -19,8 +19,8 @@
 #include "kinome/read_files.h"
 #include "kinome/render.h"
 #include "metadata.h"
-#include "picture.h"
 #include "progress.h"
+#include "render_image.h"
 #include "say.h"
 #include "sensor_index.h"
 #include "signals.h"
@@ -30,10 +30,10 @@
 namespace kinome::app {
 namespace {
 
-/// Told apart from seeds that others derive.
+/// Separates seeds of frames from other derived seeds.
 constexpr uint64_t kFrameSeed = 0x66696c6d;
 
-/// Of the noise of a frame: it has none in common with another's.
+/// Returns the seed of a frame: noise of different frames is independent.
 uint64_t seed_of(const Options& options, int frame) {
   return hash_words(options.seed, static_cast<uint64_t>(frame), kFrameSeed);
 }
@@ -79,7 +79,7 @@ class FilmCommand {
   }
 
  private:
-  /// All that can be wrong is found before the first frame.
+  /// Loads the scene and the keys. Finds all errors of the user before the first frame.
   void load() {
     if (!options_.display.empty()) split_address(options_.display);
     if (film_.path != "orbit" && film_.path != "ellipse") {
@@ -88,8 +88,7 @@ class FilmCommand {
     }
     if (!frames_.video().empty() && !has_ffmpeg()) {
       log_warn(
-          fmt::format("there is no ffmpeg, which makes videos: the film will be PNG frames, {}",
-                      frames_.pattern()));
+          fmt::format("ffmpeg not found: writing PNG frames, {}, and no video", frames_.pattern()));
     }
     set_activity("loading the scene");
     editor_.emplace(options_.scene, load_options(options_), registry_, &load_stats_);
@@ -108,7 +107,7 @@ class FilmCommand {
       throw Error(Location{film_.path}, error.what());
     }
     frames_.make_folder();
-    output(0);  // which must be what the scene's film writes
+    output(0);  // throws if the scene's film can't write it
     frames_.claim(identity(*scene, sensor), film_.frames);
   }
 
@@ -134,33 +133,32 @@ class FilmCommand {
 
   void list_missing() {
     for (int frame = film_.first; frame <= film_.last; ++frame) {
-      if (!FilmFrames::are_there(output(frame))) missing_.push_back(frame);
+      if (!FilmFrames::exists(output(frame))) missing_.push_back(frame);
     }
-    const size_t wanted = static_cast<size_t>(film_.last) - film_.first + 1;
-    if (!options_.quiet && missing_.size() < wanted) {
-      say("{} of {} frames are there: going on with the others\n", wanted - missing_.size(),
-          wanted);
+    const size_t requested = static_cast<size_t>(film_.last) - film_.first + 1;
+    if (!options_.quiet && missing_.size() < requested) {
+      say("{} of {} frames exist: rendering the others\n", requested - missing_.size(), requested);
     }
   }
 
-  /// False where it was interrupted, and isn't written.
+  /// Renders and writes a frame. Returns false, without writing it, if it was interrupted.
   bool render(int frame) {
     const Clock::time_point start = Clock::now();
     set_activity("loading the scene");
     editor_->set(edits_->at_frame(frame));
     const SceneChanges changes = editor_->update();
-    log_debug(fmt::format("frame {}: made anew: {}{}", frame, fmt::join(changes.made, " "),
-                          changes.has_new_structure ? " and what rays are traced in" : ""));
+    log_debug(fmt::format("frame {}: rebuilt {}{}", frame, fmt::join(changes.made, " "),
+                          changes.has_new_structure ? " and the acceleration structure" : ""));
     const auto scene = editor_->scene();
     const Sensor& sensor = *scene->sensors()[sensor_];
     const Output files = output(frame);
-    const auto seconds_to_write = [&](const Image& picture) {
-      return writing_seconds(options_, sensor.film(), picture, files);
+    const auto seconds_to_write = [&](const Image& image) {
+      return writing_seconds(options_, sensor.film(), image, files);
     };
     RenderContext context({.threads = options_.threads,
                            .seed = seed_of(options_, frame),
                            .cancel = &cancel_flag(),
-                           .progress = [&](double fraction) { tell_progress(fraction); },
+                           .progress = [&](double fraction) { report_progress(fraction); },
                            .start = start,
                            .budget = {.seconds = options_.seconds,
                                       .rel_mse = options_.rel_mse,
@@ -169,43 +167,43 @@ class FilmCommand {
     RenderStats& stats = context.stats();
     stats.left_out = load_stats_.left_out;
     stats.skipped = load_stats_.skipped;
-    // The scene is loaded once; what each frame changes of it is part of what that took.
+    // The scene is loaded once, for the first frame; each frame adds the time of its update.
     const double update_seconds = seconds_since(start);
     stats.load_seconds = update_seconds + std::exchange(load_stats_.load_seconds, 0);
     stats.plugin_seconds = std::exchange(load_stats_.plugin_seconds, 0);
     stats.build_seconds = std::exchange(load_stats_.build_seconds, 0);
-    const Image image = render_picture(options_, *scene, sensor, context, display_.get());
+    const Image image = render_image(options_, *scene, sensor, context, display_.get());
     if (!stats.complete) return false;
     const RenderSummary summary =
-        finish_picture(options_, *scene, sensor, context, registry_, image, files, nullptr);
+        finish_image(options_, *scene, sensor, context, registry_, image, files, nullptr);
     stats.total_seconds = seconds_since(start);
     stats.peak_memory_bytes = peak_memory_bytes();
     log_info(fmt::format("wrote {} ({:.2f} s)", files.name(), stats.total_seconds));
-    tell(stats, summary, context.budget());
+    report(stats, summary, context.budget());
     return true;
   }
 
-  /// What is wrong with one frame is as a rule wrong with all.
-  void tell(const RenderStats& stats, const RenderSummary& summary, const RenderBudget& budget) {
+  /// Reports a frame. Only the first faults are reported, because most frames have the same ones.
+  void report(const RenderStats& stats, const RenderSummary& summary, const RenderBudget& budget) {
     const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
-    if (is_faulty && !is_faulty_) tell_faults(options_, stats);
+    if (is_faulty && !is_faulty_) report_faults(options_, stats);
     is_faulty_ = is_faulty_ || is_faulty;
     warn_of_missed_budget(budget, stats, stats.total_seconds, {.work = "render {} and write"});
-    tell_statistics(options_, stats, summary);
+    print_statistics(options_, stats, summary);
   }
 
-  void tell_progress(double fraction) {
+  void report_progress(double fraction) {
     const double done = (done_ + fraction) / static_cast<double>(missing_.size());
-    told_ = std::max(told_, done);  // passes over a frame may begin anew
-    progress_.update(told_);
+    shown_progress_ = std::max(shown_progress_, done);  // each pass over a frame restarts at 0
+    progress_.update(shown_progress_);
   }
 
   int finish() {
     if (display_) display_->finish();
     std::vector<Output> all;
     for (int frame = 0; frame < film_.frames; ++frame) all.push_back(output(frame));
-    const auto there = std::count_if(all.begin(), all.end(), &FilmFrames::are_there);
-    const bool is_whole = there == film_.frames;
+    const auto finished = std::count_if(all.begin(), all.end(), &FilmFrames::exists);
+    const bool is_whole = finished == film_.frames;
     std::string written = frames_.pattern();
     if (is_whole && !frames_.video().empty() && has_ffmpeg() && !cancel_flag()) {
       set_activity("making the video");
@@ -218,8 +216,8 @@ class FilmCommand {
         say("wrote {}: {} frames, {:g} s ({:.2f} s)\n", written, film_.frames,
             film_.frames / film_.rate, seconds_since(start_));
       } else {
-        say("{}: {} of {} frames are there{}\n", written, there, film_.frames,
-            signal_exit_status() == 0 ? "" : ", incomplete: the same command goes on");
+        say("{}: {} of {} frames finished{}\n", written, finished, film_.frames,
+            signal_exit_status() == 0 ? "" : ", incomplete: run the same command to continue");
       }
     }
     RenderStats stats;
@@ -239,16 +237,16 @@ class FilmCommand {
   std::optional<FilmEdits> edits_;
   size_t sensor_ = 0;
   std::unique_ptr<Display> display_;
-  std::vector<int> missing_;  ///< frames that are to be rendered
-  size_t done_ = 0;           ///< of these
-  double told_ = 0;
+  std::vector<int> missing_;  ///< frames to render
+  size_t done_ = 0;           ///< number of missing_ that are finished
+  double shown_progress_ = 0;
   bool is_faulty_ = false;
 };
 
 }  // namespace
 
 int film_command(const Options& options, Clock::time_point start) {
-  begin_to_render(options);
+  set_up_render(options);
   return FilmCommand(options, start).run();
 }
 

@@ -20,14 +20,14 @@ FilmEdits::FilmEdits(const FilmOptions& options, const FilmKeys* keys, const Sce
   if (keys && keys->has_camera()) kind_ = Kind::kKeys;
   if (moves_camera()) {
     sensor_path_ = editor.path_of(*scene->sensors()[sensor]);
-    const Transform to_world = place_of_sensor(editor);
+    const Transform to_world = to_world_of_sensor(editor);
     start_.up = options.up ? *options.up : glm::dvec3(nearest_axis(to_world.vector({0, 1, 0})));
     if (kind_ != Kind::kKeys) {
       start_.position = glm::dvec3(to_world.point({0, 0, 0}));
       start_.target =
-          options.target ? *options.target : view_of(*scene->sensors()[sensor], *scene).target;
+          options.target ? *options.target : centre_of_view(*scene->sensors()[sensor], *scene);
       if (!start_.to_world()) {
-        throw Error("--path: the camera looks along --up, or is at its target: it can't circle");
+        throw Error("--path: the camera can't circle: it looks along --up, or is at its target");
       }
     }
   }
@@ -46,34 +46,31 @@ FilmEdits::FilmEdits(const FilmOptions& options, const FilmKeys* keys, const Sce
     }
     before_.push_back(std::move(before));
   }
-  for (int frame = 0; frame < options.frames; ++frame) at_frame(frame);  // that all can be made
+  for (int frame = 0; frame < options.frames; ++frame) at_frame(frame);  // throws if invalid
 }
 
-Transform FilmEdits::place_of_sensor(const SceneEditor& editor) const {
+Transform FilmEdits::to_world_of_sensor(const SceneEditor& editor) const {
   for (const SceneParameter& parameter : editor.parameters()) {
     if (parameter.path != sensor_path_ + ".to_world" || !parameter.value) continue;
     return std::get<Transform>(*parameter.value);
   }
-  throw Error(Location{editor.scene()->file()}, "the sensor has no 'to_world': it can't be moved");
+  throw Error(Location{editor.scene()->file()}, "the sensor has no 'to_world' and can't be moved");
 }
 
-/// Its target is what the middle of the picture shows.
-CameraView FilmEdits::view_of(const Sensor& sensor, const Scene& scene) const {
+glm::dvec3 FilmEdits::centre_of_view(const Sensor& sensor, const Scene& scene) const {
   const Film& film = sensor.film();
-  const Vec2 middle(0.5f * static_cast<float>(film.width()),
+  const Vec2 centre(0.5f * static_cast<float>(film.width()),
                     0.5f * static_cast<float>(film.height()));
   std::array<RayHit, 1> hit;
-  hit[0].ray = sensor.sample_ray(middle, Vec2(0.5f));
+  hit[0].ray = sensor.sample_ray(centre, Vec2(0.5f));
   RenderCounters counters;
   scene.intersect(hit, Coherence::kCoherent, counters);
   if (!hit[0].hit.valid()) {
     throw Error("--path " + options_.path +
-                ": the middle of the picture shows nothing to circle about: "
-                "--target X,Y,Z says what the camera looks at");
+                ": no surface to circle at the centre of the image: "
+                "set the target by --target X,Y,Z");
   }
-  CameraView view = start_;
-  view.target = glm::dvec3(scene.interaction(hit[0]).p);
-  return view;
+  return glm::dvec3(scene.interaction(hit[0]).p);
 }
 
 double FilmEdits::share(int frame) const {
@@ -81,7 +78,7 @@ double FilmEdits::share(int frame) const {
 }
 
 CameraView FilmEdits::view(int frame) const {
-  // Where it ends it begins again: the last frame is one before the first.
+  // The animation loops: its first frame would follow its last.
   const double turn = frame / static_cast<double>(options_.frames);
   switch (kind_) {
     case Kind::kOrbit:

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// What two films differ by, for people; "": nothing.
+/// Describes the first difference between two animations; "" if there is none.
 std::string difference(const Checkpoint::Identity& there, const Checkpoint::Identity& own) {
   for (const auto& [name, value] : own) {
     const auto found = there.find(name);
@@ -26,7 +26,7 @@ std::string difference(const Checkpoint::Identity& there, const Checkpoint::Iden
     if (found->second == value) continue;
     return name == Checkpoint::kScene
                ? name
-               : fmt::format("{}: {}, and not {}", name, found->second, value);
+               : fmt::format("{}: {} instead of {}", name, found->second, value);
   }
   return "";
 }
@@ -44,7 +44,7 @@ FilmFrames::FilmFrames(const std::string& output, const std::string& scene) : pa
   const size_t end = pattern_.find('d', begin);
   const auto fail = [&] {
     throw Error(
-        fmt::format("-o {}: a film is an .mp4, or frames whose names have one number, as "
+        fmt::format("-o {}: expected an .mp4 file, or names of frames with one number, such as "
                     "frames/%04d.exr",
                     output));
   };
@@ -87,21 +87,21 @@ std::string FilmFrames::folder() const {
 void FilmFrames::make_folder() const {
   std::error_code failed;
   if (!folder().empty() && !fs::exists(folder(), failed)) fs::create_directory(folder(), failed);
-  check_writable(name(0));  // which tells what failed
+  check_writable(name(0));  // throws if the folder couldn't be created
 }
 
 void FilmFrames::claim(const Checkpoint::Identity& identity, int frames) const {
   const std::string path = identity_path();
   if (!video_.empty()) check_writable(video_);
   for (int i = 0; i < frames; ++i) {
-    if (is_read_file(name(i))) check_writable(name(i));  // which throws
+    if (is_read_file(name(i))) check_writable(name(i));  // always throws
   }
   std::error_code failed;
   if (!fs::exists(path, failed)) {
     for (int i = 0; i < frames; ++i) {
       if (!fs::exists(name(i), failed)) continue;
       throw Error(
-          fmt::format("-o {}: {} is there, and of no film that is known (there is no {}): "
+          fmt::format("-o {}: {} exists, but its animation is unknown (there is no {}): "
                       "remove it, or choose other names",
                       pattern_, name(i), path));
     }
@@ -113,17 +113,19 @@ void FilmFrames::claim(const Checkpoint::Identity& identity, int frames) const {
     std::ifstream file(path);
     there = json::parse(file).get<Checkpoint::Identity>();
   } catch (const json::exception&) {
-    throw Error(Location{path}, "doesn't say which film the frames beside it are of");
+    throw Error(Location{path},
+                "invalid file: can't identify the animation of the frames beside it");
   }
   const std::string differing = difference(there, identity);
   if (differing.empty()) return;
-  throw Error(Location{path},
-              fmt::format("the frames beside it are of another film ({}): remove them with this "
-                          "file, or choose another -o",
-                          differing));
+  throw Error(
+      Location{path},
+      fmt::format("the frames beside this file belong to another animation ({}): remove them "
+                  "with this file, or choose another -o",
+                  differing));
 }
 
-bool FilmFrames::are_there(const Output& output) {
+bool FilmFrames::exists(const Output& output) {
   const std::vector<std::string> files = output.files();
   return std::all_of(files.begin(), files.end(), [](const std::string& file) {
     std::error_code failed;
@@ -137,7 +139,7 @@ void FilmFrames::remove(const std::vector<Output>& frames) const {
     for (const std::string& file : frame.files()) fs::remove(file, ignored);
   }
   fs::remove(identity_path(), ignored);
-  fs::remove(folder(), ignored);  // where it is empty
+  fs::remove(folder(), ignored);  // fails if it isn't empty
 }
 
 }  // namespace kinome::app

@@ -8,31 +8,32 @@
 
 namespace kinome::app {
 
-/// Where the frames of a film are kept. Each is there whole or not at all, so that a film that was
-/// interrupted goes on with those that are missing. Beside them lies a file that says which film
-/// they are of.
+/// Files of an animation's frames. Each frame is complete or absent, so that an interrupted
+/// animation continues with the missing ones. A file beside them, film.json, identifies their
+/// animation.
 class FilmFrames {
  public:
-  /// `output`: a video, as film.mp4, whose frames go to film-frames/%04d.png until it is made; or a
-  /// pattern of names, as frames/%04d.exr, or .png; "": a video beside the scene file. Throws Error
-  /// where it is neither.
+  /// `output` is a video such as film.mp4, whose frames are film-frames/%04d.png until it is
+  /// encoded; a pattern of names such as frames/%04d.exr or .png; or "" for a video beside the
+  /// scene file. Throws Error for any other name.
   FilmFrames(const std::string& output, const std::string& scene);
 
   const std::string& pattern() const { return pattern_; }
-  const std::string& video() const { return video_; }  ///< "": none is asked for
+  const std::string& video() const { return video_; }  ///< "" if no video is requested
   std::string name(int frame) const;
-  /// Frames are PNGs and nothing else.
+  /// Returns true if frames are written as PNGs only.
   bool are_png() const;
-  /// As choose_output() for one picture; throws Error as that does.
+  /// Returns the files of a frame, as choose_output() does for an image. Throws the same errors.
   Output output(int frame, const Options& options, const Film& film) const;
 
-  /// Where it is missing.
+  /// Creates the folder of the frames if it is missing.
   void make_folder() const;
-  /// Takes the folder for this film. Throws Error where it holds frames of another one, or can't be
-  /// written. `frames`: how many there are in all.
+  /// Reserves the folder for this animation, of `frames` frames in total. Throws Error if the
+  /// folder has frames of another animation or can't be written.
   void claim(const Checkpoint::Identity& identity, int frames) const;
-  static bool are_there(const Output& output);
-  /// Once the video is made.
+  /// Returns true if all files of a frame exist.
+  static bool exists(const Output& output);
+  /// Removes the frames and their folder, once the video is encoded.
   void remove(const std::vector<Output>& frames) const;
 
  private:
@@ -40,7 +41,7 @@ class FilmFrames {
   std::string identity_path() const;
 
   std::string pattern_, video_;
-  std::string before_, after_;  ///< the number, in a file's name
+  std::string before_, after_;  ///< parts of a file name before and after the number
   int digits_ = 0;
 };
 

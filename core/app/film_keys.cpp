@@ -1,4 +1,4 @@
-// Keys of a film, from a JSON file.
+// Reads keys of an animation from a JSON file.
 
 #include "film_keys.h"
 
@@ -30,12 +30,12 @@ std::string read(const std::string& path) {
   return text.str();
 }
 
-/// Where a byte of a text stands, for people.
-Location place_of(const std::string& file, const std::string& text, size_t byte) {
+/// Returns line and column of a byte of a text.
+Location location_of(const std::string& file, const std::string& text, size_t byte) {
   const size_t end = std::min(byte, text.size());
   const std::string before = text.substr(0, end);
   const auto lines = std::count(before.begin(), before.end(), '\n');
-  const size_t begin = before.rfind('\n') + 1;  // of the line: npos + 1 is 0
+  const size_t begin = before.rfind('\n') + 1;  // of the line; npos + 1 is 0
   return {file, static_cast<int>(1 + lines), static_cast<int>(1 + end - begin)};
 }
 
@@ -46,30 +46,30 @@ json parse(const std::string& path) {
   } catch (const json::out_of_range&) {
     throw Error(Location{path}, "a number is too large");
   } catch (const json::parse_error& error) {
-    // Its own words, without its number and place.
+    // The library's message without its number and position.
     std::string what = error.what();
     const size_t words = what.find("syntax error");
-    what = words == std::string::npos ? "this is no JSON" : what.substr(words);
-    throw Error(place_of(path, text, error.byte > 0 ? error.byte - 1 : 0), what);
+    what = words == std::string::npos ? "invalid JSON" : what.substr(words);
+    throw Error(location_of(path, text, error.byte > 0 ? error.byte - 1 : 0), what);
   }
 }
 
-/// A part of the file, which knows where it is.
+/// A value in the file, with its path for error messages.
 class Part {
  public:
-  Part(const json& value, const std::string& file, std::string place)
-      : value_(value), file_(file), place_(std::move(place)) {}
+  Part(const json& value, const std::string& file, std::string path)
+      : value_(value), file_(file), path_(std::move(path)) {}
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Location{file_}, (place_.empty() ? "" : place_ + ": ") + what);
+    throw Error(Location{file_}, (path_.empty() ? "" : path_ + ": ") + what);
   }
   const json& value() const { return value_; }
-  Part at(size_t i) const { return {value_[i], file_, fmt::format("{}[{}]", place_, i)}; }
-  /// nullopt where there is none.
+  Part at(size_t i) const { return {value_[i], file_, fmt::format("{}[{}]", path_, i)}; }
+  /// Returns nullopt if there is no such value.
   std::optional<Part> find(const std::string& name) const {
     const auto found = value_.find(name);
     if (found == value_.end()) return std::nullopt;
-    return Part(*found, file_, (place_.empty() ? "" : place_ + ".") + name);
+    return Part(*found, file_, (path_.empty() ? "" : path_ + ".") + name);
   }
   Part at(const std::string& name) const {
     auto found = find(name);
@@ -82,13 +82,13 @@ class Part {
     for (const auto& [name, value] : value_.items()) {
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
       const std::string near = nearest_name(name, known);
-      fail(fmt::format("there is no '{}'{}", name,
+      fail(fmt::format("unknown key '{}'{}", name,
                        near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
     }
   }
-  void check_list(size_t least) const {
-    if (!value_.is_array() || value_.size() < least) {
-      fail(fmt::format("expected a list of {} or more", least));
+  void check_list(size_t min_size) const {
+    if (!value_.is_array() || value_.size() < min_size) {
+      fail(fmt::format("expected a list of at least {}", min_size));
     }
   }
   double number() const {
@@ -105,16 +105,16 @@ class Part {
  private:
   const json& value_;
   const std::string& file_;
-  std::string place_;
+  std::string path_;
 };
 
-/// That times rise.
-void check_time(const std::vector<Key>& before, double time, const Part& place) {
+/// Throws Error unless `time` is greater than that of the last key.
+void check_time(const std::vector<Key>& before, double time, const Part& part) {
   if (before.empty() || time > before.back().time) return;
-  place.fail(fmt::format("times must rise: {:g} comes after {:g}", time, before.back().time));
+  part.fail(fmt::format("times must increase: {:g} comes after {:g}", time, before.back().time));
 }
 
-/// One of the camera's own values; nullopt where no key has it.
+/// Returns the curve of one of the camera's values; nullopt if no key has it.
 std::optional<KeyedCurve> camera_curve(const Part& keys, const std::string& name,
                                        bool is_required) {
   std::vector<Key> values;
@@ -133,7 +133,8 @@ std::optional<KeyedCurve> camera_curve(const Part& keys, const std::string& name
   return KeyedCurve(std::move(values), Kind::kCatmullRom);
 }
 
-/// [[time, value], ...]: numbers, or where `colors` is given also triples, which it then tells.
+/// Reads keys [[time, value], ...]. Values are numbers, or triples if `colors` isn't nullptr; it
+/// receives whether they are triples.
 std::vector<Key> keys_of(const Part& list, bool* colors) {
   list.check_list(1);
   std::vector<Key> keys;
@@ -142,7 +143,7 @@ std::vector<Key> keys_of(const Part& list, bool* colors) {
     const Part pair = list.at(i);
     if (!pair.value().is_array() || pair.value().size() != 2) pair.fail("expected [time, value]");
     if (i > 0 && is_triple(pair) != is_triple(list.at(0))) {
-      pair.fail("expected numbers in all keys, or three of them in all");
+      pair.fail("expected one number in all keys, or three numbers in all keys");
     }
     const double time = pair.at(0).number();
     check_time(keys, time, pair);
@@ -197,7 +198,7 @@ FilmKeys::FilmKeys(const std::string& path) {
     }
   }
   if (!position_ && camera_path_.empty() && tracks_.empty()) {
-    throw Error(Location{path}, "there are no keys: neither of a camera nor of parameters");
+    throw Error(Location{path}, "missing keys: neither the camera nor a parameter has any");
   }
   first_ = std::numeric_limits<double>::infinity();
   last_ = -first_;
@@ -219,9 +220,9 @@ CameraView FilmKeys::camera(double share, const glm::dvec3& up) const {
 EditedValue FilmKeys::value(const Track& track, double share, const Before& before) const {
   const glm::dvec3 value = track.curve.at(time(share));
   if (track.axis) {
-    const auto* const place = before.value ? std::get_if<Transform>(&*before.value) : nullptr;
+    const auto* const start = before.value ? std::get_if<Transform>(&*before.value) : nullptr;
     const glm::dmat4 turned = glm::rotate(glm::dmat4(1), glm::radians(value.x), *track.axis);
-    return Transform(Mat4(turned * glm::dmat4(place ? place->matrix() : Mat4(1.f))));
+    return Transform(Mat4(turned * glm::dmat4(start ? start->matrix() : Mat4(1.f))));
   }
   if (track.is_color && before.kind == ParameterType::kVector) return Vec3(value);
   if (track.is_color) return UniformColor{Rgb(value), false, false};

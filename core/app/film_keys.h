@@ -9,39 +9,40 @@
 
 namespace kinome::app {
 
-/// What a film changes from frame to frame, beside a camera that circles: read from a JSON file.
+/// Keys of an animation's camera and of scene parameters, read from a JSON file:
 ///
 ///     {"camera": [{"time": 0, "position": [0, 1, 5], "target": [0, 0, 0], "fov": 40}, ...],
 ///      "parameters": {"floor.bsdf.alpha": [[0, 0.1], [2, 0.4]],
 ///                     "sky.to_world": {"axis": [0, 1, 0], "degrees": [[0, 0], [2, 90]]}}}
 class FilmKeys {
  public:
-  /// Throws Error, with line and column where the file is no JSON, and otherwise with the place
-  /// within it: "keys.json: camera[1].position: expected three numbers".
+  /// Throws Error if the file is invalid: with line and column for a syntax error, otherwise with
+  /// the path within the file, such as "keys.json: camera[1].position: expected three numbers".
   explicit FilmKeys(const std::string& path);
 
-  /// "orbit" or "ellipse" where `camera` is one of these names; "": it isn't.
+  /// "orbit" or "ellipse" if `camera` is one of these names, otherwise "".
   const std::string& camera_path() const { return camera_path_; }
   bool has_camera() const { return position_.has_value(); }
-  /// `share`: 0 at the first of all keys, 1 at the last. Where has_camera(); `up` is what the keys
-  /// leave out.
+  /// Returns the interpolated camera; only if has_camera(). `share` is 0 at the first of all keys
+  /// and 1 at the last. `up` is the default for keys without 'up'.
   CameraView camera(double share, const glm::dvec3& up) const;
 
-  /// One parameter of the scene.
+  /// Curve of one scene parameter.
   struct Track {
-    std::string parameter;           ///< its path
+    std::string parameter;           ///< path of the parameter
     KeyedCurve curve;                ///< numbers, colours, or angles in degrees
-    bool is_color = false;           ///< or a point, or a vector
-    std::optional<glm::dvec3> axis;  ///< what it is turned about, in the world, through its origin
+    bool is_color = false;           ///< true for values of three numbers: colours, points, vectors
+    std::optional<glm::dvec3> axis;  ///< axis of a rotation through the origin, in world space
   };
   const std::vector<Track>& tracks() const { return tracks_; }
-  /// What the parameter is in the scene.
+  /// Type and value of a parameter in the loaded scene; nullopt if unknown.
   struct Before {
     std::optional<ParameterType> kind;
     std::optional<EditedValue> value;
   };
   EditedValue value(const Track& track, double share, const Before& before) const;
-  /// Shares of all keys: where values are at their extremes, but for what a spline swings beyond.
+  /// Returns the positions of all keys, as shares. Values are extreme there, except where a
+  /// Catmull-Rom spline overshoots.
   std::vector<double> key_shares() const;
 
  private:

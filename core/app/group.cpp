@@ -17,7 +17,7 @@
 namespace kinome::app {
 namespace {
 
-/// Number in the environment; -1: there is none.
+/// Returns the number in an environment variable; -1 if it isn't set.
 int number(const char* name) {
   const char* const text = std::getenv(name);
   return text && *text ? std::atoi(text) : -1;
@@ -27,15 +27,16 @@ struct Launcher {
   const char* rank;
   const char* size;
 };
-/// Open MPI; what speaks PMI (MPICH, Intel MPI, Slurm's pmi2); what speaks PMIx, which leaves the
-/// number of processes to Slurm.
+/// Variables of Open MPI, of PMI (MPICH, Intel MPI, Slurm's pmi2), and of PMIx, where the number of
+/// processes comes from Slurm.
 constexpr Launcher kLaunchers[] = {{"OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"},
                                    {"PMI_RANK", "PMI_SIZE"},
                                    {"PMIX_RANK", "SLURM_STEP_NUM_TASKS"}};
 
 using Join = ProcessGroup* (*)(const char* version);
 
-/// Which processors this process may run on, as text: equal for those that share them.
+/// Returns the set of processors that this process may run on, and their number. The sets of
+/// processes that share processors are equal.
 std::pair<std::string, unsigned> processors() {
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -48,13 +49,13 @@ std::pair<std::string, unsigned> processors() {
 
 unsigned share_of_processors(ProcessGroup& group) {
   const auto [own, count] = processors();
-  const std::string place = group.machine() + '\0' + own;
+  const std::string key = group.machine() + '\0' + own;
   unsigned sharing = 0;
-  for (const std::string& theirs : group.gather(place, "agreement")) sharing += theirs == place;
+  for (const std::string& theirs : group.gather(key, "agreement")) sharing += theirs == key;
   return std::max(1u, count / std::max(1u, sharing));
 }
 
-/// Names and values, each with an end of its own.
+/// Serializes names and values, each terminated by a zero.
 std::string text_of(const Checkpoint::Identity& identity) {
   std::string text;
   for (const auto& [name, value] : identity) text += name + '\0' + value + '\0';
@@ -73,7 +74,7 @@ Checkpoint::Identity identity_of(const std::string& text) {
   return identity;
 }
 
-/// Each line a mistake of its own.
+/// Splits a text into one error per line.
 std::vector<Error> lines_of(const std::string& text) {
   std::vector<Error> lines;
   for (size_t begin = 0; begin <= text.size();) {
@@ -98,28 +99,28 @@ std::unique_ptr<ProcessGroup> join_group(const Options& options) {
   if (options.mpi == Options::Mpi::kOff) return nullptr;
   if (options.mpi == Options::Mpi::kAuto && rank < 0) return nullptr;
   const auto fail = [](const std::string& why) { throw Error("--mpi: " + why); };
-  // Found as the core's library is. Never closed: MPI would not stand it.
+  // Found on the same path as the core's library. Never closed, because MPI can't be unloaded.
   void* const library = dlopen("libkinome_mpi.so", RTLD_NOW | RTLD_GLOBAL);
   if (!library) {
     const std::string why = dlerror();
-    fail("this program is to render with others, but can't load what it needs for that (the package "
-         "kinome-mpi, or a build where MPI was there): " +
-         why);
+    fail(
+        "can't load libkinome_mpi.so (install the package kinome-mpi, or build kinome with MPI): " +
+        why);
   }
   const auto join = reinterpret_cast<Join>(dlsym(library, "kinome_join_mpi_group"));
   std::unique_ptr<ProcessGroup> group(join ? join(KINOME_VERSION) : nullptr);
-  if (!group) fail("libkinome_mpi.so is of another version");
+  if (!group) fail("libkinome_mpi.so is from another version of kinome");
   if (rank >= 0 && group->size() == 1) {
     group->finish();
-    fail("a launcher has started several processes, but to the MPI that this program was built with "
-         "each is alone: it is another one's, or another version's (--mpi off renders each by "
-         "itself)");
+    fail(
+        "the launcher started several processes, but this program's MPI finds only one: they are "
+        "of different MPI versions (--mpi off renders the whole image in each process)");
   }
   return group;
 }
 
 Options options_in(ProcessGroup& group, Options options) {
-  // All ask, whether they need the answer or not.
+  // A collective operation: all processes must call it, even those that don't use the result.
   const unsigned share = share_of_processors(group);
   if (options.threads == 0) options.threads = share;
   if (group.is_root()) return options;
@@ -141,25 +142,27 @@ void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity) {
       const std::string other = found == first.end() ? "" : found->second;
       if (other == value) continue;
       if (name == Checkpoint::kScene) {
-        throw AgreedError(fmt::format("rank {} on {} would render another picture: its scene is "
-                                      "another one than that of rank 0 on {}, by the text of its "
-                                      "files or by -D",
-                                      rank, machines[rank], machines[0]));
+        throw AgreedError(
+            fmt::format("rank {} on {} would render another image: its scene differs "
+                        "from that of rank 0 on {}, in the text of a file or in -D",
+                        rank, machines[rank], machines[0]));
       }
-      throw AgreedError(fmt::format("rank {} on {} would render another picture: its {} is '{}', "
-                                    "and that of rank 0 on {} is '{}'",
-                                    rank, machines[rank], name, value, machines[0], other));
+      throw AgreedError(
+          fmt::format("rank {} on {} would render another image: its {} is '{}', "
+                      "but that of rank 0 on {} is '{}'",
+                      rank, machines[rank], name, value, machines[0], other));
     }
   }
 }
 
 int run_in_group(ProcessGroup& group, const std::function<int()>& fn) {
-  // No one waits longer for one that can't go on.
-  constexpr int kMostTurns = 10;
+  // Limits the delay of ranks before they report an error.
+  constexpr int kMaxDelays = 10;
   const auto fail = [&](const char* why) {
-    // What all do alike they fail at alike, and one line is enough: the first that gets there ends
-    // the others.
-    std::this_thread::sleep_for(std::chrono::milliseconds(100 * std::min(group.rank(), kMostTurns)));
+    // Most errors occur in all processes alike, and one message is enough: the lowest rank prints
+    // it first and aborts the others.
+    std::this_thread::sleep_for(
+        std::chrono::milliseconds(100 * std::min(group.rank(), kMaxDelays)));
     std::fprintf(stderr, "kinome: rank %d on %s: %s\n", group.rank(), group.machine().c_str(), why);
     group.abort(1);
   };
@@ -169,7 +172,7 @@ int run_in_group(ProcessGroup& group, const std::function<int()>& fn) {
     return group.is_root() ? status : 0;
   } catch (const AgreedError& error) {
     group.finish();
-    // The root has yet to say what: a launcher kills it as soon as another one fails.
+    // The root reports the error. A launcher would kill it if another process failed first.
     if (!group.is_root()) return 0;
     throw Errors(lines_of(error.lines()));
   } catch (const std::bad_alloc&) {
@@ -177,7 +180,7 @@ int run_in_group(ProcessGroup& group, const std::function<int()>& fn) {
   } catch (const std::exception& error) {
     fail(error.what());
   } catch (...) {
-    fail("something that is no std::exception was thrown");
+    fail("an unknown exception was thrown");
   }
   return 1;
 }

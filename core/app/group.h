@@ -7,26 +7,28 @@
 #include "kinome/process_group.h"
 #include "options.h"
 
-/// This program as one of several processes that a launcher of MPI has started (mpirun, srun).
+/// Rendering as one of several processes that an MPI launcher (mpirun, srun) has started.
 namespace kinome::app {
 
-/// By what the launcher has left in the environment; -1: there is none, or it started no other.
+/// Returns the rank of this process, from the launcher's environment variables; -1 without a
+/// launcher, or if it started only one process.
 int rank_by_launcher();
 
-/// The group that renders together, by --mpi; nullptr: this process is alone. MPI is loaded only
-/// where there is one. Throws Error where there should be one and MPI can't be had.
+/// Joins the group of processes that render one image, as --mpi requests; returns nullptr if this
+/// process is alone. MPI's library is loaded only for a group. Throws Error if a group is required
+/// but can't be joined.
 std::unique_ptr<ProcessGroup> join_group(const Options& options);
-/// What is left to this process of what was asked for: all but the root write and say nothing.
-/// Threads, where they were not asked for: this process's share of the processors that the launcher
-/// has given it.
+/// Returns the options of this process. Processes other than the root neither write files nor
+/// print. The default number of threads is this process's share of the processors assigned by the
+/// launcher.
 Options options_in(ProcessGroup& group, Options options);
-/// Throws an AgreedError that says which process differs by what, unless all are about to render
-/// the same.
+/// Throws an AgreedError that names a process and the value by which it differs, unless all
+/// processes have the same identity.
 void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity);
 
-/// What fn() returns on the root; 0 on others, so that the job's status is the root's. Of what all
-/// have agreed that goes wrong the root alone throws an exception; where anything else does, one
-/// process says so and ends all.
+/// Returns the result of fn() on the root, and 0 on others, so that the job's status is the root's.
+/// An AgreedError is rethrown on the root alone. After any other exception the process prints it
+/// and aborts the group.
 int run_in_group(ProcessGroup& group, const std::function<int()>& fn);
 
 }  // namespace kinome::app

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "drawing/inspection_picture.h"
+#include "drawing/inspection_image.h"
 #include "kinome/image.h"
 
 namespace kinome::app {
@@ -43,7 +43,7 @@ std::string inspect(const Scene& scene, const Sensor& sensor, RenderContext& con
   const Film& film = sensor.film();
   if (pixel.x < 0 || pixel.y < 0 || pixel.x >= static_cast<float>(film.width()) ||
       pixel.y >= static_cast<float>(film.height())) {
-    throw Error(fmt::format("the film has pixels 0,0 to {},{}, and not {},{}", film.width() - 1,
+    throw Error(fmt::format("the pixel must be between 0,0 and {},{}, got {},{}", film.width() - 1,
                             film.height() - 1, pixel.x, pixel.y));
   }
   for (const char* const ending : {".csv", ".png"}) check_writable(stem + ending);

@@ -1,4 +1,4 @@
-// What a command line says of a film alone.
+// Parses options of `kinome film`.
 
 #include <charconv>
 #include <cmath>
@@ -12,9 +12,9 @@
 namespace kinome::app {
 namespace {
 
-constexpr int kMostFrames = 1'000'000;
+constexpr int kMaxFrames = 1'000'000;
 
-/// "1,2.5,-3": nullopt where it isn't so many finite numbers.
+/// Parses numbers such as "1,2.5,-3"; returns nullopt unless they are `count` finite numbers.
 std::optional<std::vector<double>> numbers(const std::string& text, size_t count, char separator) {
   std::vector<double> found;
   const char* at = text.data();
@@ -43,17 +43,17 @@ void interpret_path(const FilmOptions& film) {
   if (film.path == "orbit" || film.path == "ellipse") return;
   if (std::filesystem::exists(film.path, failed)) return;
   const std::string near = nearest_name(film.path, std::vector<std::string>{"orbit", "ellipse"});
-  throw Error(fmt::format(
-      "--path: expected orbit, ellipse or a file of keys, got '{}'{}", film.path,
-      near.empty() ? ", which isn't there" : fmt::format(" (did you mean '{}'?)", near)));
+  throw Error(
+      fmt::format("--path: expected orbit, ellipse or a file of keys, got '{}'{}", film.path,
+                  near.empty() ? ": no such file" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
-/// Which frames are to be rendered.
+/// Sets the first and last frame to render.
 void interpret_range(const RawOptions& raw, FilmOptions& film) {
   film.first = 0;
   film.last = film.frames - 1;
   const bool has_frame = raw.given.count("--frame") > 0, has_range = raw.given.count("--range") > 0;
-  if (has_frame && has_range) throw Error("--frame: --range says already which frames");
+  if (has_frame && has_range) throw Error("--frame: can't be combined with --range");
   if (!has_frame && !has_range) return;
   const char* const name = has_frame ? "--frame" : "--range";
   const std::string& text = has_frame ? raw.frame : raw.range;
@@ -62,7 +62,7 @@ void interpret_range(const RawOptions& raw, FilmOptions& film) {
   if (!found || !is_frame(found->front()) || !is_frame(found->back()) ||
       found->front() > found->back()) {
     if (film.frames == 1)
-      throw Error(fmt::format("{}: the film has only frame 0, got '{}'", name, text));
+      throw Error(fmt::format("{}: the animation has only frame 0, got '{}'", name, text));
     throw Error(fmt::format("{}: expected {} of the frames 0 to {}, got '{}'", name,
                             has_frame ? "one" : "FIRST:LAST", film.frames - 1, text));
   }
@@ -74,8 +74,8 @@ void interpret_range(const RawOptions& raw, FilmOptions& film) {
 
 void interpret_film(const RawOptions& raw, FilmOptions& film) {
   interpret_path(film);
-  if (film.frames < 1 || film.frames > kMostFrames) {
-    throw Error(fmt::format("--frames: must be from 1 to {}, got {}", kMostFrames,
+  if (film.frames < 1 || film.frames > kMaxFrames) {
+    throw Error(fmt::format("--frames: must be between 1 and {}, got {}", kMaxFrames,
                             raw.given.at("--frames")));
   }
   if (!(film.rate > 0 && film.rate <= 1000)) {
@@ -90,8 +90,8 @@ void interpret_film(const RawOptions& raw, FilmOptions& film) {
     const auto found = numbers(raw.angles, 2, ',');
     const auto is_angle = [](double angle) { return angle >= 0 && angle <= 180; };
     if (!found || !is_angle(found->front()) || !is_angle(found->back())) {
-      throw Error(fmt::format("--angles: expected A,B in degrees, each from 0 to 180, got '{}'",
-                              raw.angles));
+      throw Error(
+          fmt::format("--angles: expected A,B in degrees between 0 and 180, got '{}'", raw.angles));
     }
     film.angles = {found->front(), found->back()};
   }

@@ -16,8 +16,10 @@
 namespace kinome::app {
 namespace {
 
-constexpr uint32_t kLeastRenders = 4;  ///< with fewer, a variance says next to nothing
-constexpr uint32_t kMostRenders = 1024;
+constexpr uint32_t kMinRenders = 4;  ///< a variance from fewer renders is too uncertain
+constexpr uint32_t kMaxRenders = 1024;
+
+constexpr const char* kNoRender = "can't be combined with --inspect, which doesn't render";
 
 std::vector<std::string> split(const std::string& text, char separator) {
   std::vector<std::string> parts;
@@ -36,19 +38,19 @@ void interpret_budget(const RawOptions& raw, Options& options) {
     if (!(value > 0 && std::isfinite(value))) {
       throw Error(name + ": must be a finite number greater than 0, got " + raw.given.at(name));
     }
-    if (options.inspect) throw Error(name + ": there is nothing to render with --inspect");
+    if (options.inspect) throw Error(name + ": " + kNoRender);
   };
   check("--time", options.seconds);
   check("--error", options.rel_mse);
   if (raw.given.count("--variance") == 0) return;
   const char* const end = raw.variance.data() + raw.variance.size();
   const auto [rest, error] = std::from_chars(raw.variance.data(), end, options.renders);
-  if (error != std::errc{} || rest != end || options.renders < kLeastRenders ||
-      options.renders > kMostRenders) {
-    throw Error("--variance: must be a number from " + std::to_string(kLeastRenders) + " to " +
-                std::to_string(kMostRenders) + ", got '" + raw.variance + "'");
+  if (error != std::errc{} || rest != end || options.renders < kMinRenders ||
+      options.renders > kMaxRenders) {
+    throw Error("--variance: must be a whole number between " + std::to_string(kMinRenders) +
+                " and " + std::to_string(kMaxRenders) + ", got '" + raw.variance + "'");
   }
-  if (options.inspect) throw Error("--variance: there is nothing to render with --inspect");
+  if (options.inspect) throw Error(std::string("--variance: ") + kNoRender);
 }
 
 void check_checkpoint(const RawOptions& raw, const Options& options) {
@@ -59,24 +61,24 @@ void check_checkpoint(const RawOptions& raw, const Options& options) {
     return;
   }
   if (options.checkpoint.empty()) throw Error("--checkpoint: needs the name of a file");
-  if (options.inspect) throw Error("--checkpoint: there is nothing to render with --inspect");
+  if (options.inspect) throw Error(std::string("--checkpoint: ") + kNoRender);
   if (options.seconds > 0) {
-    throw Error("--checkpoint: what --time renders depends on the clock, and can't be resumed");
+    throw Error("--checkpoint: can't resume a render by --time, which depends on the clock");
   }
   if (!(options.every >= 0)) throw Error("--every: must be a number of seconds, 0 or more");
 }
 
-/// Not by CLI11, which takes the nearest number for what is none, or none that fits.
+/// Parses --seed, because CLI11 replaces invalid and large numbers by the nearest one.
 void interpret_seed(const RawOptions& raw, Options& options) {
   if (raw.given.count("--seed") == 0) return;
   const char* const end = raw.seed.data() + raw.seed.size();
   const auto [rest, error] = std::from_chars(raw.seed.data(), end, options.seed);
   if (error == std::errc{} && rest == end) return;
-  throw Error("--seed takes an integer from 0 to " +
+  throw Error("--seed: must be a whole number between 0 and " +
               std::to_string(std::numeric_limits<uint64_t>::max()) + ", got '" + raw.seed + "'");
 }
 
-/// "3/16", or "all/16".
+/// Parses --part: "3/16" or "all/16".
 void interpret_part(const RawOptions& raw, Options& options) {
   if (raw.given.count("--part") == 0) return;
   const std::string& text = raw.part;
@@ -91,22 +93,23 @@ void interpret_part(const RawOptions& raw, Options& options) {
   const bool is_read = slash < text.size() && read(begin + slash + 1, end, options.parts) &&
                        (is_all || read(begin, begin + slash, options.part));
   if (!is_read || options.part > options.parts || options.parts > PicturePart::kMost) {
-    throw Error("--part: expected I/N, as 3/16 for the third of 16 parts (" +
-                std::to_string(PicturePart::kMost) + " are the most), or all/N; got '" + text + "'");
+    throw Error("--part: expected I/N, such as 3/16 for the third of 16 parts (at most " +
+                std::to_string(PicturePart::kMost) + "), or all/N, got '" + text + "'");
   }
-  if (options.inspect) throw Error("--part: there is nothing to render with --inspect");
+  if (options.inspect) throw Error(std::string("--part: ") + kNoRender);
   for (const auto& [name, why] :
-       {std::pair("--time", "parts have the same number of samples each, and not what a clock allows"),
-        std::pair("--error", "a part can't know how good all of them together are"),
-        std::pair("--variance", "parts are rendered one at a time")}) {
-    if (raw.given.count(name) > 0) throw Error(std::string(name) + ": not with --part: " + why);
+       {std::pair("--time", "all parts must have the same number of samples"),
+        std::pair("--error", "a part can't estimate the error of the whole image"),
+        std::pair("--variance", "parts are rendered independently")}) {
+    if (raw.given.count(name) == 0) continue;
+    throw Error(std::string(name) + ": can't be combined with --part: " + why);
   }
 }
 
-/// CLI11 takes an empty value for 0, or for none.
-void check_that_none_is_empty(const RawOptions& raw) {
-  for (const char* const name : {"--output", "--every", "--exposure", "--sensor", "--inspect",
-                                "--display"}) {
+/// Throws Error for empty values, which CLI11 reads as 0 or ignores.
+void check_for_empty_values(const RawOptions& raw) {
+  for (const char* const name :
+       {"--output", "--every", "--exposure", "--sensor", "--inspect", "--display"}) {
     const auto found = raw.given.find(name);
     if (found != raw.given.end() && found->second.empty()) {
       throw Error(std::string(name) + ": its value is empty");
@@ -150,15 +153,13 @@ void interpret(const RawOptions& raw, Options& options) {
       throw Error("--inspect: expected a pixel as X,Y, got '" + raw.inspect + "'");
     }
     options.inspect = Vec2(x, y);
-    if (options.check) throw Error("--inspect: there is nothing to look at with --check");
-    if (!options.display.empty()) throw Error("--display: there is nothing to show with --inspect");
-    if (options.stats != StatsFormat::kNone) {
-      throw Error("--stats: there are none with --inspect, which doesn't render");
-    }
+    if (options.check) throw Error("--inspect: can't be combined with --check");
+    if (!options.display.empty()) throw Error(std::string("--display: ") + kNoRender);
+    if (options.stats != StatsFormat::kNone) throw Error(std::string("--stats: ") + kNoRender);
   }
   if (options.command == Options::Command::kCheckPlugin) interpret_seed(raw, options);
   if (options.command == Options::Command::kRender || options.command == Options::Command::kFilm) {
-    check_that_none_is_empty(raw);
+    check_for_empty_values(raw);
     interpret_budget(raw, options);
     check_checkpoint(raw, options);
     interpret_seed(raw, options);
@@ -171,7 +172,7 @@ void interpret(const RawOptions& raw, Options& options) {
     if (mode == modes.end()) throw Error("--mpi: expected auto, on or off, got '" + raw.mpi + "'");
     options.mpi = mode->second;
   }
-  if (options.command == Options::Command::kMerge) check_that_none_is_empty(raw);
+  if (options.command == Options::Command::kMerge) check_for_empty_values(raw);
   if (options.command == Options::Command::kFilm) interpret_film(raw, options.film);
   if (raw.given.count("--isa") > 0 && options.isa.empty()) throw Error("--isa: its value is empty");
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
@@ -185,9 +186,9 @@ void warn_of_missing_folders(const Options& options) {
       if (std::filesystem::is_directory(folder, failed) || !known.insert(folder).second) continue;
       const bool exists = std::filesystem::exists(folder, failed);
       log_warn(from + " '" + folder + "': " +
-               (exists   ? "this is no folder"
+               (exists   ? "not a folder"
                 : failed ? failed.message()
-                         : "there is no such folder"));
+                         : "no such folder"));
     }
   };
   check("--plugin-path", options.plugin_paths);

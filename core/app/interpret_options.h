@@ -8,7 +8,7 @@
 
 namespace kinome::app {
 
-/// A command line as text, before it is checked and taken apart.
+/// Values of a command line as text, before they are checked and parsed.
 struct RawOptions {
   std::vector<std::string> defines;
   std::vector<std::string> search_paths;
@@ -19,16 +19,15 @@ struct RawOptions {
   std::string mpi;
   std::string part;
   std::string frame, range, target, up, angles;  ///< of `kinome film`
-  std::map<std::string, std::string> given;  ///< by "--NAME": the last value of each that is there
+  std::map<std::string, std::string> given;      ///< last value of each option, by "--NAME"
 };
 
-/// Of -D: KEY=VALUE. Throws Error.
+/// Parses values KEY=VALUE of -D. Throws Error.
 std::map<std::string, std::string> parse_defines(const std::vector<std::string>& given);
 
-/// Takes apart what is text, and adds it to `options`. Throws Error for values that make no sense, by
-/// themselves or together.
+/// Parses `raw` and adds the values to `options`. Throws Error for invalid values and combinations.
 void interpret(const RawOptions& raw, Options& options);
-/// What is said of a film alone.
+/// Does so for options of `kinome film` only.
 void interpret_film(const RawOptions& raw, FilmOptions& film);
 
 }  // namespace kinome::app

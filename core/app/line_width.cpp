@@ -21,14 +21,14 @@ size_t line_width() {
   return is_terminal ? size.ws_col : 0;
 }
 
-std::string wrapped(const std::string& text, size_t room) {
-  if (room == 0) return text;
+std::string wrapped(const std::string& text, size_t width) {
+  if (width == 0) return text;
   std::string lines;
   size_t length = 0;  // of the last line
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find(' ', begin), text.size());
     if (length > 0) {
-      const bool fits = length + 1 + end - begin <= room;
+      const bool fits = length + 1 + end - begin <= width;
       lines += fits ? ' ' : '\n';
       length = fits ? length + 1 : 0;
     }

@@ -5,11 +5,11 @@
 
 namespace kinome::app {
 
-/// Where lines on stdout are to end: of a terminal, or as COLUMNS says; 0: nowhere.
+/// Returns the maximum length of lines on stdout: COLUMNS, or the terminal's width; 0 if unlimited.
 size_t line_width();
 
-/// `text` with line breaks between words, so that lines have at most `room` characters where words
-/// allow it; unchanged if `room` is 0.
-std::string wrapped(const std::string& text, size_t room);
+/// Returns `text` with line breaks between words, so that lines have at most `width` characters
+/// unless a word is longer; unchanged if `width` is 0.
+std::string wrapped(const std::string& text, size_t width);
 
 }  // namespace kinome::app

@@ -1,4 +1,4 @@
-// The program: what its options ask for, and the statuses that it ends with.
+// The program `kinome`: runs a command and returns its exit status.
 
 #include <algorithm>
 #include <cerrno>
@@ -23,20 +23,21 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// When the program was started: the dynamic linker has been at work before main, all of it on this
-/// thread, so that the processor time until now is the time since then.
+/// Returns the time at which the program was started, before dynamic linking. That ran on this
+/// thread alone, so that its time is the processor time used until now.
 Clock::time_point program_start() {
   timespec used{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
   return Clock::now() - std::chrono::seconds(used.tv_sec) - std::chrono::nanoseconds(used.tv_nsec);
 }
 
-/// The exit status when something went wrong.
+/// Exit status for errors.
 int failure_status = 1;
 
-/// Whatever went wrong: one line, and that status.
+/// Prints an error as one line, and returns the exit status.
 int fail(std::string message) {
-  // What several processes do alike is said by the first, whose end is that of the others.
+  // Under MPI, all processes have most errors. The lowest rank prints first, and its exit makes the
+  // launcher end the others.
   if (const int rank = kinome::app::rank_by_launcher(); rank > 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100 * std::min(rank, 10)));
   }
@@ -47,24 +48,24 @@ int fail(std::string message) {
   return failure_status;
 }
 
-/// The first ten of a scene's mistakes, one line each.
+/// Prints the first errors of a scene, one line each.
 int fail(const kinome::Errors& errors) {
-  constexpr size_t kMost = 10;
+  constexpr size_t kMaxPrinted = 10;
   const size_t count = errors.all().size();
-  for (size_t i = 0; i < std::min(count, kMost); ++i) fail(errors.all()[i].what());
-  if (count > kMost) {
-    fail("and " + std::to_string(count - kMost) + " more: --check lists them all");
+  for (size_t i = 0; i < std::min(count, kMaxPrinted); ++i) fail(errors.all()[i].what());
+  if (count > kMaxPrinted) {
+    fail("and " + std::to_string(count - kMaxPrinted) + " more: --check lists them all");
   }
   return failure_status;
 }
 
-/// What no one has foreseen: most likely a plugin's doing.
+/// Prints an unexpected error, with the plugin that threw it if there is one.
 int fail_unexpectedly(const void* exception, const std::string& what) {
   const std::string plugin = kinome::app::plugin_that_threw(exception);
   return fail((plugin.empty() ? "unexpected error: " : "plugin '" + plugin + "' failed: ") + what);
 }
 
-/// Ends a command whose output must be on stdout: a full disk is an error.
+/// Returns `status`, or that of an error if stdout can't be written, for instance on a full disk.
 int end_with(int status) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
   return fail(std::string("stdout can't be written: ") + std::strerror(errno ? errno : EIO));
@@ -94,21 +95,21 @@ int run(const kinome::app::Options& options, Clock::time_point start) {
 int main(int argc, char** argv) {
   const Clock::time_point start = program_start();
   kinome::app::watch_throws();
-  kinome::app::tell_of_crashes();
+  kinome::app::install_crash_handlers();
   kinome::protect_read_files();
   failure_status = kinome::app::failure_status_of(argc, argv);
   try {
     const auto options = kinome::app::parse_options(argc, argv);
     if (!options) return end_with(0);
-    // Under a launcher, what doesn't render one picture together is done once.
+    // Under a launcher, commands that don't render an image are run by rank 0 alone.
     const bool is_picture =
         options->command == kinome::app::Options::Command::kRender && !options->check;
     if (!is_picture && options->mpi != kinome::app::Options::Mpi::kOff) {
       const int rank = kinome::app::rank_by_launcher();
       if (rank > 0) return 0;
       if (rank == 0 && options->command == kinome::app::Options::Command::kFilm) {
-        throw kinome::Error("a film is not rendered by MPI: its frames can be rendered by processes "
-                            "of their own (--range)");
+        throw kinome::Error(
+            "kinome film doesn't support MPI: start a process for each --range of frames");
       }
     }
     return end_with(run(*options, start));
@@ -120,14 +121,14 @@ int main(int argc, char** argv) {
     return fail("out of memory");
   } catch (const std::system_error& error) {
     if (std::ferror(stdout) != 0) return end_with(1);  // thrown by fmt::print
-    // What the start of a thread throws: its stack takes memory.
+    // Thrown if a thread can't be started.
     if (error.code() == std::errc::resource_unavailable_try_again) {
-      return fail("out of memory, or of threads: -t COUNT takes fewer");
+      return fail("out of memory or threads: use fewer threads with -t COUNT");
     }
     return fail_unexpectedly(dynamic_cast<const void*>(&error), error.what());
   } catch (const std::exception& error) {
     return fail_unexpectedly(dynamic_cast<const void*>(&error), error.what());
   } catch (...) {
-    return fail_unexpectedly(nullptr, "something that is no std::exception was thrown");
+    return fail_unexpectedly(nullptr, "an unknown exception was thrown");
   }
 }

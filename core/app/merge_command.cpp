@@ -1,4 +1,4 @@
-// `kinome merge`: adds the files of parts to one picture.
+// `kinome merge`: adds the files of parts to one image.
 
 #include <algorithm>
 #include <cmath>
@@ -13,29 +13,29 @@
 #include "kinome/parts.h"
 #include "kinome/plugin_registry.h"
 #include "kinome/read_files.h"
-#include "picture.h"
+#include "render_image.h"
 #include "say.h"
 
 namespace kinome::app {
 namespace {
 
-/// Throws Error where nothing can be written there, or a part is.
+/// Returns the output files. Throws Error if they can't be written or are among the parts.
 Output output_of(const Options& options) {
   Output output;
   const std::string extension = lower_extension(options.output);
   if (extension == ".png") {
-    throw Error(fmt::format("-o {}: what is merged is an .exr file; --png adds a PNG beside it",
+    throw Error(fmt::format("-o {}: merging writes an .exr file; --png adds a PNG beside it",
                             options.output));
   }
   const bool is_whole = extension == ".exr" || is_null_device(options.output);
-  output.picture = options.output + (is_whole ? "" : ".exr");
-  if (options.png) output.png = png_beside(output.picture);
+  output.image = options.output + (is_whole ? "" : ".exr");
+  if (options.png) output.png = png_beside(output.image);
   for (const std::string& part : options.files) note_read_file(part);
   for (const std::string& file : output.files()) check_writable(file);
   return output;
 }
 
-/// Of what there is no picture of.
+/// Describes missing and incomplete parts; "" if there are none.
 std::string incompleteness(const MergedParts& merged) {
   std::string text;
   const auto add = [&](const std::vector<uint32_t>& parts, const std::string& attribute,
@@ -48,8 +48,7 @@ std::string incompleteness(const MergedParts& merged) {
   add(merged.missing, "kinome:missing_parts", "missing");
   add(merged.incomplete, "kinome:incomplete_parts", "incomplete");
   if (merged.gaps > 0) {
-    text +=
-        fmt::format(", {} % of it missing (where its alpha is 0)", std::ceil(100 * merged.gaps));
+    text += fmt::format(", {} % of the pixels missing (alpha 0)", std::ceil(100 * merged.gaps));
   }
   return text;
 }
@@ -66,17 +65,17 @@ int merge_command(const Options& options, Clock::time_point start) {
   const MergedParts merged = merge_parts(options.files, options.allow_missing, registry);
   if (merged.is_mixed) {
     log_warn(
-        fmt::format("the parts were rendered with several instruction sets ({}): no single "
-                    "machine would come to the same bits; --isa gives all of them one",
+        fmt::format("the parts were rendered with several instruction sets ({}), so that no single "
+                    "machine would render the same bits; to avoid this, render all with one --isa",
                     merged.metadata.at("kinome:isa")));
   }
   if (merged.non_finite > 0) {
-    log_warn(fmt::format("samples that were not finite, and were dropped: {}", merged.non_finite));
+    log_warn(fmt::format("dropped samples that were not finite: {}", merged.non_finite));
   }
-  set_activity("writing the picture");
-  write_picture(options, *merged.film, merged.image, merged.metadata, output, nullptr);
+  set_activity("writing the image");
+  write_image_files(options, *merged.film, merged.image, merged.metadata, output, nullptr);
   if (!options.quiet) {
-    say("wrote {}: {} of {} parts{} ({:.2f} s)\n", output.picture,
+    say("wrote {}: {} of {} parts{} ({:.2f} s)\n", output.image,
         merged.count - merged.missing.size(), merged.count, incompleteness(merged),
         seconds_since(start));
   }

@@ -21,7 +21,7 @@ Checkpoint::Identity identity_of(const Options& options, const Scene& scene, con
   return {{"version", KINOME_VERSION},
           {Checkpoint::kScene, scene.hash()},
           {"sensor", std::to_string(index)},
-          {"picture", fmt::format("{}x{}", crop.width(), crop.height())},
+          {"image size", fmt::format("{}x{}", crop.width(), crop.height())},
           {"seed", std::to_string(options.seed)},
           {"--variance", std::to_string(options.renders)},
           {"--error", fmt::format("{}", options.rel_mse)},

@@ -13,18 +13,19 @@
 
 namespace kinome::app {
 
-/// What a picture's header says of how it was made.
+/// Returns the attributes of an image's header that describe the render.
 ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
                           const std::string& integrator, const RenderStats& stats);
 
-/// "3/16" or "all/16", as --part says; "": it isn't given.
+/// Returns the value of --part, "3/16" or "all/16"; "" without --part.
 std::string part_text(const Options& options);
 
-/// All that the bits of the picture depend on, but for the files that the scene names.
+/// Returns everything that the bits of the image depend on, except files that the scene names.
 Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor,
                                  InstructionSet instruction_set);
 
-/// Names of the loaded integrators, of which an aov integrator nests others, with spaces between.
+/// Returns the names of the loaded integrators, separated by spaces. There are several if one (aov)
+/// nests others.
 std::string integrator_names(const std::vector<std::string>& plugins);
 
 }  // namespace kinome::app

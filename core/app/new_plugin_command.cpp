@@ -1,4 +1,4 @@
-// `kinome new`: begins a plugin as the example of its category, under another name.
+// `kinome new`: starts a plugin as a renamed copy of its category's example.
 
 #include <algorithm>
 #include <cctype>
@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// share/kinome/templates beside the program's folder.
+/// Returns share/kinome/templates in the program's prefix.
 fs::path templates() {
   std::error_code failed;
   const fs::path program = fs::canonical("/proc/self/exe", failed).parent_path();
@@ -45,7 +45,7 @@ bool is_word_part(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
 }
 
-/// Each `word` by itself, not as a part of another one.
+/// Replaces each occurrence of `word` as a whole word.
 std::string replaced(const std::string& text, const std::string& word, const std::string& by) {
   std::string result;
   size_t begin = 0;
@@ -60,7 +60,7 @@ std::string replaced(const std::string& text, const std::string& word, const std
   return result + text.substr(begin);
 }
 
-/// "my_sky", "emitter": "MySkyEmitter", which no class of the core is called.
+/// Returns "MySkyEmitter" for "my_sky" and "emitter". No class of the core has such a name.
 std::string class_name(const std::string& name, const std::string& category) {
   std::string result;
   bool is_first = true;
@@ -75,8 +75,8 @@ std::string class_name(const std::string& name, const std::string& category) {
   return result;
 }
 
-/// The plugin's name where it stands for the plugin: the same word may be a parameter's, or that of
-/// what the plugin does.
+/// Replaces the plugin's name only where it identifies the plugin, because the same word may be the
+/// name of a parameter or a term in the text.
 std::string renamed(std::string text, const std::string& name, const std::string& by) {
   for (const char* before : {"type=\"", "plugins ", "<!-- ", "Category::k"}) {
     for (size_t at = text.find(before); at != std::string::npos; at = text.find(before, at)) {
@@ -103,7 +103,7 @@ Category category_named(const std::string& name) {
     if (name == all.back()) return static_cast<Category>(i);
   }
   const std::string near = nearest_name(name, all);
-  throw Error(fmt::format("there is no category '{}'{}", name,
+  throw Error(fmt::format("unknown category '{}'{}", name,
                           near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
@@ -112,24 +112,24 @@ void check_name(const std::string& name, Category category) {
       !std::all_of(name.begin(), name.end(),
                    [](char c) { return is_word_part(c) && !std::isupper(c); })) {
     throw Error(
-        fmt::format("'{}': a plugin's name consists of small letters, digits and _, and begins "
-                    "with a letter",
+        fmt::format("'{}': a plugin's name must consist of lower-case letters, digits and _, and "
+                    "begin with a letter",
                     name));
   }
-  constexpr size_t kLongestName = 64;  // files and libraries have longer ones made of it
-  if (name.size() > kLongestName) {
-    throw Error(fmt::format("a plugin's name of {} characters is too long: at most {}", name.size(),
-                            kLongestName));
+  constexpr size_t kMaxNameLength = 64;  // names of files and libraries add to it
+  if (name.size() > kMaxNameLength) {
+    throw Error(fmt::format("a plugin's name must have at most {} characters, got {}",
+                            kMaxNameLength, name.size()));
   }
-  // A scene that names it would get the one or the other, depending on the order of folders.
+  // Which of two plugins of the same name a scene gets depends on the order of folders.
   const auto taken = PluginRegistry(PluginRegistry::default_folders()).names(category);
   if (std::find(taken.begin(), taken.end(), name) != taken.end()) {
-    throw Error(fmt::format("there is a plugin {}/{} already: choose another name",
-                            to_string(category), name));
+    throw Error(
+        fmt::format("plugin {}/{} already exists: choose another name", to_string(category), name));
   }
 }
 
-/// As a word of a shell's command line.
+/// Quotes a word for a shell's command line.
 std::string quoted(const std::string& word) {
   const auto is_plain = [](char c) { return is_word_part(c) || std::strchr("/.-+,:@%=", c); };
   if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
@@ -138,26 +138,26 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
-/// The one source among a category's templates.
+/// Returns the only source file among a category's templates.
 fs::path example_of(const fs::path& folder) {
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(folder, failed)) {
     if (entry.path().extension() == ".cpp") return entry.path();
   }
-  throw Error(fmt::format("'{}': there are no templates, which are installed with the program",
+  throw Error(fmt::format("'{}': missing templates, which are installed with the program",
                           folder.string()));
 }
 
 }  // namespace
 
 int new_plugin_command(const Options& options) {
-  set_activity("beginning a plugin");
+  set_activity("creating a plugin");
   check_name(options.plugin_name, category_named(options.category));
   const std::string& name = options.plugin_name;
   const fs::path from = templates() / options.category;
   const fs::path example = example_of(from);
   const fs::path to = options.folder.empty() ? name : options.folder;
-  if (fs::exists(to)) throw Error(fmt::format("'{}' is there already", to.string()));
+  if (fs::exists(to)) throw Error(fmt::format("'{}' already exists", to.string()));
 
   std::string source = read(example);
   const std::string registration = "KINOME_PLUGIN(";
@@ -179,7 +179,8 @@ int new_plugin_command(const Options& options) {
   fmt::print("{}: {}.cpp (as the example {}), CMakeLists.txt, scene.xml\n", to.string(), name,
              old_name);
   fs::path prefix = templates().parent_path().parent_path().parent_path();
-  if (fs::exists(prefix / "CMakeCache.txt")) {  // a build folder, which offers nothing to others
+  // A build folder has no CMake package for other projects.
+  if (fs::exists(prefix / "CMakeCache.txt")) {
     const fs::path sdk = fs::absolute(to) / "kinome";
     fmt::print("  cmake --install {} --prefix {}\n", quoted(prefix.string()), quoted(sdk.string()));
     prefix = sdk;

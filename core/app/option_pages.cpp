@@ -11,8 +11,8 @@
 namespace kinome::app {
 namespace {
 
-/// Text for roff: a backslash, a dash that must stay one, and a dot at the beginning mean something
-/// to it.
+/// Escapes text for roff, in which backslashes, dashes, and a dot or quote at the beginning are
+/// special.
 std::string roff(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -27,7 +27,7 @@ std::string roff(const std::string& text) {
   return !escaped.empty() && (escaped[0] == '.' || escaped[0] == '\'') ? "\\&" + escaped : escaped;
 }
 
-/// All names, short ones first: -o, --output.
+/// Returns all names of an option, short ones first: -o, --output.
 std::vector<std::string> names_of(const CLI::Option& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.get_snames()) names.push_back("-" + name);
@@ -48,7 +48,7 @@ std::string options_in_roff(const CLI::App& app) {
     for (size_t i = 0; i < names.size(); ++i) {
       page += (i > 0 ? ", \\fB" : "\\fB") + roff(names[i]) + "\\fR";
     }
-    // A flag that may have a value has its "[=COUNT]" for a type.
+    // The type of a flag with an optional value is "[=COUNT]".
     const std::string type = option->get_type_name();
     const bool is_shown = takes_value(*option) || type.starts_with("[=");
     if (is_shown) page += (takes_value(*option) ? " \\fI" : "\\fI") + roff(type) + "\\fR";
@@ -71,14 +71,14 @@ std::string names_in_one(const CLI::App& app) {
   return all;
 }
 
-/// "plugins" of "kinome plugins", "" of "kinome".
+/// Returns "plugins" for "kinome plugins", and "" for "kinome".
 std::string word_of(const CLI::App& app) {
   const std::string name = app.get_name();
   const size_t space = name.rfind(' ');
   return space == std::string::npos ? "" : name.substr(space + 1);
 }
 
-/// By what bash may complete the values of options: patterns of a command's word and an option.
+/// Patterns for bash of a command and an option, by the kind of the option's value.
 struct ValuePatterns {
   std::string files;
   std::string folders;
@@ -108,11 +108,12 @@ ValuePatterns value_patterns(const std::vector<const CLI::App*>& commands) {
 std::string man_page(const CLI::App& render, const std::vector<const CLI::App*>& commands) {
   std::string of_commands;
   for (const CLI::App* command : commands) {
-    of_commands += ".SH OPTIONS OF " + upper(command->get_name()) + "\n" + options_in_roff(*command);
+    of_commands +=
+        ".SH OPTIONS OF " + upper(command->get_name()) + "\n" + options_in_roff(*command);
   }
   return R"(.TH KINOME 1 "" "kinome )" KINOME_VERSION R"(" "User Commands"
 .SH NAME
-kinome \- renders scenes in Mitsuba's language
+kinome \- renders scenes in Mitsuba's format
 .SH SYNOPSIS
 .B kinome
 .RI [ OPTION ]... " SCENE.xml"
@@ -135,50 +136,50 @@ kinome \- renders scenes in Mitsuba's language
 Renders a scene of Mitsuba 3, or of Mitsuba 0.4 to 0.6, into an OpenEXR or PFM file beside the scene
 file.
 .B kinome film
-renders a film of a scene, and
+renders an animation of a scene, and
 .B kinome merge
 (or
 .BR kinome\-merge )
-adds the parts of a picture that were rendered by themselves. Scenes are made of plugins:
+adds the separately rendered parts of an image. Scenes are built from plugins:
 .B kinome plugins
-lists them, those of a category, or the parameters of one,
+lists all plugins, those of a category, or the parameters of one,
 .B kinome check
-finds out what is wrong with one, and
+checks a plugin for errors, and
 .B kinome new
-starts a new one.
+starts a new plugin.
 .SH OPTIONS
 )" + options_in_roff(render) +
          of_commands + R"(.SH EXIT STATUS
 .TP
 .B 0
-The picture is written.
+The image is written.
 .TP
 .B 1
-A mistake in the command line, the scene or a file, or something that the machine lacks; for
+An error in the command line, the scene or a file, or a missing resource; for
 .BR "kinome check" ,
-the plugin is wrong.
+the plugin failed a check.
 .TP
 .B 2
 .B kinome check
-couldn't check the plugin: a mistake in the command line, or something that the machine lacks.
+couldn't check the plugin: an error in the command line, or a missing resource.
 .TP
 .B 3
-The picture is written, but a plugin gave impossible values; see
+The image is written, but a plugin returned impossible values; see
 .BR \-\-lenient .
 .TP
 .B 128 + N
-Ended by signal N.
+The program was ended by signal N.
 .SH ENVIRONMENT
 .TP
 .B KINOME_PLUGIN_PATH
 More folders of plugins, separated by colons.
 .TP
 .B KINOME_ISA
-As
+Default of
 .BR \-\-isa .
 .TP
 .B COLUMNS
-The width to which help and lists are wrapped; by default, that of the terminal.
+Width to which help and lists are wrapped; default: the terminal's width.
 .SH SEE ALSO
 .BR "kinome\-compare \-\-help" ,
 and the pages in share/doc/kinome beside the program's folder.
@@ -189,7 +190,7 @@ std::string bash_completion(const CLI::App& render, const std::vector<const CLI:
   std::vector<const CLI::App*> all{&render};
   all.insert(all.end(), commands.begin(), commands.end());
   const ValuePatterns values = value_patterns(all);
-  std::string words, cases;  // of the commands: their words, and what options each has
+  std::string words, cases;  // words of the commands, and options of each
   for (const CLI::App* command : all) {
     const std::string word = word_of(*command);
     if (!word.empty()) words += (words.empty() ? "" : " ") + word;
@@ -201,13 +202,14 @@ std::string bash_completion(const CLI::App& render, const std::vector<const CLI:
   for (int i = 0; i < kCategoryCount; ++i) {
     categories += (i > 0 ? " " : "") + std::string(to_string(static_cast<Category>(i)));
   }
-  return R"(# Completion of kinome's command lines: made by kinome --completion.
+  return R"(# Completion of kinome's command lines, generated by kinome --completion.
 _kinome() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} names=
   local command= i
   for ((i = 1; i < COMP_CWORD; ++i)); do
     case ${COMP_WORDS[i]} in
-      )" + any_word + R"() command=${COMP_WORDS[i]} ;;
+      )" +
+         any_word + R"() command=${COMP_WORDS[i]} ;;
     esac
   done
   COMPREPLY=()
@@ -223,26 +225,30 @@ _kinome() {
   case $word in
     -*)
       case $command in
-)" + cases + R"(      esac
+)" + cases +
+         R"(      esac
       COMPREPLY=($(compgen -W "$names" -- "$word"))
       return
       ;;
   esac
   case $command in
     plugins | check)
-      # Plugins are indented by two blanks; of categories only the first of the two commands knows.
+      # Plugins are indented by two blanks. Only `kinome plugins` accepts a category.
       names=$("${COMP_WORDS[0]}" plugins 2>/dev/null | sed -n 's/^  \([a-z0-9_]\{1,\}\).*/\1/p')
-      [ "$command" = check ] || names="$names )" + categories + R"("
+      [ "$command" = check ] || names="$names )" +
+         categories + R"("
       ;;
     merge)
       compopt -o filenames
       COMPREPLY=($(compgen -f -X '!*.exr' -- "$word") $(compgen -d -- "$word"))
       ;;
-    new) [ "$before" != new ] || names=')" + categories + R"(' ;;
+    new) [ "$before" != new ] || names=')" +
+         categories + R"(' ;;
     *)
       compopt -o filenames
       COMPREPLY=($(compgen -f -X '!*.xml' -- "$word") $(compgen -d -- "$word"))
-      [ "$COMP_CWORD" -gt 1 ] || names=')" + words + R"('
+      [ "$COMP_CWORD" -gt 1 ] || names=')" +
+         words + R"('
       ;;
   esac
   COMPREPLY+=($(compgen -W "$names" -- "$word"))
@@ -253,7 +259,7 @@ _kinome() {
 }
 complete -F _kinome kinome
 _kinome_merge() {
-  # As the arguments of `kinome merge`.
+  # Completes the arguments of `kinome merge`.
   COMP_WORDS=(kinome merge "${COMP_WORDS[@]:1}")
   ((++COMP_CWORD))
   _kinome

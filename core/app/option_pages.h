@@ -7,14 +7,14 @@ namespace CLI {
 class App;
 }
 
-/// What is installed beside the program, from the same table of options as `--help`.
+/// The installed manual page and shell completion, generated from the same options as `--help`.
 namespace kinome::app {
 
-/// The manual page, for man(1), in roff. `render` has the options of `kinome`, and `commands` those of
-/// `kinome plugins`, `kinome check` and `kinome new`, which are their names.
+/// Returns the manual page for man(1), in roff. `render` has the options of `kinome SCENE`, and
+/// `commands` those of the other commands, such as `kinome plugins`, which are their names.
 std::string man_page(const CLI::App& render, const std::vector<const CLI::App*>& commands);
 
-/// Completion of command lines, for bash.
+/// Returns the completion script for bash.
 std::string bash_completion(const CLI::App& render, const std::vector<const CLI::App*>& commands);
 
 }  // namespace kinome::app

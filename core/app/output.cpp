@@ -16,16 +16,15 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// "-part03of16", so that the order of names is that of parts.
+/// Returns a suffix such as "-part03of16", by which names sort in the order of parts.
 std::string suffix_of_part(const Options& options) {
   if (options.part == 0) return "";
   const size_t digits = std::to_string(options.parts).size();
   return fmt::format("-part{:0{}}of{}", options.part, digits, options.parts);
 }
 
-/// Returns the path of the image: beside the scene file, or the one of -o, with the film's
-/// extension. The extension of another image format is an error, because the file's name would be
-/// wrong.
+/// Returns the path of the image: that of -o, or one beside the scene file, with the film's
+/// extension. Throws Error for the extension of another image format.
 std::string output_path(const Options& options, const std::string& extension) {
   if (options.output.empty()) {
     const std::string stem = fs::path(options.scene).replace_extension("").string();
@@ -45,13 +44,13 @@ std::string output_path(const Options& options, const std::string& extension) {
 
 }  // namespace
 
-std::string png_beside(const std::string& picture) {
-  return is_null_device(picture) ? picture : fs::path(picture).replace_extension(".png").string();
+std::string png_beside(const std::string& image) {
+  return is_null_device(image) ? image : fs::path(image).replace_extension(".png").string();
 }
 
 void check_output_folder(const Options& options) {
   std::error_code ignored;
-  if (!fs::exists(options.scene, ignored)) return;  // the greater mistake, which the loader reports
+  if (!fs::exists(options.scene, ignored)) return;  // the loader reports that
   if (options.output.empty()) {
     check_writable(fs::path(options.scene).replace_extension(".exr").string());
   } else {
@@ -64,55 +63,51 @@ void check_output_folder(const Options& options) {
 
 Output choose_output(const Options& options, const Film& film) {
   Output output;
-  output.picture = options.inspect && lower_extension(options.output) == ".png"
-                       ? options.output
-                       : output_path(options, film.file_extension());
+  output.image = options.inspect && lower_extension(options.output) == ".png"
+                     ? options.output
+                     : output_path(options, film.file_extension());
   if (options.renders > 0 && film.file_extension() != ".exr") {
-    throw Error(
-        fmt::format("--variance: the scene's film writes {} files, which hold no channels "
-                    "but colour",
-                    film.file_extension()));
+    throw Error(fmt::format("--variance: the scene's film writes {} files, which store only colour",
+                            film.file_extension()));
   }
-  if (options.png) output.png = png_beside(output.picture);
+  if (options.png) output.png = png_beside(output.image);
   for (const std::string& file : output.files()) check_writable(file);
   return output;
 }
 
-double writing_seconds(const Options& options, const Film& film, const Image& picture,
+double writing_seconds(const Options& options, const Film& film, const Image& image,
                        const Output& output) {
   if (is_null_device(output.name())) return 0;
   constexpr int kRows = 64;
-  Image strip{picture.width,
-              std::min(picture.height, std::max(kRows, picture.height / 16)),
-              picture.channels,
-              {}};
-  const size_t row = static_cast<size_t>(picture.width) * picture.channels.size();
-  const auto first = picture.data.begin() +
-                     static_cast<std::ptrdiff_t>(row * ((picture.height - strip.height) / 2));
+  Image strip{
+      image.width, std::min(image.height, std::max(kRows, image.height / 16)), image.channels, {}};
+  const size_t row = static_cast<size_t>(image.width) * image.channels.size();
+  const auto first =
+      image.data.begin() + static_cast<std::ptrdiff_t>(row * ((image.height - strip.height) / 2));
   strip.data.assign(first, first + static_cast<std::ptrdiff_t>(row * strip.height));
   const ScratchFolder scratch(output.name());
   const Clock::time_point start = Clock::now();
-  if (!output.picture.empty()) {
+  if (!output.image.empty()) {
     film.write(scratch.file("timing" + film.file_extension()), strip, {});
   }
   if (!output.png.empty()) write_png(scratch.file("timing.png"), strip, options.exposure);
   const std::chrono::duration<double> used = Clock::now() - start;
-  return used.count() * picture.height / strip.height;
+  return used.count() * image.height / strip.height;
 }
 
-void write_picture(const Options& options, Film& film, const Image& image,
-                   const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
-                   const PartRender* part) {
+void write_image_files(const Options& options, Film& film, const Image& image,
+                       const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
+                       const PartRender* part) {
   if (is_null_device(output.name())) return;
   try {
     if (part) {
-      part->write(output.picture, image, metadata);
-    } else if (!output.picture.empty()) {
-      film.write(output.picture, image, metadata);
+      part->write(output.image, image, metadata);
+    } else if (!output.image.empty()) {
+      film.write(output.image, image, metadata);
     }
     if (!output.png.empty()) write_png(output.png, image, options.exposure);
   } catch (...) {
-    if (checkpoint) checkpoint->close(film);  // nothing is lost but the picture
+    if (checkpoint) checkpoint->close(film);  // keeps all samples
     throw;
   }
 }

@@ -10,35 +10,36 @@
 
 namespace kinome::app {
 
-/// Where the picture goes, and with --png the PNG beside it.
+/// Paths of an image's files.
 struct Output {
-  std::string picture;  ///< "": nowhere, there is only the PNG
-  std::string png;      ///< "": none
+  std::string image;  ///< the film's file; "" if only the PNG is written
+  std::string png;    ///< "" if none is written
 
   std::vector<std::string> files() const {
-    if (picture.empty()) return {png};
-    return png.empty() ? std::vector{picture} : std::vector{picture, png};
+    if (image.empty()) return {png};
+    return png.empty() ? std::vector{image} : std::vector{image, png};
   }
-  const std::string& name() const { return picture.empty() ? png : picture; }
+  const std::string& name() const { return image.empty() ? png : image; }
 };
 
-/// Returns the path of the PNG that --png adds to a picture.
-std::string png_beside(const std::string& picture);
-/// Before anything is loaded: the film will choose the extension, but not the folder. Throws Error
-/// where nothing can be written there.
+/// Returns the path of the PNG that --png adds to an image.
+std::string png_beside(const std::string& image);
+/// Throws Error if the output can't be written. Called before the scene is loaded, whose film sets
+/// the extension but not the folder.
 void check_output_folder(const Options& options);
-/// Before anything is rendered. Throws Error where the film can't write what is asked for, or not
-/// there.
+/// Returns the output files. Throws Error if the film doesn't support them or they can't be
+/// written.
 Output choose_output(const Options& options, const Film& film);
-/// Seconds that it will take to write such a picture: by what it takes to write some of its rows.
-double writing_seconds(const Options& options, const Film& film, const Image& picture,
+/// Estimates the seconds for writing an image from the time for writing some of its rows.
+double writing_seconds(const Options& options, const Film& film, const Image& image,
                        const Output& output);
-/// Where it can't be written, the checkpoint, if there is one, is left as it is. `part`: that the
-/// picture is; nullptr: it is whole.
-void write_picture(const Options& options, Film& film, const Image& image,
-                   const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
-                   const PartRender* part = nullptr);
-/// Of a picture that is whole, and written: once that is on the disk.
+/// Writes the image, or a `part` of it (nullptr for a whole image). If that fails, `checkpoint`
+/// (which may be nullptr) keeps the samples.
+void write_image_files(const Options& options, Film& film, const Image& image,
+                       const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
+                       const PartRender* part = nullptr);
+/// Removes the checkpoint of a complete image that has been written, after syncing the image to
+/// disk.
 void remove_checkpoint(Checkpoint& checkpoint, const Output& output);
 
 }  // namespace kinome::app

@@ -1,4 +1,4 @@
-// `kinome plugins`: lists what there is, and explains one of them by its parameter table.
+// `kinome plugins`: lists plugins, and prints the parameter table of one.
 
 #include <algorithm>
 #include <map>
@@ -36,28 +36,28 @@ std::string default_text(const Parameter& p) {
   return p.default_value ? p.default_value : "";
 }
 
-/// Documentation may be wrapped in the source; here it is one line.
+/// Joins the lines of a plugin's documentation.
 std::string one_line(const char* doc) {
   std::string text(doc ? doc : "");
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
 }
 
-/// `head` and then `text`, broken between words, each further line below where `text` began; below
-/// the head, where that leaves little room.
+/// Prints `head` and then `text`, wrapped between words. Further lines are indented to the
+/// beginning of `text`; if that leaves little room, the text begins on the line below `head`.
 void print_wrapped(const std::string& head, const std::string& text, size_t width) {
-  constexpr size_t kLeastRoom = 24, kIndent = 6;
+  constexpr size_t kMinWidth = 24, kIndent = 6;
   size_t indent = head.size();
   std::string line = head;
   const auto end_line = [&] {
     fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
     line.assign(indent, ' ');
   };
-  if (width > 0 && width < head.size() + kLeastRoom && head.size() + text.size() > width) {
+  if (width > 0 && width < head.size() + kMinWidth && head.size() + text.size() > width) {
     indent = kIndent;
     end_line();
   }
-  bool is_empty = true;  // of words
+  bool is_empty = true;  // whether the line has no words yet
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find(' ', begin), text.size());
     if (width > 0 && !is_empty && line.size() + 1 + end - begin > width) {
@@ -72,7 +72,7 @@ void print_wrapped(const std::string& head, const std::string& text, size_t widt
   end_line();
 }
 
-/// With the names that it may be, where its description doesn't say them all.
+/// Returns the description of a parameter, with its choices unless the description names them all.
 std::string meaning(const Parameter& p) {
   const std::string doc = one_line(p.doc);
   const bool says_all = std::all_of(p.choices.begin(), p.choices.end(), [&](const char* name) {
@@ -114,14 +114,14 @@ void print_plugin(Category category, const std::string& name, const PluginDescri
   }
 }
 
-/// As a cell of a table: a bar would end it.
+/// Escapes bars, which would end a table's cell.
 std::string cell(const std::string& text) {
   std::string escaped;
   for (const char c : text) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
   return escaped;
 }
 
-/// A page about one plugin.
+/// Prints a page in Markdown about one plugin.
 void print_page(Category category, const std::string& name, const PluginDescriptor& plugin) {
   fmt::print("# {}\n\n", name);
   if (name != plugin.name) fmt::print("Another name for `{}`. ", plugin.name);
@@ -155,7 +155,7 @@ std::string parameters_in_markdown(const PluginDescriptor& plugin) {
 void print_markdown(PluginRegistry& registry) {
   fmt::print("| category | plugin | what it is | parameters (default) |\n|---|---|---|---|\n");
   for (const Category category : all_categories()) {
-    // Another name for a plugin is one more file, which opens as the same library.
+    // A plugin's aliases are files that load as the same library.
     std::map<const PluginDescriptor*, std::string> names;
     std::vector<const PluginDescriptor*> plugins;
     for (const std::string& name : registry.names(category)) {
@@ -171,8 +171,8 @@ void print_markdown(PluginRegistry& registry) {
   }
 }
 
-/// Of these categories. One library that can't be loaded must not hide the others; the exit status
-/// tells.
+/// Prints the plugins of some categories. Continues after a library that can't be loaded, and
+/// returns exit status 1 in that case.
 int print_list(PluginRegistry& registry, const std::vector<Category>& categories) {
   int status = 0;
   for (const Category category : categories) {
@@ -193,7 +193,7 @@ int print_list(PluginRegistry& registry, const std::vector<Category>& categories
   return status;
 }
 
-/// A plugin, or what there is of a category.
+/// Prints a plugin, or the plugins of a category.
 int print_named(PluginRegistry& registry, const std::string& wanted, bool markdown) {
   std::vector<std::string> known;
   bool found = false;
@@ -218,27 +218,27 @@ int print_named(PluginRegistry& registry, const std::string& wanted, bool markdo
   }
   if (found) return 0;
   const std::string near = nearest_name(wanted, known);
-  throw Error(fmt::format("no plugin is named '{}'{}", wanted,
-                          near.empty() ? "; `kinome plugins` lists them all"
-                                       : fmt::format("; did you mean '{}'?", near)));
+  throw Error(fmt::format(
+      "unknown plugin '{}'{}", wanted,
+      near.empty() ? " (`kinome plugins` lists all)" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
-enum class Here { kYes, kPartly, kNo };
+enum class Support { kYes, kPartly, kNo };
 
-/// Of a registry that names its plugins by category.
-Here is_here(const std::map<std::string, std::vector<std::string>>& names,
-             const MitsubaPlugin& plugin) {
-  // As in Mitsuba, spectra are textures of one colour.
+/// Returns the support for one of Mitsuba's plugins; `names` has the registry's, by category.
+Support support_of(const std::map<std::string, std::vector<std::string>>& names,
+                   const MitsubaPlugin& plugin) {
+  // Mitsuba's spectra are textures of a constant colour.
   const bool is_spectrum = std::string_view(plugin.category) == "spectrum";
   const auto known = names.find(is_spectrum ? "texture" : plugin.category);
   if (known == names.end() ||
       std::find(known->second.begin(), known->second.end(), plugin.name) == known->second.end()) {
-    return Here::kNo;
+    return Support::kNo;
   }
-  return plugin.lacks ? Here::kPartly : Here::kYes;
+  return plugin.lacks ? Support::kPartly : Support::kYes;
 }
 
-/// Which of Mitsuba's plugins there are, one a line, or one category a row.
+/// Prints the support for Mitsuba's plugins: one per line, or in Markdown a category per row.
 void print_mitsuba(PluginRegistry& registry, bool markdown) {
   std::map<std::string, std::vector<std::string>> names;
   for (const Category category : all_categories()) {
@@ -248,19 +248,19 @@ void print_mitsuba(PluginRegistry& registry, bool markdown) {
   std::vector<std::string> categories;
   std::map<std::string, std::vector<std::string>> cells[3];
   for (const MitsubaPlugin& plugin : mitsuba_plugins()) {
-    const Here here = is_here(names, plugin);
-    ++counts[static_cast<int>(here)];
+    const Support support = support_of(names, plugin);
+    ++counts[static_cast<int>(support)];
     if (categories.empty() || categories.back() != plugin.category) {
       categories.emplace_back(plugin.category);
     }
-    cells[static_cast<int>(here)][plugin.category].push_back(
-        here == Here::kPartly ? fmt::format("`{}` ({})", plugin.name, plugin.lacks)
-                              : fmt::format("`{}`", plugin.name));
+    cells[static_cast<int>(support)][plugin.category].push_back(
+        support == Support::kPartly ? fmt::format("`{}` ({})", plugin.name, plugin.lacks)
+                                    : fmt::format("`{}`", plugin.name));
     if (markdown) continue;
-    const std::string said = here == Here::kYes      ? "yes"
-                             : here == Here::kPartly ? fmt::format("partly: {}", plugin.lacks)
-                                                     : "no";
-    print_wrapped(fmt::format("{:<11} {:<20} ", plugin.category, plugin.name), said, line_width());
+    const std::string text = support == Support::kYes      ? "yes"
+                             : support == Support::kPartly ? fmt::format("partly: {}", plugin.lacks)
+                                                           : "no";
+    print_wrapped(fmt::format("{:<11} {:<20} ", plugin.category, plugin.name), text, line_width());
   }
   if (markdown) {
     fmt::print("| category | yes | partly | no |\n|---|---|---|---|\n");
@@ -269,7 +269,7 @@ void print_mitsuba(PluginRegistry& registry, bool markdown) {
                  fmt::join(cells[1][category], "; "), fmt::join(cells[2][category], ", "));
     }
   }
-  fmt::print("{}of {} plugins of Mitsuba 3.9.1: {} are here, {} partly, {} not\n",
+  fmt::print("{}of {} plugins of Mitsuba 3.9.1: {} supported, {} partly, {} unsupported\n",
              markdown ? "\n" : "", counts[0] + counts[1] + counts[2], counts[0], counts[1],
              counts[2]);
 }

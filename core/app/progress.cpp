@@ -15,10 +15,11 @@ namespace kinome::app {
 namespace {
 
 constexpr std::chrono::duration<double> kBarInterval{0.1};
-constexpr std::chrono::duration<double> kFirstLine{1};
-constexpr std::chrono::duration<double> kLongestLineInterval{30};
+constexpr std::chrono::duration<double> kFirstLineDelay{1};
+constexpr std::chrono::duration<double> kMaxLineInterval{30};
 
-/// An estimate from less than this share of the work and less time may be wrong by any factor.
+/// The time left is estimated after this share of the work or these seconds. Earlier estimates may
+/// be wrong by any factor.
 constexpr double kMinShare = 0.01;
 constexpr double kMinSeconds = 10;
 
@@ -45,7 +46,7 @@ ProgressText progress_text(double fraction, double measured, double seconds) {
 }
 
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {
-  interval_ = terminal_ ? kBarInterval : kFirstLine;
+  interval_ = terminal_ ? kBarInterval : kFirstLineDelay;
   begin();
 }
 
@@ -55,7 +56,7 @@ void Progress::begin() {
 }
 
 void Progress::update(double fraction) {
-  if (fraction < last_fraction_) begin();  // another pass over the tiles
+  if (fraction < last_fraction_) begin();
   last_fraction_ = fraction;
   const Clock::time_point now = Clock::now();
   if (!(fraction > 0)) return;
@@ -64,7 +65,7 @@ void Progress::update(double fraction) {
     first_ = now;
   }
   if (quiet_ || now < next_) return;
-  if (!terminal_) interval_ = std::min(interval_ * 2, kLongestLineInterval);
+  if (!terminal_) interval_ = std::min(interval_ * 2, kMaxLineInterval);
   next_ = now + std::chrono::duration_cast<Clock::duration>(interval_);
   const double elapsed = std::chrono::duration<double>(now - first_).count();
   const ProgressText text = progress_text(fraction, fraction - first_fraction_, elapsed);
@@ -80,7 +81,7 @@ void Progress::draw_bar(double fraction, const ProgressText& progress) const {
   const std::string text = fmt::format(" {:3} %{}", progress.percent, progress.left);
   const int width = std::clamp(terminal_width() - static_cast<int>(text.size()) - 3, 0, 60);
   const int full = static_cast<int>(fraction * width);
-  // \r and "erase to the end of the line": the bar stays on one line and leaves nothing behind.
+  // \r and "erase to the end of the line" redraw the bar on the same line.
   say("\r[{:=<{}}{:<{}}]{}\x1b[K", "", full, "", width - full, text);
   std::fflush(stderr);
 }

@@ -5,18 +5,18 @@
 
 namespace kinome::app {
 
-/// The share of the work that is done in per cent, 100 only at the very end, and the time left, as
-/// ", 1 min 05 s left", or "" at the end and while it is unknown.
+/// Progress of a render, formatted.
 struct ProgressText {
-  int percent;
-  std::string left;
+  int percent;       ///< finished share of the work; 100 only at the very end
+  std::string left;  ///< time left, such as ", 1 min 05 s left"; "" at the end and while unknown
 };
-/// `fraction` of the work is done; its last part, `measured`, took `seconds`. The time left is
-/// unknown until that part is 1 % of the work or has taken 10 seconds.
+/// Formats the progress if `fraction` of the work is finished, of which the last part, `measured`,
+/// took `seconds`. The time left is unknown until that part is 1 % of the work or has taken 10
+/// seconds.
 ProgressText progress_text(double fraction, double measured, double seconds);
 
-/// Tells how far a render is: a bar with the time left on a terminal, and lines in a log, more
-/// seldom as time goes on.
+/// Reports the progress of a render on stderr: as a bar on a terminal, otherwise as lines at
+/// increasing intervals.
 class Progress {
  public:
   explicit Progress(bool quiet);
@@ -24,12 +24,13 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   ~Progress() { finish(); }
 
-  /// Forgets the pass before. The time before a pass's first update() is no part of the estimate:
-  /// preparations do not become longer with the number of samples.
+  /// Starts a pass. The time before its first update() is left out of the estimate, because
+  /// preparations don't depend on the number of samples.
   void begin();
-  /// Share of the pass that is done. A share that falls begins another pass.
+  /// Reports that `fraction` of the pass is finished. A smaller fraction than before starts a new
+  /// pass.
   void update(double fraction);
-  /// Wipes the bar.
+  /// Erases the bar.
   void finish();
 
  private:
@@ -40,9 +41,9 @@ class Progress {
   bool terminal_;
   bool bar_drawn_ = false;
   double last_fraction_ = 0;
-  double first_fraction_ = 0;  ///< of the first update() of a pass; 0: there was none
-  Clock::time_point first_;    ///< when that was
-  Clock::time_point next_;
+  double first_fraction_ = 0;  ///< fraction at the first update() of a pass; 0 before that
+  Clock::time_point first_;    ///< time of the first update() of a pass
+  Clock::time_point next_;     ///< time of the next report
   std::chrono::duration<double> interval_;
 };
 

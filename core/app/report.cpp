@@ -8,9 +8,10 @@
 namespace kinome::app {
 namespace {
 
-/// Wall-clock time inside Embree, as a share of the render: its seconds are summed over threads.
+/// Returns the share of the render time spent in Embree, whose seconds are summed over threads.
 double embree_share(const RenderStats& stats) {
-  const double thread_seconds = stats.render_seconds * std::max(1u, stats.threads * stats.processes);
+  const double thread_seconds =
+      stats.render_seconds * std::max(1u, stats.threads * stats.processes);
   return thread_seconds > 0 ? stats.counters.embree_seconds / thread_seconds : 0;
 }
 
@@ -23,7 +24,7 @@ std::vector<Skipped> all_skipped(const RenderStats& stats) {
   return skipped;
 }
 
-/// Rays by kind: how many, how many a second of the render, and of all rays.
+/// Formats the number of rays by kind, per second of the render and as a share of all rays.
 std::string ray_table(const RenderStats& stats) {
   uint64_t all = 0;
   for (const uint64_t rays : stats.counters.rays) all += rays;
@@ -44,11 +45,11 @@ std::string ray_table(const RenderStats& stats) {
   return text;
 }
 
-/// What processes have sent each other; empty where there is but one.
+/// Formats the traffic between processes; "" for a single process.
 std::string traffic_table(const RenderStats& stats) {
   std::string text;
   for (const auto& [what, traffic] : stats.traffic) {
-    text += fmt::format("  {:<20} {:9} messages {:11.3f} MB {:9.3f} s of all processes\n",
+    text += fmt::format("  {:<20} {:9} messages {:11.3f} MB {:9.3f} s in all processes\n",
                         "sent: " + what, traffic.messages, static_cast<double>(traffic.bytes) / 1e6,
                         traffic.seconds);
   }
@@ -58,23 +59,24 @@ std::string traffic_table(const RenderStats& stats) {
 }  // namespace
 
 std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
-  std::string text =
-      fmt::format("{}: {}x{} pixels, {} samples each, {}, {} threads{}\n", summary.scene,
-                  summary.width, summary.height, summary.samples, summary.integrator,
-                  stats.processes > 1 ? fmt::format("{} processes, {}", stats.processes, stats.threads)
-                                      : std::to_string(stats.threads),
-                  stats.complete ? "" : ", incomplete");
+  std::string text = fmt::format(
+      "{}: {}x{} pixels, {} samples each, {}, {} threads{}\n", summary.scene, summary.width,
+      summary.height, summary.samples, summary.integrator,
+      stats.processes > 1 ? fmt::format("{} processes, {}", stats.processes, stats.threads)
+                          : std::to_string(stats.threads),
+      stats.complete ? "" : ", incomplete");
   text += time_table(stats);
   text += fmt::format("  {:<20} {:9.3f} s           after the program's start\n", "first tile",
                       stats.first_tile_seconds);
-  text += fmt::format("  {:<20} {:9.3f} s           of each thread: {:.0f} % of the render\n",
-                      "in Embree", stats.counters.embree_seconds / std::max(1u, stats.threads * stats.processes),
-                      100 * embree_share(stats));
+  text +=
+      fmt::format("  {:<20} {:9.3f} s           per thread: {:.0f} % of the render\n", "in Embree",
+                  stats.counters.embree_seconds / std::max(1u, stats.threads * stats.processes),
+                  100 * embree_share(stats));
   text += ray_table(stats);
   text += traffic_table(stats);
   if (stats.rel_mse >= 0) {
     text +=
-        fmt::format("  {:<20} {:9.3g}    by the render's own estimate\n", "relMSE", stats.rel_mse);
+        fmt::format("  {:<20} {:9.3g}    as estimated by the render\n", "relMSE", stats.rel_mse);
   }
   text += fmt::format("  {:<20} {:9.1f} MB\n", "peak memory",
                       static_cast<double>(stats.peak_memory_bytes) / 1e6);
@@ -87,8 +89,8 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
     text += fmt::format("  {:<20} {}\n", "non-finite samples", stats.non_finite_samples);
   }
   for (const PluginFault& fault : stats.faults) {
-    text += fmt::format("  {:<20} {}: {}, at {} of {} places\n", "fault", fault.plugin, fault.what,
-                        fault.count, fault.looks);
+    text += fmt::format("  {:<20} {}: {}, at {} of {} positions\n", "fault", fault.plugin,
+                        fault.what, fault.count, fault.looks);
   }
   return text;
 }
@@ -149,7 +151,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"faults", faults},
       {"peak_memory_bytes", stats.peak_memory_bytes},
   };
-  // A file name need not be UTF-8; JSON must be.
+  // File names may be invalid UTF-8, which JSON must not contain.
   return report.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 

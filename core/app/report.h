@@ -7,20 +7,20 @@
 
 namespace kinome::app {
 
-/// What a report says beside the stats.
+/// Fields of a report that RenderStats doesn't have.
 struct RenderSummary {
   std::string scene;
   std::string output;
   std::string integrator;
   int width = 0;
   int height = 0;
-  unsigned samples = 0;  ///< a pixel, about
+  unsigned samples = 0;  ///< per pixel, rounded
   uint64_t seed = 0;
 };
 
-/// For people.
+/// Formats a report for reading.
 std::string stats_text(const RenderStats& stats, const RenderSummary& summary);
-/// One JSON object on one line.
+/// Formats a report as one JSON object on one line.
 std::string stats_json(const RenderStats& stats, const RenderSummary& summary);
 
 }  // namespace kinome::app

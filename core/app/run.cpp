@@ -1,4 +1,4 @@
-// Renders a scene file, or looks for its faults: from options to files and an exit status.
+// `kinome SCENE`: renders a scene file, or checks it with --check.
 
 #include <cmath>
 #include <filesystem>
@@ -14,8 +14,8 @@
 #include "kinome/log.h"
 #include "kinome/render.h"
 #include "metadata.h"
-#include "picture.h"
 #include "progress.h"
+#include "render_image.h"
 #include "say.h"
 #include "signals.h"
 #include "used_instruction_set.h"
@@ -25,16 +25,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Before anything is loaded. nullptr: no checkpoints are asked for.
+/// Opens the checkpoint, before the scene is loaded; returns nullptr without --checkpoint.
 std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
   if (options.checkpoint.empty()) return nullptr;
-  const auto say_that_it_resumes = [&options] {
+  const auto report_resume = [&options] {
     if (!options.quiet) say("resuming from {}\n", options.checkpoint);
   };
   auto checkpoint = std::make_unique<Checkpoint>(
-      Checkpoint::Options{options.checkpoint, options.every, options.resume, say_that_it_resumes});
+      Checkpoint::Options{options.checkpoint, options.every, options.resume, report_resume});
   if (options.resume && !options.quiet && !checkpoint->resumes()) {
-    say("there is no {}: beginning at the beginning\n", options.checkpoint);
+    say("no checkpoint {}: starting from the beginning\n", options.checkpoint);
   }
   return checkpoint;
 }
@@ -42,7 +42,7 @@ std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
 void run_inspection(const Options& options, const Scene& scene, const Sensor& sensor,
                     RenderContext& context, const std::string& output) {
   const Vec2& pixel = *options.inspect;
-  // Beside a rendering of the same scene, not in its place.
+  // The default name differs from that of a render, so that it isn't overwritten.
   const std::string stem =
       fs::path(output).replace_extension("").string() + (options.output.empty() ? "-inspect" : "");
   std::string names;
@@ -54,33 +54,34 @@ void run_inspection(const Options& options, const Scene& scene, const Sensor& se
   if (!options.quiet) say("wrote {}\n", names);
 }
 
-/// Of what was interrupted.
+/// Describes an interrupted render; "" if it is complete.
 std::string incompleteness(const RenderStats& stats) {
   const auto percent = [](double share) { return std::ceil(100 * share); };
   std::string text = stats.complete ? "" : ", incomplete";
   if (stats.filled > 0) {
-    text += fmt::format(", {} % of it by one sample a pixel", percent(stats.filled));
+    text += fmt::format(", {} % of the pixels with one sample", percent(stats.filled));
   }
   if (stats.missing > 0) {
-    text += fmt::format(", {} % of it missing (where an EXR's alpha is 0)", percent(stats.missing));
+    text += fmt::format(", {} % of the pixels missing (alpha 0 in an EXR)", percent(stats.missing));
   }
   return text;
 }
 
 void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
-  tell_faults(options, stats);
+  report_faults(options, stats);
   if (!options.quiet) {
     say("wrote {}{} ({:.2f} s)\n", summary.output, incompleteness(stats), stats.total_seconds);
     if (!options.checkpoint.empty() && !stats.complete) {
-      say("--resume goes on from {}\n", options.checkpoint);
+      say("--resume continues from {}\n", options.checkpoint);
     }
   }
-  tell_statistics(options, stats, summary);
+  print_statistics(options, stats, summary);
 }
 
 }  // namespace
 
-/// On stdout, as what was asked for; each line begins with its place, for editors that go there.
+/// Prints the errors of a scene to stdout. Each line begins with file and line, which editors can
+/// open.
 int check_command(const Options& options) {
   set_up_log(options);
   const bool has_sensor = options.sensor != Options().sensor;
@@ -102,7 +103,7 @@ int check_command(const Options& options) {
 
 namespace {
 
-/// nullptr: the whole picture is asked for, or all of its parts.
+/// Returns the part that --part requests; nullptr for the whole image and for all parts.
 std::unique_ptr<const PartRender> part_to_render(const Options& options, const Scene& scene,
                                                  const Sensor& sensor) {
   if (options.part == 0) return nullptr;
@@ -114,9 +115,9 @@ std::unique_ptr<const PartRender> part_to_render(const Options& options, const S
   }
 }
 
-/// `group` may be nullptr.
-int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::time_point start) {
-  begin_to_render(options);
+/// Renders the scene; `group` is nullptr outside of MPI.
+int render_scene(const Options& options, ProcessGroup* group, Clock::time_point start) {
+  set_up_render(options);
   const bool is_root = !group || group->is_root();
   std::unique_ptr<Checkpoint> checkpoint;
   together(group, [&] {
@@ -129,8 +130,8 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
   Progress progress(options.quiet);
   const Film* film_to_write = nullptr;
   Output output;
-  const auto seconds_to_write = [&](const Image& picture) {
-    return writing_seconds(options, *film_to_write, picture, output);
+  const auto seconds_to_write = [&](const Image& image) {
+    return writing_seconds(options, *film_to_write, image, output);
   };
   RenderContext context({.threads = options.threads,
                          .seed = options.seed,
@@ -162,7 +163,7 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
     for (const std::string& written : output.files()) {
       if (!checkpoint || !checkpoint->is_written_to(written)) continue;
       throw Error(
-          fmt::format("--checkpoint {}: this is where the picture goes", checkpoint->path()));
+          fmt::format("--checkpoint {}: must differ from the output file", checkpoint->path()));
     }
   });
   if (group) check_alike(*group, identity);
@@ -173,22 +174,22 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
 
   if (options.inspect) {
     set_activity("rendering");
-    run_inspection(options, *scene, *sensor, context, output.picture);
+    run_inspection(options, *scene, *sensor, context, output.image);
     return 0;
   }
   std::unique_ptr<Display> display;
   if (!options.display.empty()) {
-    display = std::make_unique<Display>(options.display, output.picture);
+    display = std::make_unique<Display>(options.display, output.image);
   }
   begin_interruptible_render(group != nullptr);
   progress.begin();
-  const Image image = render_picture(options, *scene, *sensor, context, display.get(), part.get());
+  const Image image = render_image(options, *scene, *sensor, context, display.get(), part.get());
   progress.finish();
   int status = 0;
   together(group, [&] {
     if (!is_root) return;
-    const RenderSummary summary = finish_picture(options, *scene, *sensor, context, registry, image,
-                                                 output, checkpoint.get(), part.get());
+    const RenderSummary summary = finish_image(options, *scene, *sensor, context, registry, image,
+                                               output, checkpoint.get(), part.get());
     stats.total_seconds = seconds_since(start);
     stats.peak_memory_bytes = peak_memory_bytes();
     warn_of_missed_budget(context.budget(), stats, stats.total_seconds, {});
@@ -202,16 +203,17 @@ int render_picture_of_scene(const Options& options, ProcessGroup* group, Clock::
 
 int render_command(const Options& options, Clock::time_point start) {
   const std::unique_ptr<ProcessGroup> group = join_group(options);
-  if (!group) return render_picture_of_scene(options, nullptr, start);
+  if (!group) return render_scene(options, nullptr, start);
   return run_in_group(*group, [&] {
-    // What decides where processes wait for each other.
+    // Options that determine when processes wait for each other.
     check_alike(*group, {{"--inspect", options.inspect ? "given" : ""},
                          {"--time", fmt::format("{}", options.seconds)},
                          {"--error", fmt::format("{}", options.rel_mse)},
                          {"--variance", std::to_string(options.renders)},
                          {"--part", std::to_string(options.parts)}});
-    if (options.inspect) throw AgreedError("--inspect: one process does it alone, without mpirun");
-    return render_picture_of_scene(options_in(*group, options), group.get(), start);
+    if (options.inspect)
+      throw AgreedError("--inspect: unsupported under MPI: run it without mpirun");
+    return render_scene(options_in(*group, options), group.get(), start);
   });
 }
 

@@ -8,8 +8,8 @@
 
 namespace kinome::app {
 
-/// Prints to stderr what may be lost: a terminal may be gone, for which fmt::print would throw, and
-/// what is rendered is to be written all the same.
+/// Prints to stderr and ignores failures. If the terminal is closed, fmt::print would throw, but
+/// the image must be written all the same.
 template <class... T>
 void say(fmt::format_string<T...> format, T&&... values) {
   const std::string text = fmt::format(format, std::forward<T>(values)...);

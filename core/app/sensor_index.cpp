@@ -33,7 +33,7 @@ size_t sensor_index(const Scene& scene, const std::string& wanted) {
   const std::string by_id = is_list         ? fmt::format(" ('{}')", fmt::join(ids, "', '"))
                             : !near.empty() ? fmt::format(" (did you mean '{}'?)", near)
                                             : "";
-  throw Error(where, fmt::format("there is no sensor '{}': {}{}", wanted, known, by_id));
+  throw Error(where, fmt::format("unknown sensor '{}': {}{}", wanted, known, by_id));
 }
 
 }  // namespace kinome::app

@@ -6,8 +6,7 @@
 
 namespace kinome::app {
 
-/// The index of one of a scene's sensors, by its id or by that index. Throws Error where there is
-/// none.
+/// Returns the index of the sensor with this id or index. Throws Error if there is none.
 size_t sensor_index(const Scene& scene, const std::string& wanted);
 
 }  // namespace kinome::app

@@ -11,10 +11,10 @@
 namespace kinome::app {
 namespace {
 
-// Ctrl-C, a polite kill, a terminal that is closed (where nohup hasn't set that to be ignored).
+// Ctrl-C, kill, and a closed terminal (unless nohup ignores that).
 constexpr int kInterrupts[] = {SIGINT, SIGTERM, SIGHUP};
 
-// What a handler may touch: lock-free atomics.
+// State that the handler uses; lock-free atomics are async-signal-safe.
 std::atomic<bool> cancelled{false};
 std::atomic<bool> rendering{false};
 std::atomic<bool> silent{false};
@@ -31,11 +31,11 @@ extern "C" void handle_signal(int signal) {
   cancelled = true;
   if (!silent) {
     constexpr std::string_view kAlone =
-        "\ninterrupted: finishing the tiles at hand (once more to stop at once)\n";
+        "\ninterrupted: finishing the current tiles (interrupt again to stop at once)\n";
     constexpr std::string_view kInGroup =
-        "\ninterrupted: writing what there is, if the launcher leaves the time for it\n";
+        "\ninterrupted: writing the incomplete image, if the launcher leaves enough time\n";
     const std::string_view note = in_group ? kInGroup : kAlone;
-    // write() fails on a terminal that is closed; what the signal came between must not see that.
+    // write() fails on a closed terminal; the interrupted code must keep its errno.
     const int error = errno;
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, note.data(), note.size());
     errno = error;
@@ -57,7 +57,7 @@ void install_signal_handlers(bool quiet) {
     action.sa_flags = SA_RESTART;
     sigaction(signal, &action, nullptr);
   }
-  // A file that outgrows its limit is a failed write, to be reported as any other.
+  // Exceeding the file size limit then makes write() fail, which is reported as usual.
   std::signal(SIGXFSZ, SIG_IGN);
 }
 

@@ -4,16 +4,16 @@
 
 namespace kinome::app {
 
-/// SIGINT, SIGTERM and SIGHUP: while a render runs the first one asks it to end early; at any other
-/// time, and the second time, the program ends at once and leaves no partial file. A signal that
-/// was ignored from the start stays ignored.
+/// Handles SIGINT, SIGTERM and SIGHUP. The first signal during a render cancels it. Any other one
+/// ends the program at once, without leaving partial files. Signals that were ignored at the start
+/// stay ignored.
 void install_signal_handlers(bool quiet);
 
-/// From here on there is something worth writing: the first signal sets cancel_flag(). `of_group`:
-/// one of several processes, which give up what they are at.
+/// Makes the first signal from now on set cancel_flag() instead of ending the program. `of_group`
+/// selects the message for a group of processes.
 void begin_interruptible_render(bool of_group = false);
 const std::atomic<bool>& cancel_flag();
-/// 128 + the signal that arrived, or 0.
+/// Returns 128 + the signal that arrived, or 0.
 int signal_exit_status();
 
 }  // namespace kinome::app

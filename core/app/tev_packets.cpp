@@ -6,7 +6,7 @@
 namespace kinome::app::tev {
 namespace {
 
-// Numbers are copied as they are.
+// Numbers are copied without conversion.
 static_assert(std::endian::native == std::endian::little);
 
 constexpr char kCreateImage = 4, kUpdateImageV3 = 6;
@@ -14,7 +14,7 @@ constexpr char kCreateImage = 4, kUpdateImageV3 = 6;
 class Writer {
  public:
   explicit Writer(char kind) {
-    put(uint32_t{0});  // the length, once it is known
+    put(uint32_t{0});  // replaced by the length in finish()
     put(kind);
   }
   template <class Number>
@@ -44,7 +44,7 @@ class Writer {
 Packet create_image(const std::string& name, int width, int height,
                     const std::vector<std::string>& channels) {
   Writer writer(kCreateImage);
-  writer.put(char{1});  // takes the focus
+  writer.put(char{1});  // the viewer selects the image
   writer.put(name);
   writer.put(int32_t{width});
   writer.put(int32_t{height});
@@ -63,7 +63,7 @@ Packet update_image(const std::string& name, const Rect& pixels,
   for (const int number : {pixels.x0, pixels.y0, pixels.width(), pixels.height()}) {
     writer.put(int32_t{number});
   }
-  // Of each channel: where its first number stands in the data, and how far apart they are.
+  // Offset of each channel's first value in `data`, then the stride of each channel.
   for (size_t c = 0; c < channels.size(); ++c) writer.put(static_cast<int64_t>(c));
   for (size_t c = 0; c < channels.size(); ++c) writer.put(static_cast<int64_t>(channels.size()));
   writer.put_bytes(data.data(), data.size() * sizeof(float));

@@ -6,17 +6,18 @@
 
 #include "kinome/math.h"
 
-/// Messages of the viewer tev, by its network protocol:
-/// https://github.com/Tom94/tev#over-the-network. Each begins with its length in bytes (with these
-/// four) and its kind (one byte); numbers are little-endian, texts end with a zero.
+/// Messages of the network protocol of the viewer tev:
+/// https://github.com/Tom94/tev#over-the-network. Each begins with its length in bytes (including
+/// these four) and its kind (one byte). Numbers are little-endian, strings zero-terminated.
 namespace kinome::app::tev {
 
 using Packet = std::vector<char>;
 
-/// "CreateImage": a black image, in the place of one that has this name. The viewer shows it.
+/// Returns a "CreateImage" message: creates and shows a black image, which replaces one of the same
+/// name.
 Packet create_image(const std::string& name, int width, int height,
                     const std::vector<std::string>& channels);
-/// "UpdateImage", version 3: `data` is row by row, with the channels of a pixel side by side.
+/// Returns an "UpdateImage" message, version 3. `data` is row by row with interleaved channels.
 Packet update_image(const std::string& name, const Rect& pixels,
                     const std::vector<std::string>& channels, const std::vector<float>& data);
 

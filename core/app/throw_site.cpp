@@ -14,12 +14,12 @@
 namespace kinome::app {
 namespace {
 
-/// The call stacks of the last throws. By the time that an exception is reported, its own is gone.
+/// Call stack of a throw, which is unwound by the time the exception is reported.
 struct Throw {
   const void* exception = nullptr;
   std::array<void*, 48> frames{};
   int count = 0;
-  const char* being_loaded = nullptr;  ///< a plugin's library, whose code nobody knows yet
+  const char* being_loaded = nullptr;  ///< plugin whose code isn't registered yet
 };
 std::atomic<bool> watching{false};
 std::mutex mutex;
@@ -57,7 +57,7 @@ std::string plugin_that_threw(const void* exception) {
 
 }  // namespace kinome::app
 
-/// In place of the C++ library's, which it goes on to: the one point that every throw passes.
+/// Replaces the C++ library's function, which every throw calls, and forwards to it.
 extern "C" void __cxxabiv1::__cxa_throw(void* exception, std::type_info* type,
                                         void (*destroy)(void*)) {
   using Throws = void (*)(void*, std::type_info*, void (*)(void*));

@@ -4,10 +4,11 @@
 
 namespace kinome::app {
 
-/// From here on it is noted where exceptions are thrown.
+/// Starts to record the call stacks of throws.
 void watch_throws();
-/// "category/name" of the plugin whose code threw the exception object at this address, itself or
-/// by what it called; "" where none did, or long ago. nullptr: the last exception of all.
+/// Returns "category/name" of the innermost plugin on the call stack when the exception object at
+/// this address was thrown. Returns "" if there was no plugin, or if the throw is too long ago.
+/// nullptr stands for the last exception.
 std::string plugin_that_threw(const void* exception);
 
 }  // namespace kinome::app

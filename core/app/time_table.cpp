@@ -16,7 +16,8 @@ struct Row {
   std::vector<Row> parts;
 };
 
-/// What the parts leave, if that is more than rounding.
+/// Adds a part "other" with the time that the parts don't account for, unless it is a rounding
+/// error.
 void add_rest(Row& row, const std::string& phrase) {
   if (row.parts.empty()) return;
   double rest = row.seconds;
@@ -24,7 +25,7 @@ void add_rest(Row& row, const std::string& phrase) {
   if (rest > 1e-3 * row.seconds) row.parts.push_back({"other", rest, phrase, {}});
 }
 
-/// The integrator's stages that are part of `within`, with parts of their own.
+/// Returns the integrator's stages nested in `within` ("" for the top level), with their own parts.
 std::vector<Row> stages_within(const RenderStats& stats, std::string_view within) {
   const auto& seconds = stats.counters.stage_seconds;
   const double threads = std::max(1u, stats.threads * stats.processes);
@@ -50,18 +51,18 @@ std::vector<Row> stages_within(const RenderStats& stats, std::string_view within
 
 Row all_of(const RenderStats& stats) {
   Row render{"render", stats.render_seconds, "", stages_within(stats, {})};
-  add_rest(render, "set-up, and threads that wait for others");
+  add_rest(render, "set-up, and threads waiting for others");
   Row load{"load", stats.load_seconds, "reads the scene and its files", {}};
   if (stats.plugin_seconds > 0) {
-    load.parts.push_back({"plugins", stats.plugin_seconds, "opens their libraries", {}});
-    add_rest(load, "the scene, its meshes and pictures");
+    load.parts.push_back({"plugins", stats.plugin_seconds, "opens plugin libraries", {}});
+    add_rest(load, "parses the scene, reads meshes and textures");
   }
   Row all{"total", stats.total_seconds, "from the program's start", {}};
   all.parts = {std::move(load),
-               {"build", stats.build_seconds, "makes the structure that rays are traced in", {}},
+               {"build", stats.build_seconds, "builds the acceleration structure", {}},
                std::move(render),
-               {"write", stats.write_seconds, "writes the picture", {}}};
-  add_rest(all, "starts up, checks plugins");
+               {"write", stats.write_seconds, "writes the image", {}}};
+  add_rest(all, "start-up, checks of plugins");
   return all;
 }
 

@@ -6,9 +6,9 @@
 
 namespace kinome::app {
 
-/// Where the time went, for people: a line a stage, in the order in which they run, with its
-/// seconds on the clock, its share of the whole, and what it is. Parts of a stage are indented, and
-/// add up to it: what no part accounts for is a part of its own.
+/// Formats a table with a line per stage, in the order of execution: wall-clock seconds, share of
+/// the total, and a description. Parts of a stage are indented and add up to it; a part "other" has
+/// the time that no other part accounts for.
 std::string time_table(const RenderStats& stats);
 
 }  // namespace kinome::app

@@ -29,7 +29,7 @@ void warn_of_unused_instruction_set(const Options& options, const PluginRegistry
   if (options.isa.empty() && (!variable || !*variable)) return;
   const InstructionSet used = used_instruction_set(registry);
   if (used == registry.instruction_set()) return;
-  log_warn(fmt::format("{} {}: no plugin of this scene is built for it; those for {} are taken",
+  log_warn(fmt::format("{} {}: no plugin of this scene is built for it; using those for {}",
                        options.isa.empty() ? "KINOME_ISA" : "--isa",
                        to_string(registry.instruction_set()), to_string(used)));
 }

@@ -5,11 +5,11 @@
 
 namespace kinome::app {
 
-/// The best instruction set that the loaded plugins were taken for: no better than the registry's,
-/// and lesser where none is built for that. The bits of a picture depend on it.
+/// Returns the best instruction set that a loaded plugin is built for, at most the registry's. The
+/// bits of an image depend on it.
 InstructionSet used_instruction_set(const PluginRegistry& registry);
 
-/// A warning where --isa or KINOME_ISA asks for a set that no loaded plugin is built for.
+/// Warns if --isa or KINOME_ISA requests an instruction set that no loaded plugin is built for.
 void warn_of_unused_instruction_set(const Options& options, const PluginRegistry& registry);
 
 }  // namespace kinome::app

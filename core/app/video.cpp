@@ -23,10 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Ended {
-  int status = -1;   ///< of waitpid(); -1: it wasn't started
-  std::string says;  ///< on stderr, the last line
+  int status = -1;        ///< as waitpid() returns it; -1 if the program wasn't started
+  std::string last_line;  ///< of stderr
 };
 
+/// Runs a program to its end. `words` are its name and arguments.
 Ended run(const std::vector<std::string>& words) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) return {-1, std::strerror(errno)};
@@ -54,7 +55,7 @@ Ended run(const std::vector<std::string>& words) {
   while (waitpid(child, &ended.status, 0) < 0 && errno == EINTR) {
   }
   while (text.ends_with('\n')) text.pop_back();
-  ended.says = text.substr(text.rfind('\n') + 1);
+  ended.last_line = text.substr(text.rfind('\n') + 1);
   return ended;
 }
 
@@ -75,8 +76,8 @@ bool has_ffmpeg() {
 void make_video(const std::string& pattern, double rate, const std::string& path) {
   const ScratchFolder scratch(path);
   const std::string unfinished = scratch.file("film.mp4");
-  // Players want an even number of pixels, brightness at full resolution and colour at half of it,
-  // and to be told what white and the curve of brightness are. A name may begin with a dash.
+  // Most players require even sizes, 4:2:0 chroma subsampling, and tags for the colour space. The
+  // prefix "file:" protects names that begin with a dash.
   const auto file = [](const std::string& name) { return "file:" + name; };
   const Ended ended =
       run({"ffmpeg",
@@ -106,9 +107,9 @@ void make_video(const std::string& pattern, double rate, const std::string& path
   std::error_code failed;
   if (ended.status == 0) fs::rename(unfinished, path, failed);
   if (ended.status == 0 && !failed) return;
-  const std::string why = failed ? failed.message() : ended.says;
-  throw Error(fmt::format("-o {}: ffmpeg can't make it of {}{}", path, pattern,
-                          why.empty() ? "" : ": " + why));
+  const std::string why = failed ? failed.message() : ended.last_line;
+  throw Error(
+      fmt::format("-o {}: ffmpeg can't encode {}{}", path, pattern, why.empty() ? "" : ": " + why));
 }
 
 }  // namespace kinome::app

@@ -4,11 +4,12 @@
 
 namespace kinome::app {
 
-/// Whether the system has ffmpeg, which makes videos.
+/// Returns whether ffmpeg, which encodes videos, is in PATH.
 bool has_ffmpeg();
 
-/// An MP4 (H.264) of PNG frames: `pattern` as ffmpeg's, "film-frames/%04d.png", counted from 0;
-/// `rate`: frames a second. The file is whole, or what it was before. Throws Error.
+/// Encodes PNG frames as an MP4 file (H.264). `pattern` names the frames as for ffmpeg, such as
+/// "film-frames/%04d.png", counted from 0; `rate` is in frames per second. Replaces the file at
+/// `path` only on success; throws Error on failure.
 void make_video(const std::string& pattern, double rate, const std::string& path);
 
 }  // namespace kinome::app

@@ -7,7 +7,7 @@
 
 namespace kinome::drawing {
 
-/// A picture to draw into; what lies outside is left out.
+/// Image to draw into. All functions except set() clip to the image.
 struct Canvas {
   Image image;
   Canvas(int width, int height) : image{width, height, {"R", "G", "B"}, {}} {
@@ -18,12 +18,13 @@ struct Canvas {
     for (int c = 0; c < 3; ++c) image.at(x, y, c) = color[c];
   }
   void disk(const Vec2& centre, float radius, const Rgb& color);
-  /// Pixels [x0, x1) x [y0, y1).
+  /// Fills pixels [x0, x1) x [y0, y1).
   void fill(const Rect& pixels, const Rgb& color);
   void frame(const Rect& pixels, const Rgb& color);
-  /// Letters `scale` times their size, from their upper left corner on; returns where they end.
+  /// Draws text, enlarged `scale` times, with its upper left corner at (x, y). Returns the x
+  /// coordinate of its end.
   int text(int x, int y, int scale, const std::string& text, const Rgb& color);
-  /// More rows at the lower edge.
+  /// Adds rows at the bottom.
   void extend(int rows);
 };
 

@@ -5,7 +5,7 @@
 namespace kinome::drawing {
 namespace {
 
-/// Glyphs side by side, six columns each, the last of them a gap.
+/// Glyphs side by side, six columns each, the last of which is a gap.
 struct Sheet {
   std::string_view characters;
   std::string_view rows[kGlyphHeight];

@@ -2,10 +2,10 @@
 
 namespace kinome::drawing {
 
-/// A font for legends: small letters, digits and what goes between them; all else is blank. Letters
-/// stand on the seventh row.
+/// Font for legends, with lower-case letters, digits and punctuation; all other characters are
+/// blank. The baseline is below the seventh row.
 inline constexpr int kGlyphWidth = 6, kGlyphHeight = 9;
-/// Whether a character has ink at a column and row of its glyph.
+/// Returns true if a character's glyph has ink at column `x` and row `y`.
 bool has_ink(char c, int x, int y);
 
 }  // namespace kinome::drawing

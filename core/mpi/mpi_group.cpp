@@ -13,12 +13,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::microseconds;
 
-/// Most bytes of all processes in one collective call, whose counts are of 31 bits.
-constexpr uint64_t kMostBytes = 1 << 30;
-/// Added to a counter, it ends a pass.
+/// Maximum bytes of all processes in one collective call, whose counts have 31 bits.
+constexpr uint64_t kMaxBytes = 1 << 30;
+/// Ends a pass when it is added to the counter.
 constexpr uint64_t kEnd = uint64_t{1} << 40;
-/// Sleeps between two looks: as long as nothing happens, longer and longer.
-constexpr microseconds kLeastSleep{20}, kMostSleep{1000};
+/// Range of the sleep between polls, which becomes longer while nothing happens.
+constexpr microseconds kMinSleep{20}, kMaxSleep{1000};
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -28,12 +28,12 @@ class Sleep {
  public:
   void operator()() {
     std::this_thread::sleep_for(time_);
-    time_ = std::min(2 * time_, kMostSleep);
+    time_ = std::min(2 * time_, kMaxSleep);
   }
-  void shorten() { time_ = kLeastSleep; }
+  void shorten() { time_ = kMinSleep; }
 
  private:
-  microseconds time_ = kLeastSleep;
+  microseconds time_ = kMinSleep;
 };
 
 }  // namespace
@@ -42,7 +42,7 @@ MpiGroup::MpiGroup() {
   int provided = MPI_THREAD_SINGLE;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
   if (provided < MPI_THREAD_SERIALIZED) {
-    throw Error("this MPI is built without threads (MPI_THREAD_SERIALIZED)");
+    throw Error("unsupported MPI: it was built without threads (MPI_THREAD_SERIALIZED)");
   }
   MPI_Comm_dup(MPI_COMM_WORLD, &comm_);
   MPI_Comm_dup(MPI_COMM_WORLD, &items_);
@@ -68,8 +68,8 @@ MpiGroup::MpiGroup() {
       bool is_busy = false;
       {
         const std::lock_guard lock(mpi_);
-        is_busy = go_on_sending();
-        is_busy = go_on_receiving(arrived) || is_busy;
+        is_busy = continue_sending();
+        is_busy = continue_receiving(arrived) || is_busy;
       }
       for (const Message& message : arrived) hand_on(message);
       arrived.clear();
@@ -138,27 +138,27 @@ std::vector<std::string> MpiGroup::gather(std::string_view own, const char* what
   });
   wait(request);
   std::vector<std::string> gathered(all);
-  // In rounds, of as much from each as one call can take.
-  const uint64_t most = kMostBytes / all;
+  // A call can transfer a limited size from each process, which requires several rounds.
+  const uint64_t max_size = kMaxBytes / all;
   const uint64_t longest = *std::max_element(sizes.begin(), sizes.end());
   uint64_t rounds = 1;
-  for (uint64_t begin = 0; begin < longest; begin += most, ++rounds) {
-    std::vector<int> counts(all), places(all);
+  for (uint64_t begin = 0; begin < longest; begin += max_size, ++rounds) {
+    std::vector<int> counts(all), offsets(all);
     int end = 0;
     for (size_t i = 0; i < all; ++i) {
-      counts[i] = static_cast<int>(std::min(most, sizes[i] - std::min(begin, sizes[i])));
-      places[i] = end;
+      counts[i] = static_cast<int>(std::min(max_size, sizes[i] - std::min(begin, sizes[i])));
+      offsets[i] = end;
       end += counts[i];
     }
     std::string bytes(static_cast<size_t>(end), '\0');
     const char* const from = own.data() + std::min<uint64_t>(begin, own.size());
     begin_call(request, [&](MPI_Request& r) {
-      MPI_Iallgatherv(from, counts[rank_], MPI_BYTE, bytes.data(), counts.data(), places.data(),
+      MPI_Iallgatherv(from, counts[rank_], MPI_BYTE, bytes.data(), counts.data(), offsets.data(),
                       MPI_BYTE, comm_, &r);
     });
     wait(request);
     for (size_t i = 0; i < all; ++i) {
-      gathered[i].append(bytes, static_cast<size_t>(places[i]), static_cast<size_t>(counts[i]));
+      gathered[i].append(bytes, static_cast<size_t>(offsets[i]), static_cast<size_t>(counts[i]));
     }
   }
   count(what, rounds * others, (sizeof size + size) * others, seconds_since(start));
@@ -167,14 +167,14 @@ std::vector<std::string> MpiGroup::gather(std::string_view own, const char* what
 
 std::string MpiGroup::broadcast(std::string_view bytes, const char* what) {
   const Clock::time_point start = Clock::now();
-  // Most of what is said fits into the first message.
+  // Most texts fit into the first message.
   struct {
     uint64_t size = 0;
     char first[56] = {};
   } head;
   head.size = is_root() ? bytes.size() : 0;
   if (is_root()) std::memcpy(head.first, bytes.data(), std::min(bytes.size(), sizeof head.first));
-  const auto say = [&](void* data, uint64_t count) {
+  const auto broadcast_bytes = [&](void* data, uint64_t count) {
     MPI_Request request = MPI_REQUEST_NULL;
     {
       const std::lock_guard lock(mpi_);
@@ -182,19 +182,19 @@ std::string MpiGroup::broadcast(std::string_view bytes, const char* what) {
     }
     wait(request);
   };
-  say(&head, sizeof head);
-  std::string said(head.first, std::min<uint64_t>(head.size, sizeof head.first));
+  broadcast_bytes(&head, sizeof head);
+  std::string received(head.first, std::min<uint64_t>(head.size, sizeof head.first));
   uint64_t messages = 1;
   if (head.size > sizeof head.first) {
-    said = is_root() ? std::string(bytes) : std::string(head.size, '\0');
-    for (uint64_t begin = 0; begin < head.size; begin += kMostBytes, ++messages) {
-      say(said.data() + begin, std::min(kMostBytes, head.size - begin));
+    received = is_root() ? std::string(bytes) : std::string(head.size, '\0');
+    for (uint64_t begin = 0; begin < head.size; begin += kMaxBytes, ++messages) {
+      broadcast_bytes(received.data() + begin, std::min(kMaxBytes, head.size - begin));
     }
   }
   const uint64_t others = is_root() ? static_cast<uint64_t>(size_ - 1) : 0;
   const uint64_t more = head.size > sizeof head.first ? head.size : 0;
   count(what, messages * others, (sizeof head + more) * others, seconds_since(start));
-  return said;
+  return received;
 }
 
 void MpiGroup::begin_pass(Receive receive) {
@@ -205,7 +205,8 @@ void MpiGroup::begin_pass(Receive receive) {
   receives_ = is_root();
   sent_ = 0;
   if (!is_root()) return;
-  // No one asks for the other pass's any more, nor for the next one's before end_pass().
+  // Resets the counter of the next pass. No process uses it now: it was that of the previous pass,
+  // and the next pass begins after end_pass().
   const uint64_t zero = 0;
   MPI_Accumulate(&zero, 1, MPI_UINT64_T, 0, static_cast<MPI_Aint>((pass_ + 1) % 2), 1, MPI_UINT64_T,
                  MPI_REPLACE, window_);
@@ -236,7 +237,7 @@ void MpiGroup::stop() {
 
 void MpiGroup::send(std::string bytes) {
   if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) {
-    throw Error("a tile takes more than the 2 GB that MPI sends at once: fewer samples of it do");
+    throw Error("a tile exceeds the 2 GB that MPI can send at once: use fewer samples per pixel");
   }
   const std::lock_guard lock(mpi_);
   Message& message = sending_.emplace_back();
@@ -249,7 +250,7 @@ void MpiGroup::send(std::string bytes) {
   traffic.bytes += message.bytes.size();
 }
 
-bool MpiGroup::go_on_sending() {
+bool MpiGroup::continue_sending() {
   const size_t before = sending_.size();
   std::erase_if(sending_, [](Message& message) {
     int done = 0;
@@ -259,7 +260,7 @@ bool MpiGroup::go_on_sending() {
   return sending_.size() != before;
 }
 
-bool MpiGroup::go_on_receiving(std::vector<Message>& arrived) {
+bool MpiGroup::continue_receiving(std::vector<Message>& arrived) {
   if (!receives_) return false;
   bool is_busy = false;
   while (true) {
@@ -289,7 +290,8 @@ bool MpiGroup::go_on_receiving(std::vector<Message>& arrived) {
   return is_busy || !arrived.empty();
 }
 
-/// Without the lock: others may ask MPI meanwhile.
+/// Passes a message to the receiver, without the lock, so that other threads can call MPI
+/// meanwhile.
 void MpiGroup::hand_on(const Message& message) {
   std::exception_ptr failure;
   try {
@@ -297,7 +299,7 @@ void MpiGroup::hand_on(const Message& message) {
   } catch (...) {
     failure = std::current_exception();
   }
-  // The picture is lost: no one renders on for it.
+  // The image is incomplete, so that all processes stop rendering.
   if (failure) stop();
   const std::lock_guard lock(mpi_);
   ++received_[static_cast<size_t>(message.rank)];
@@ -307,9 +309,9 @@ void MpiGroup::hand_on(const Message& message) {
 std::vector<std::string> MpiGroup::end_pass(std::string_view own) {
   SharedBytes number;
   number.value(sent_);
-  std::vector<std::string> said = gather(number.written() + std::string(own), "ends of passes");
+  std::vector<std::string> gathered = gather(number.written() + std::string(own), "ends of passes");
   std::vector<uint64_t> sent;
-  for (std::string& bytes : said) {
+  for (std::string& bytes : gathered) {
     uint64_t theirs = 0;
     SharedBytes(bytes).value(theirs);
     sent.push_back(theirs);
@@ -322,7 +324,7 @@ std::vector<std::string> MpiGroup::end_pass(std::string_view own) {
   receives_ = false;
   ++pass_;
   if (failure_) std::rethrow_exception(failure_);
-  return said;
+  return gathered;
 }
 
 void MpiGroup::finish() {
@@ -337,17 +339,17 @@ void MpiGroup::finish() {
 }
 
 void MpiGroup::abort(int status) {
-  // Whoever has the lock may wait for ever.
+  // The thread that has the lock may never release it.
   std::unique_lock lock(mpi_, std::defer_lock);
-  for (int i = 0; i < 100 && !lock.try_lock(); ++i) std::this_thread::sleep_for(kMostSleep);
+  for (int i = 0; i < 100 && !lock.try_lock(); ++i) std::this_thread::sleep_for(kMaxSleep);
   MPI_Abort(MPI_COMM_WORLD, status);
   std::_Exit(status);
 }
 
 }  // namespace kinome
 
-/// What the program looks for in this library: the group, to be deleted by the caller; nullptr where
-/// the program is of another version.
+/// Entry point of this library. Returns the group, which the caller must delete; nullptr if the
+/// program has another version.
 extern "C" KINOME_EXPORT kinome::ProcessGroup* kinome_join_mpi_group(const char* version) {
   return std::strcmp(version, KINOME_VERSION) == 0 ? new kinome::MpiGroup : nullptr;
 }

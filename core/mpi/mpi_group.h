@@ -11,13 +11,13 @@
 
 namespace kinome {
 
-/// The processes of MPI_COMM_WORLD. MPI is asked by one thread at a time; whoever waits for others
-/// sleeps in between, as there may be more processes than processors.
+/// The processes of MPI_COMM_WORLD. Only one thread at a time calls MPI. Threads that wait for
+/// other processes sleep between polls, because there may be more processes than processors.
 class MpiGroup final : public ProcessGroup {
  public:
-  /// Initialises MPI, for the whole of the program. Error where it can't serve several threads.
+  /// Initialises MPI for the whole program. Throws Error if this MPI doesn't support threads.
   MpiGroup();
-  /// After finish().
+  /// Finalises MPI if finish() was called.
   ~MpiGroup() override;
   MpiGroup(const MpiGroup&) = delete;
   MpiGroup& operator=(const MpiGroup&) = delete;
@@ -38,19 +38,20 @@ class MpiGroup final : public ProcessGroup {
   [[noreturn]] void abort(int status) override;
 
  private:
-  /// A message on its way; MPI has its address until it is done.
+  /// A message that is being sent or received. It must not move until then, because MPI uses its
+  /// address.
   struct Message {
     std::string bytes;
     MPI_Request request = MPI_REQUEST_NULL;
     int rank = 0;
   };
-  /// Both return whether anything has happened.
-  bool go_on_sending();
-  bool go_on_receiving(std::vector<Message>& arrived);
+  /// Polls messages. Both functions return true if there was progress.
+  bool continue_sending();
+  bool continue_receiving(std::vector<Message>& arrived);
   void hand_on(const Message& message);
   uint64_t take(uint64_t count);
   void count(const char* what, uint64_t messages, uint64_t bytes, double seconds);
-  /// Until `is_done`, which is asked with the lock held.
+  /// Waits until `is_done` returns true. It is called with the lock held.
   template <class Condition>
   void wait_until(const Condition& is_done) const;
   void wait(MPI_Request& request) const;
@@ -61,23 +62,23 @@ class MpiGroup final : public ProcessGroup {
   std::string machine_;
   bool is_finished_ = false;
 
-  mutable std::mutex mpi_;  ///< guards MPI, and all below
+  mutable std::mutex mpi_;  ///< guards MPI and all members below
   MPI_Comm comm_ = MPI_COMM_NULL;
-  MPI_Comm items_ = MPI_COMM_NULL;  ///< for what is sent to the root
-  /// The root's counters: of passes of even and of odd number.
+  MPI_Comm items_ = MPI_COMM_NULL;  ///< for messages to the root
+  /// Counters of passes with even and odd numbers, in the root's memory.
   MPI_Win window_ = MPI_WIN_NULL;
   uint64_t* counters_ = nullptr;
   uint64_t pass_ = 0;
-  uint64_t sent_ = 0;  ///< in this pass
+  uint64_t sent_ = 0;  ///< messages in this pass
   std::list<Message> sending_;
   std::list<Message> receiving_;
   bool receives_ = false;
   Receive receive_;
-  std::vector<uint64_t> received_;  ///< in this pass, from each rank
-  std::exception_ptr failure_;      ///< of receive_
+  std::vector<uint64_t> received_;  ///< messages from each rank in this pass
+  std::exception_ptr failure_;      ///< exception that receive_ has thrown
   std::map<std::string, GroupTraffic> traffic_;
 
-  std::jthread service_;  ///< carries messages on while this process renders
+  std::jthread service_;  ///< sends and receives messages while this process renders
 };
 
 }  // namespace kinome

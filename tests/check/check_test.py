@@ -206,8 +206,10 @@ class CommandLines(unittest.TestCase):
                 (["direct", "--against", "pathh"], "--against: "),
                 (["diffuse", "--only", "enrgy"], "unknown check 'enrgy'"),
                 (["diffuse", "--only", "energy", "--except", "energy"], "no check to run"),
-                (["diffuse", "--effort", "nan"], "--effort: must be a number from 0.01 to 1000, got 'nan'"),
-                (["diffuse", "--effort", "0"], "--effort: must be a number from 0.01 to 1000, got '0'"),
+                (["diffuse", "--effort", "nan"],
+                 "--effort: must be a number between 0.01 and 1000, got 'nan'"),
+                (["diffuse", "--effort", "0"],
+                 "--effort: must be a number between 0.01 and 1000, got '0'"),
                 (["diffuse", "--ony", "energy"], "did you mean '--only'?"),
                 (["diffuse", "-D", "reflectance"], "-D: expected KEY=VALUE"),
                 (["nowhere/a.so"], "expected PLUGINS/CATEGORY/NAME.so"),
@@ -218,10 +220,10 @@ class CommandLines(unittest.TestCase):
     def test_names_that_new_refuses(self):
         for words, said in (
                 (["emiter", "sky"], "did you mean 'emitter'?"),
-                (["emitter", "Sky"], "'Sky': a plugin's name consists of small letters"),
-                (["emitter", "s" * 65], "name of 65 characters is too long: at most 64"),
-                (["bsdf", "diffuse"], "there is a plugin bsdf/diffuse already"),
-                (["sampler", "ldsampler"], "there is a plugin sampler/ldsampler already")):
+                (["emitter", "Sky"], "'Sky': a plugin's name must consist of lower-case letters"),
+                (["emitter", "s" * 65], "name must have at most 64 characters, got 65"),
+                (["bsdf", "diffuse"], "plugin bsdf/diffuse already exists"),
+                (["sampler", "ldsampler"], "plugin sampler/ldsampler already exists")):
             self.mistake(["new", *words], 1, said)
 
 

@@ -41,7 +41,7 @@ class NewPlugins(unittest.TestCase):
         result = subprocess.run([BUILD / "bin/kinome", "new", "bsdf", "mine", "--output", folder],
                                 capture_output=True, text=True)
         self.assertEqual(result.returncode, 1)
-        self.assertIn("is there already", result.stderr)
+        self.assertIn("already exists", result.stderr)
 
 
 if __name__ == "__main__":

@@ -154,7 +154,7 @@ const BadScene kScenes[] = {
      {"-s", "frint"}},
     {"sensor_past_the_end",
      "<integrator type=\"path\"/><sensor type=\"perspective\"/>",
-     {"no sensor '1'", "has only one, 0"},
+     {"unknown sensor '1'", "has only one, 0"},
      {"-s", "1"}},
 };
 
@@ -211,10 +211,10 @@ TEST_F(Cli, AllMistakesAreListed) {
   EXPECT_EQ(other_files({scene}), std::vector<std::string>{});
   const ProcessResult missing = kinome({"--check", folder_.path("no.xml")});
   EXPECT_EQ(missing.status, 1);
-  EXPECT_EQ(missing.out, folder_.path("no.xml") + ": there is no such file\n");
+  EXPECT_EQ(missing.out, folder_.path("no.xml") + ": no such file\n");
   const ProcessResult unused = kinome({"--check", scene, "-D", "spp=3"});
   EXPECT_EQ(unused.status, 1);
-  EXPECT_EQ(unused.out, scene + ": nothing in the scene uses -D spp (it uses none)\n");
+  EXPECT_EQ(unused.out, scene + ": the scene doesn't use -D spp (it uses none)\n");
 }
 
 TEST_F(Cli, SceneThatIsNotThere) {
@@ -259,27 +259,29 @@ TEST_P(BadUsageTest, IsOneError) {
 
 const BadUsage kUsages[] = {
     {"nothing", {}, {"scene.xml"}},
-    {"unknown_option", {"SCENE", "--sats"}, {"no option '--sats'", "'--stats'"}},
-    {"unknown_option_with_a_value", {"SCENE", "--sed=3"}, {"no option '--sed'", "'--seed'"}},
-    {"unknown_option_alone", {"--foo"}, {"no option '--foo'"}},
-    {"unknown_short_option", {"-x", "SCENE"}, {"no option '-x'"}},
+    {"unknown_option", {"SCENE", "--sats"}, {"unknown option '--sats'", "'--stats'"}},
+    {"unknown_option_with_a_value", {"SCENE", "--sed=3"}, {"unknown option '--sed'", "'--seed'"}},
+    {"unknown_option_alone", {"--foo"}, {"unknown option '--foo'"}},
+    {"unknown_short_option", {"-x", "SCENE"}, {"unknown option '-x'"}},
     {"unknown_option_of_plugins",
      {"plugins", "diffuse", "--markdwn"},
-     {"no option '--markdwn'", "'--markdown'", "kinome plugins --help"}},
+     {"unknown option '--markdwn'", "'--markdown'", "kinome plugins --help"}},
     {"two_scenes", {"SCENE", "SCENE"}, {"not expected", "one scene"}},
-    {"samples", {"SCENE", "--spp", "4"}, {"no option '--spp'", "'-D spp=4'"}},
-    {"samples_by_equals", {"SCENE", "--spp=4"}, {"no option '--spp'", "'-D spp=4'"}},
-    {"samples_without_a_number", {"--spp", "SCENE"}, {"no option '--spp'", "'-D spp=VALUE'"}},
-    {"samples_by_one_dash", {"-spp", "4", "SCENE"}, {"no option '-spp'", "'-D spp=4'"}},
-    {"option_of_one_dash", {"-time", "4", "SCENE"}, {"no option '-time'", "'--time'"}},
-    {"option_of_mitsuba", {"-V", "8", "SCENE"}, {"no option '-V'; leave it out", "LLVM"}},
-    {"option_of_old_mitsuba", {"-p", "8", "SCENE"}, {"no option '-p'; -t COUNT"}},
+    {"samples", {"SCENE", "--spp", "4"}, {"unknown option '--spp'", "'-D spp=4'"}},
+    {"samples_by_equals", {"SCENE", "--spp=4"}, {"unknown option '--spp'", "'-D spp=4'"}},
+    {"samples_without_a_number", {"--spp", "SCENE"}, {"unknown option '--spp'", "'-D spp=VALUE'"}},
+    {"samples_by_one_dash", {"-spp", "4", "SCENE"}, {"unknown option '-spp'", "'-D spp=4'"}},
+    {"option_of_one_dash", {"-time", "4", "SCENE"}, {"unknown option '-time'", "'--time'"}},
+    {"option_of_mitsuba", {"-V", "8", "SCENE"}, {"unknown option '-V'; leave it out", "LLVM"}},
+    {"option_of_old_mitsuba", {"-p", "8", "SCENE"}, {"unknown option '-p'; -t COUNT"}},
     {"define_with_a_space", {"-Dspp", "8", "SCENE"}, {"-D: expected KEY=VALUE", "'-D spp=8'"}},
-    {"command_with_a_mistake", {"plugin"}, {"no command 'plugin'", "'plugins'"}},
-    {"command_with_a_mistake_and_a_word", {"plugn", "SCENE"}, {"no command 'plugn'", "'plugins'"}},
-    {"command_for_help", {"help"}, {"no command 'help'", "'--help'"}},
+    {"command_with_a_mistake", {"plugin"}, {"unknown command 'plugin'", "'plugins'"}},
+    {"command_with_a_mistake_and_a_word",
+     {"plugn", "SCENE"},
+     {"unknown command 'plugn'", "'plugins'"}},
+    {"command_for_help", {"help"}, {"unknown command 'help'", "'--help'"}},
     {"command_of_another_program", {"render", "SCENE"}, {"kinome SCENE.xml renders"}},
-    {"no_scene_of_that_name", {"nothing"}, {"no command 'nothing', and no such file"}},
+    {"no_scene_of_that_name", {"nothing"}, {"unknown command 'nothing', and no file of this name"}},
     {"variance_by_space", {"--variance", "4", "SCENE"}, {"after '=': --variance=4"}},
     {"time_not_a_number",
      {"SCENE", "--time", "abc"},
@@ -287,19 +289,19 @@ const BadUsage kUsages[] = {
     {"exposure_not_a_number", {"SCENE", "--exposure", "a"}, {"must be a number of stops, got 'a'"}},
     {"threads_not_a_number",
      {"SCENE", "-t", "many"},
-     {"--threads: must be a whole number from 1 to 1024, got 'many'"}},
+     {"--threads: must be a whole number between 1 and 1024, got 'many'"}},
     {"sensor_beyond_the_last",
      {"SCENE", "-s", "2"},
-     {"no sensor '2': the scene has 2, 0 to 1 ('front', 'above')"}},
+     {"unknown sensor '2': the scene has 2, 0 to 1 ('front', 'above')"}},
     {"no_threads", {"SCENE", "-t", "0"}, {"--threads", "0"}},
     {"negative_seed",
      {"SCENE", "--seed", "-1"},
-     {"--seed takes an integer from 0 to 18446744073709551615, got '-1'\n"}},
-    {"seed_with_a_fraction", {"SCENE", "--seed", "1.5"}, {"--seed takes", "got '1.5'\n"}},
+     {"--seed: must be a whole number between 0 and 18446744073709551615, got '-1'\n"}},
+    {"seed_with_a_fraction", {"SCENE", "--seed", "1.5"}, {"--seed: must be", "got '1.5'\n"}},
     {"seed_that_is_empty", {"SCENE", "--seed", ""}, {"--seed"}},
     {"seed_beyond_all",
      {"SCENE", "--seed", "18446744073709551616"},
-     {"--seed takes", "got '18446744073709551616'\n"}},
+     {"--seed: must be", "got '18446744073709551616'\n"}},
     {"define_without_value", {"SCENE", "-D", "spp"}, {"-D", "KEY=VALUE", "spp"}},
     {"define_twice", {"SCENE", "-D", "spp=1", "-D", "spp=2"}, {"'spp'", "twice"}},
     {"option_without_value", {"SCENE", "-o"}, {"--output needs a value: FILE"}},

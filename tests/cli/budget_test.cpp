@@ -41,7 +41,7 @@ TEST_F(Budget, BadNumbersAreOneErrorEach) {
   }
   for (const char* bad : {"0", "3", "1025", "-4", "4.5", "many"}) {
     expect_one_error(kinome({scene_, std::string("--variance=") + bad}), "--variance",
-                     {"from 4 to 1024", bad});
+                     {"between 4 and 1024", bad});
   }
   expect_one_error(kinome({scene_, "--inspect", "1,1", "--variance"}), "--variance", {"--inspect"});
   expect_one_error(kinome({scene_, "-D", "spp=0"}), "", {"sample_count"});

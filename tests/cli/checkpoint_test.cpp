@@ -68,8 +68,8 @@ TEST_F(CheckpointTest, SigtermAndResume) {
     ASSERT_TRUE(begins());
     program.send(SIGTERM);
     EXPECT_EQ(program.wait(), 128 + SIGTERM) << program.log();
-    EXPECT_NE(program.log().find("--resume goes on from " + checkpoint_), std::string::npos);
-    EXPECT_NE(program.log().find(" % of it by one sample a pixel"), std::string::npos)
+    EXPECT_NE(program.log().find("--resume continues from " + checkpoint_), std::string::npos);
+    EXPECT_NE(program.log().find(" % of the pixels with one sample"), std::string::npos)
         << program.log();
     ASSERT_TRUE(std::filesystem::exists(checkpoint_));
 
@@ -188,7 +188,7 @@ TEST_F(CheckpointTest, NeverLiesWhereThePictureGoes) {
   const auto refused = [&](const std::string& checkpoint, const std::string& output) {
     SCOPED_TRACE(checkpoint + ", " + output);
     expect_one_error(kinome({"-q", scene_, "-o", output, "--png", "--checkpoint", checkpoint}), "",
-                     {"--checkpoint " + checkpoint + ": this is where the picture goes"});
+                     {"--checkpoint " + checkpoint + ": must differ from the output file"});
   };
   // The program looks from this folder.
   const fs::path before = fs::current_path();
@@ -226,8 +226,9 @@ TEST_F(CheckpointTest, OptionsThatMakeNoSense) {
   fails({"--checkpoint", checkpoint_, "--inspect", "1,1"}, "--inspect");
   fails({"--checkpoint", folder_.path("no/c")}, "does not exist");
   fails({"--checkpoint", "/proc/c"}, "cannot write");
-  fails({"--checkpoint", image_, "-o", image_}, "where the picture goes");
-  fails({"--checkpoint", folder_.path("a.png"), "-o", image_, "--png"}, "where the picture goes");
+  fails({"--checkpoint", image_, "-o", image_}, "must differ from the output file");
+  fails({"--checkpoint", folder_.path("a.png"), "-o", image_, "--png"},
+        "must differ from the output file");
   fails({"--checkpoint", scene_}, "it exists");
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
 }

@@ -127,7 +127,7 @@ class Display(unittest.TestCase):
     def test_no_one_waits_for_a_display_that_takes_nothing(self):
         with Receiver(stalls=True) as receiver:
             start = time.monotonic()
-            self.check_warning(receiver.address, "takes nothing", "-D", "width=700", "-D",
+            self.check_warning(receiver.address, "no longer accepts data", "-D", "width=700", "-D",
                                "height=700")
             self.assertLess(time.monotonic() - start, 60)
 
@@ -139,7 +139,7 @@ class Display(unittest.TestCase):
         lines = [line for line in result.stderr.splitlines() if "--display" in line]
         self.assertEqual(len(lines), 1, result.stderr)
         self.assertRegex(lines[0], "(?i)kinome: warning: --display " + address + ": .*(" + what +
-                         ").*; the render goes on without it")
+                         ").*; rendering continues without it")
         self.assertTrue(self.picture.exists())
 
     def test_what_is_no_address(self):

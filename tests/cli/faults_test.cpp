@@ -246,7 +246,7 @@ TEST_F(Faults, CrashesRemoveTemporaryFiles) {
   const ProcessResult result =
       under("LD_PRELOAD=" KINOME_TEST_CRASH_AT_RENAME, {scene_, "-o", image_});
   EXPECT_EQ(result.status, 128 + SIGABRT) << result.err;
-  EXPECT_NE(result.err.find("crashed (SIGABRT) while writing the picture"), std::string::npos)
+  EXPECT_NE(result.err.find("crashed (SIGABRT) while writing the image"), std::string::npos)
       << result.err;
   EXPECT_EQ(other_files({scene_, log}), std::vector<std::string>{});
 }

@@ -130,7 +130,7 @@ class Film(unittest.TestCase):
         self.frame("a/1.exr").unlink()
         self.frame("a/2.png").unlink()
         says = self.film("orbit", 4, "a/%d.exr", "--png")
-        self.assertIn("2 of 4 frames are there: going on with the others\n", says)
+        self.assertIn("2 of 4 frames exist: rendering the others\n", says)
         for path, (written, data) in before.items():
             self.assertEqual(path.read_bytes(), data, path)
             if path.stem in ("0", "3"):
@@ -158,14 +158,15 @@ class Film(unittest.TestCase):
 
     def test_frames_of_another_film_are_not_taken_for_its_own(self):
         self.film("orbit", 2, "a/%d.exr")
-        for options, what in [(["--seed", 1], "seed: 0, and not 1"), (["-D", "spp=3"], "scene"),
+        for options, what in [(["--seed", 1], "seed: 0 instead of 1"), (["-D", "spp=3"], "scene"),
                               (["--up", "1,0,0"], "--up")]:
             says = self.film("orbit", 2, "a/%d.exr", *options, status=1)
-            self.assertRegex(says, rf"^kinome: a/film.json: the frames .* another film \({what}.*\n$")
+            self.assertRegex(says, rf"^kinome: a/film.json: the frames .* another animation \({what}.*\n$")
             self.assertEqual(says.count("\n"), 1)
         self.frame("b").mkdir()
         self.frame("b/1.exr").write_text("a picture of someone's")
-        self.assertIn("b/1.exr is there, and of no film", self.film("orbit", 2, "b/%d.exr", status=1))
+        self.assertIn("b/1.exr exists, but its animation is unknown",
+                      self.film("orbit", 2, "b/%d.exr", status=1))
 
     # What changes.
 
@@ -238,14 +239,13 @@ class Film(unittest.TestCase):
         environment = os.environ | {"PATH": str(self.folder)}
         says = self.film("orbit", 2, "a.mp4", env=environment)
         self.assertEqual(says.count("ffmpeg"), 1)
-        self.assertIn("there is no ffmpeg, which makes videos: the film will be PNG frames, "
-                      "a-frames/%04d.png\n", says)
+        self.assertIn("ffmpeg not found: writing PNG frames, a-frames/%04d.png, and no video\n", says)
         written = self.frame("a-frames/0001.png").stat().st_mtime_ns
         fake = self.frame("ffmpeg")
         fake.write_text("#!/bin/sh\necho no codec >&2\nexit 1\n")
         fake.chmod(0o755)
         says = self.film("orbit", 2, "a.mp4", env=environment, status=1)
-        self.assertIn("kinome: -o a.mp4: ffmpeg can't make it of a-frames/%04d.png: no codec\n", says)
+        self.assertIn("kinome: -o a.mp4: ffmpeg can't encode a-frames/%04d.png: no codec\n", says)
         self.assertEqual(self.frame("a-frames/0001.png").stat().st_mtime_ns, written)
         self.assertIn("wrote a.mp4", self.film("orbit", 2, "a.mp4"))
         self.assertFalse(self.frame("a-frames").exists())
@@ -253,10 +253,10 @@ class Film(unittest.TestCase):
     def test_a_camera_that_moves_makes_nothing_else_anew(self):
         says = self.film("orbit", 2, "%d.exr", "-vv")
         for i in range(2):
-            self.assertRegex(says, rf"(?m)frame {i}: made anew: sensor/perspective$")
+            self.assertRegex(says, rf"(?m)frame {i}: rebuilt sensor/perspective$")
         keys = {"parameters": {"ball.bsdf.alpha": [[0, 0.3], [1, 0.4]]}}
         says = self.film(self.keys(keys), 2, "a%d.exr", "-vv")
-        self.assertRegex(says, r"(?m)frame 1: made anew: bsdf/roughconductor$")
+        self.assertRegex(says, r"(?m)frame 1: rebuilt bsdf/roughconductor$")
 
     def test_what_other_options_say_applies_to_each_frame(self):
         result = self.run_program("film", "scene.xml", "-q", "--path", "orbit", "--frames", 3, "-o",
@@ -294,26 +294,26 @@ class Film(unittest.TestCase):
                 ("--frames", ["--path", "orbit"]),
                 ("--path: expected orbit, ellipse or a file of keys, got 'orbti' (did you mean 'orbit'?)",
                  ["--path", "orbti", "--frames", 2]),
-                ("got 'none.json', which isn't there", ["--path", "none.json", "--frames", 2]),
-                ("--frames: must be from 1 to 1000000, got 0", ["--path", "orbit", "--frames", 0]),
+                ("got 'none.json': no such file", ["--path", "none.json", "--frames", 2]),
+                ("--frames: must be between 1 and 1000000, got 0", ["--path", "orbit", "--frames", 0]),
                 ("--fps: must be more than 0", [*orbit, "--fps", 0]),
                 ("--frame: expected one of the frames 0 to 1, got '2'", [*orbit, "--frame", 2]),
                 ("--range: expected FIRST:LAST of the frames 0 to 1, got '1:0'",
                  [*orbit, "--range", "1:0"]),
                 ("--range", [*orbit, "--range", "0"]),
-                ("--frame: --range says", [*orbit, "--frame", 0, "--range", "0:1"]),
+                ("--frame: can't be combined with --range", [*orbit, "--frame", 0, "--range", "0:1"]),
                 ("--target: expected X,Y,Z, got '1,2'", [*orbit, "--target", "1,2"]),
                 ("--up: must not be zero", [*orbit, "--up", "0,0,0"]),
                 ("--angles: expected A,B", [*orbit, "--angles", "30"]),
-                ("the camera looks along --up", [*orbit, "--target", "0.3,0,5"]),
-                ("whose names have one number", [*orbit, "-o", "a.exr"]),
-                ("whose names have one number", [*orbit, "-o", "%d-%d.exr"]),
-                ("whose names have one number", [*orbit, "-o", "%s.exr"]),
+                ("it looks along --up", [*orbit, "--target", "0.3,0,5"]),
+                ("names of frames with one number", [*orbit, "-o", "a.exr"]),
+                ("names of frames with one number", [*orbit, "-o", "%d-%d.exr"]),
+                ("names of frames with one number", [*orbit, "-o", "%s.exr"]),
                 ("the scene's film writes .exr files", [*orbit, "-o", "%d.jpg"]),
                 ("nowhere/on", [*orbit, "-o", "nowhere/on/%d.exr"]),
                 ("scene.xml/", [*orbit, "-o", "scene.xml/%d.exr"]),
-                ("no option '--check'", [*orbit, "--check"]),
-                ("--display: expected HOST:PORT", [*orbit, "--display", "here"])]:
+                ("unknown option '--check'", [*orbit, "--check"]),
+                ("--display: expected the viewer's HOST:PORT", [*orbit, "--display", "here"])]:
             with self.subTest(options=options):
                 self.check_mistake(words, *options)
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.xml", "sky.pfm"])
@@ -323,25 +323,25 @@ class Film(unittest.TestCase):
         for words, keys in [
                 ("keys.json:2:12: syntax error", '{"camera":\n  [{"time" 0}]}'),
                 ("keys.json:1:1: ", ""),
-                ("there are no keys", {}),
+                ("missing keys", {}),
                 ("expected an object", []),
-                ("there is no 'cammera' (did you mean 'camera'?)", {"cammera": []}),
-                ("camera: expected a list of 1 or more", {"camera": []}),
+                ("unknown key 'cammera' (did you mean 'camera'?)", {"cammera": []}),
+                ("camera: expected a list of at least 1", {"camera": []}),
                 ("camera: expected orbit, ellipse or a list of keys, got 'spiral'", {"camera": "spiral"}),
                 ("camera[0]: 'target' is missing", {"camera": [{"time": 0, "position": [0, 1, 5]}]}),
                 ("camera[0].position: expected three numbers", {"camera": [key | {"position": [0, 1]}]}),
                 ("camera[0].position[1]: expected a number", {"camera": [key | {"position": [0, "1", 2]}]}),
-                ("camera[0]: there is no 'fob'", {"camera": [key | {"fob": 3}]}),
-                ("camera[1]: times must rise: 0 comes after 0", {"camera": [key, key]}),
+                ("camera[0]: unknown key 'fob'", {"camera": [key | {"fob": 3}]}),
+                ("camera[1]: times must increase: 0 comes after 0", {"camera": [key, key]}),
                 ("camera: 'fov' must be in all keys, or in none",
                  {"camera": [key, key | {"time": 1, "fov": 40}]}),
                 ("in frame 0 the camera looks along its 'up'",
                  {"camera": [key | {"position": [0, 0, 0]}]}),
-                ("there is no parameter 'ball.bsdf.alpah.value' (did you mean 'ball.bsdf.alpha.value'?)",
+                ("unknown parameter 'ball.bsdf.alpah.value' (did you mean 'ball.bsdf.alpha.value'?)",
                  {"parameters": {"ball.bsdf.alpah.value": [[0, 1]]}}),
                 ("parameters.ball.bsdf.alpha[0]: expected [time, value]",
                  {"parameters": {"ball.bsdf.alpha": [0, 1]}}),
-                ("expected numbers in all keys, or three of them in all",
+                ("expected one number in all keys, or three numbers in all keys",
                  {"parameters": {"ball.bsdf.alpha": [[0, 1], [1, [1, 2, 3]]]}}),
                 ("'filename'", {"parameters": {"sky.filename": [[0, 1]]}}),
                 ("the axis of a rotation can't be zero",

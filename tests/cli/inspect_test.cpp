@@ -205,8 +205,8 @@ TEST_F(Inspect, ShowsWhatProductSamplingLearned) {
 }
 
 TEST_F(Inspect, SaysWhyNot) {
-  EXPECT_NE(inspect("40,2").err.find("0,0 to 39,29"), std::string::npos);
-  EXPECT_NE(inspect("-1,2").err.find("0,0 to 39,29"), std::string::npos);
+  EXPECT_NE(inspect("40,2").err.find("between 0,0 and 39,29"), std::string::npos);
+  EXPECT_NE(inspect("-1,2").err.find("between 0,0 and 39,29"), std::string::npos);
   EXPECT_NE(inspect("3;4").err.find("X,Y"), std::string::npos);
   EXPECT_NE(inspect("3,4x").err.find("X,Y"), std::string::npos);
   EXPECT_NE(inspect("1,1").err.find("no surface"), std::string::npos);

@@ -180,9 +180,9 @@ class MpiTest(unittest.TestCase):
         self.assert_refused(*self.together([missing, *output], [missing, *output]),
                             "kinome: .*missing.xml")
         self.assert_refused(*self.together([CORNELL, *output], [self.scene, *output]),
-                            "rank 1 on .* would render another picture: its .*'112x72'")
+                            "rank 1 on .* would render another image: its .*'112x72'")
         self.assert_refused(*self.together([CORNELL, *output], [CORNELL, "--seed=1", *output]),
-                            "rank 1 .* its seed is '1', and that of rank 0 on .* is '0'")
+                            "rank 1 .* its seed is '1', but that of rank 0 on .* is '0'")
         # Threads may differ; what decides where processes meet may not.
         self.assert_refused(*self.together([CORNELL, *output], [CORNELL, "--time=1", *output]),
                             "rank 1 on .*its --time is '1'")
@@ -240,7 +240,7 @@ class MpiTest(unittest.TestCase):
         # As where the environment tells of two, and MPI, which doesn't know that launcher, of one.
         done = run(CORNELL, "-o", self.folder / "a.exr",
                    env=MPI | {"PMI_RANK": "0", "PMI_SIZE": "2"})
-        self.assert_refused(done.returncode, done.stderr, "another one's")
+        self.assert_refused(done.returncode, done.stderr, "different MPI versions")
 
     def test_plugins_are_listed_once(self):
         done = run("plugins", "path", launcher=processes(3))

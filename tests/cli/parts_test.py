@@ -149,10 +149,12 @@ class Parts(unittest.TestCase):
     def test_mistakes_of_the_command_line(self):
         for text in ("3", "0/4", "5/4", "3/", "/4", "3/4/5", "all", "all/0", "-1/4", "1/65537",
                      "1.5/4"):
-            self.refused("--part: expected I/N, as 3/16", "scene.xml", f"--part={text}")
+            self.refused("--part: expected I/N, such as 3/16", "scene.xml", f"--part={text}")
         for options in (["--time", 1], ["--error", 0.1], ["--variance"]):
-            self.refused(f"{options[0]}: not with --part: ", "scene.xml", "--part", "1/2", *options)
-        self.refused("--part: there is nothing to render", "scene.xml", "--part", "1/2", "--inspect=1,1")
+            self.refused(f"{options[0]}: can't be combined with --part: ", "scene.xml", "--part", "1/2",
+                         *options)
+        self.refused("--part: can't be combined with --inspect", "scene.xml", "--part", "1/2",
+                     "--inspect=1,1")
         self.refused("writes .pfm files, which can't hold its sums", "scene.xml", "--part", "1/2", "-D",
                      "format=pfm")
         self.assertIn("--part is ignored", self.run_program("scene.xml", "--check", "--part", "1/2"))
@@ -170,7 +172,8 @@ class Parts(unittest.TestCase):
         self.assertEqual(header(self.folder / "2.exr")["kinome:complete"], "false")
         self.refused("parts 1, 3 and 4 of 4 are missing", "merge", "2.exr", "-o", "a")
         says = self.run_program("merge", "2.exr", "-o", "a", "--allow-missing")
-        self.assertRegex(says, r"parts 1, 3 and 4 are missing; part 2 is incomplete, \d+ % of it missing")
+        self.assertRegex(says, r"parts 1, 3 and 4 are missing; part 2 is incomplete, "
+                               r"\d+ % of the pixels missing")
         self.refused("checkpoint 'c': it belongs to another render: its --part is '2/4', expected "
                      "'3/4'", "scene.xml", "--part", "3/4", "-o", "3", *options, "--resume")
 

@@ -57,8 +57,8 @@ TEST_F(Program, LeavesOutWhatIsMissingIfAsked) {
   const std::string title = "medium 'homogeneous'";
   const ProcessResult strict = kinome({scene, "-o", image_});
   EXPECT_EQ(strict.status, 1);
-  EXPECT_EQ(strict.err, "kinome: " + scene + ":3:25: " + title +
-                            " of Mitsuba 3 isn't here (--lenient renders without it)\n");
+  EXPECT_EQ(strict.err, "kinome: " + scene + ":3:25: unsupported " + title +
+                            " of Mitsuba 3 (--lenient renders without it)\n");
   const ProcessResult lenient = kinome({scene, "--lenient", "-o", image_});
   EXPECT_EQ(lenient.status, 0);
   EXPECT_NE(lenient.err.find("warning: " + scene + ":3:1: " + title + " is left out\n"),
@@ -149,12 +149,12 @@ TEST_F(Program, PlacesThatAreNoFoldersAreWarnings) {
            folder_.folder(), "-a", scene_ + ";" + folder_.folder()});
   EXPECT_EQ(result.status, 0) << result.err;
   const std::string expected = "kinome: warning: --plugin-path '" + none +
-                               "': there is no such folder\n"
+                               "': no such folder\n"
                                "kinome: warning: KINOME_PLUGIN_PATH '" +
                                other +
-                               "': there is no such folder\n"
+                               "': no such folder\n"
                                "kinome: warning: --append '" +
-                               scene_ + "': this is no folder\n";
+                               scene_ + "': not a folder\n";
   EXPECT_EQ(result.err.substr(0, expected.size()), expected) << result.err;
   EXPECT_EQ(result.err.find("warning", expected.size()), std::string::npos) << result.err;
   EXPECT_EQ(run({"-q", scene_, "-o", image_, "-a", none}).err, "");
@@ -171,7 +171,7 @@ TEST_F(Program, PngLiesBesideThePicture) {
   EXPECT_NE(read_text(folder_.path("a.png")), plain);
 }
 
-TEST_F(Program, WarnsOfLampsWithoutArea) {
+TEST_F(Program, WarnsOfEmittersWithoutArea) {
   folder_.write("line.ply",
                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
                 "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
@@ -181,8 +181,8 @@ TEST_F(Program, WarnsOfLampsWithoutArea) {
     xml.insert(xml.find("</scene>"), shape + "<emitter type=\"area\"/></shape>");
     const ProcessResult result = kinome({folder_.write("lamp.xml", xml)});
     EXPECT_EQ(result.status, 0) << result.err;
-    const size_t at = result.err.find("lamp.xml:27:1: this lamp ");
-    return at == std::string::npos ? "" : result.err.substr(at + 25, 9);
+    const size_t at = result.err.find("lamp.xml:27:1: this emitter ");
+    return at == std::string::npos ? "" : result.err.substr(at + 28, 9);
   };
   const auto sphere = [](const std::string& radius) {
     return "<shape type=\"sphere\"><point name=\"center\" value=\"0 4 0\"/>"
@@ -204,8 +204,8 @@ TEST_F(Program, WarnsOfLampsWithoutArea) {
     }
     const std::string err = kinome({folder_.write("lamps.xml", xml)}).err;
     int count = 0;
-    for (size_t at = 0; (at = err.find("this lamp", at)) != std::string::npos; ++at) ++count;
-    return std::pair(count, err.find("not told") != std::string::npos);
+    for (size_t at = 0; (at = err.find("this emitter", at)) != std::string::npos; ++at) ++count;
+    return std::pair(count, err.find("no further ones") != std::string::npos);
   };
   EXPECT_EQ(warnings_of(5), std::pair(5, false));
   EXPECT_EQ(warnings_of(8), std::pair(6, true));
@@ -219,7 +219,7 @@ TEST_F(Program, WarnsOfChannelsThatAPfmCannotHold) {
   const auto run = [&] { return kinome({folder_.write("aov.xml", xml)}); };
   EXPECT_EQ(run().err.find("warning"), std::string::npos);
   xml.insert(xml.find("<rfilter"), "<string name=\"file_format\" value=\"pfm\"/>");
-  EXPECT_NE(run().err.find("hold no channels but colour"), std::string::npos) << run().err;
+  EXPECT_NE(run().err.find("store only colour"), std::string::npos) << run().err;
 }
 
 /// The emitter that an integrator brings along is nothing to worry about: for those who debug.
@@ -235,7 +235,7 @@ TEST_F(Program, LightPointsOfABounceComeWithoutANotice) {
     return result.err;
   };
   EXPECT_EQ(said("-v").find("vpl"), std::string::npos) << said("-v");
-  EXPECT_NE(said("-vv").find("brings a 'vpl' along"), std::string::npos) << said("-vv");
+  EXPECT_NE(said("-vv").find("adds a 'vpl' emitter"), std::string::npos) << said("-vv");
 }
 
 TEST_F(Program, VariantIsAcceptedWithANote) {
@@ -385,9 +385,10 @@ TEST_F(Program, InstructionSetsAreForced) {
     }
     const ProcessResult asked =
         kinome({scene_, "-o", image_, "--isa", best, "--plugin-path", folder_.path("low")});
-    EXPECT_NE(asked.err.find("--isa " + best + ": no plugin of this scene is built for it; those for " +
-                             lowest + " are taken"),
-              std::string::npos)
+    EXPECT_NE(
+        asked.err.find("--isa " + best +
+                       ": no plugin of this scene is built for it; using those for " + lowest),
+        std::string::npos)
         << asked.err;
   }
 

@@ -215,7 +215,7 @@ class FakeKinome:
 
     def render(self, scene, defines, seed, options=()):
         if "--isa" in options:
-            raise Problem("kinome: there is no option '--isa'")
+            raise Problem("kinome: unknown option '--isa'")
         self.said.append(("ours", defines["spp"], seed))
         return Render(np.ones((4, 4, 3)), 0.001 * defines["spp"], 1, 0.2, defines["spp"],
                       {"processor_seconds": 0.002 * defines["spp"], "plugins": ["bsdf/diffuse"],
@@ -261,7 +261,7 @@ class Turns(unittest.TestCase):
         self.assertEqual({one["label"] for one in rows[0]["runs"]}, {"ours"})
         self.assertRegex(self.log.problems[0], "^spot, direct: Mitsuba is left out: .*no such plug")
         self.assertEqual(self.engine().run(engine.units(["hebe"], ["isa"], True), 1e9), [])
-        self.assertIn("x86-64-v4 is left out: kinome: there is no option '--isa'",
+        self.assertIn("x86-64-v4 is left out: kinome: unknown option '--isa'",
                       self.log.problems)
 
     def test_time_that_is_up_is_said_and_what_is_known_is_shown(self):

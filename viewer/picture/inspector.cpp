@@ -3,7 +3,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "drawing/inspection_picture.h"
+#include "drawing/inspection_image.h"
 #include "kinome/object_description.h"
 #include "kinome/render_context.h"
 

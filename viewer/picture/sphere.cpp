@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drawing/inspection_picture.h"
+#include "drawing/inspection_image.h"
 
 namespace kinome::viewer {
 

@@ -1,6 +1,6 @@
-// Pictures, from a scene to files, as commands that render make them.
+// Rendering an image and writing it, shared by the commands that render.
 
-#include "picture.h"
+#include "render_image.h"
 
 #include <chrono>
 #include <cmath>
@@ -24,11 +24,11 @@
 namespace kinome::app {
 namespace {
 
-/// Where plugins are audited: always, and where samples were not finite.
-constexpr uint32_t kPlaces = 256;
-constexpr uint32_t kPlacesOfSuspects = 1 << 15;
+/// Number of positions at which plugins are audited: as a rule, and after non-finite samples.
+constexpr uint32_t kAuditPositions = 256;
+constexpr uint32_t kMaxAuditPositions = 1 << 15;
 
-/// Of a picture that was written though a plugin is at fault.
+/// Exit status if the image was written but a plugin is faulty.
 constexpr int kFaultyStatus = 3;
 
 }  // namespace
@@ -43,11 +43,11 @@ void set_up_log(const Options& options) {
   }
 }
 
-void begin_to_render(const Options& options) {
+void set_up_render(const Options& options) {
   set_up_log(options);
   install_signal_handlers(options.quiet);
   if (!options.variant.empty()) {
-    log_warn(fmt::format("-m {} is ignored: kinome has one variant, RGB in single precision",
+    log_warn(fmt::format("-m {} is ignored: kinome has only one variant, RGB in single precision",
                          options.variant));
   }
   warn_of_missing_folders(options);
@@ -68,19 +68,19 @@ void warn_of_layers(const Scene& scene, const Film& film) {
   if (film.file_extension() != ".pfm") return;
   if (!scene.integrator().channels().empty()) {
     log_warn(
-        "the scene's film writes .pfm files, which hold no channels but colour: those of its "
-        "integrator are left out");
+        "the scene's film writes .pfm files, which store only colour: the integrator's other "
+        "channels are left out");
   }
 }
 
-Image render_picture(const Options& options, const Scene& scene, const Sensor& sensor,
-                     RenderContext& context, Display* display, const PartRender* part) {
+Image render_image(const Options& options, const Scene& scene, const Sensor& sensor,
+                   RenderContext& context, Display* display, const PartRender* part) {
   const Film& film = sensor.film();
   PassCallback on_pass;
   if (display) {
     context.set_commit_callback(
         [display](const Film& shown, const Rect& pixels) { display->show(shown, pixels); });
-    on_pass = [display](const Image& picture, const RenderStats&) { display->show(picture); };
+    on_pass = [display](const Image& image, const RenderStats&) { display->show(image); };
   }
   const ProcessGroup* const group = context.group();
   log_info(fmt::format("rendering {}x{} pixels of {} on {} threads{}", film.crop().width(),
@@ -94,24 +94,24 @@ Image render_picture(const Options& options, const Scene& scene, const Sensor& s
   return image;
 }
 
-RenderSummary finish_picture(const Options& options, const Scene& scene, const Sensor& sensor,
-                             RenderContext& context, const PluginRegistry& registry,
-                             const Image& image, const Output& output, Checkpoint* checkpoint,
-                             const PartRender* part) {
+RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,
+                           RenderContext& context, const PluginRegistry& registry,
+                           const Image& image, const Output& output, Checkpoint* checkpoint,
+                           const PartRender* part) {
   RenderStats& stats = context.stats();
   stats.plugins = registry.loaded();
   stats.instruction_set = to_string(used_instruction_set(registry));
   const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
-  set_activity("writing the picture");
+  set_activity("writing the image");
   ImageMetadata metadata = metadata_of(scene, context, integrator, stats);
   if (options.parts > 0 && !part) metadata.merge(metadata_of_parts(options.parts));
-  write_picture(options, sensor.film(), image, metadata, output, checkpoint, part);
+  write_image_files(options, sensor.film(), image, metadata, output, checkpoint, part);
   if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
   stats.write_seconds = seconds_since(write_start);
   set_activity("checking plugins");
   stats.faults = audit_plugins(scene, sensor, context.seed(),
-                               stats.non_finite_samples > 0 ? kPlacesOfSuspects : kPlaces);
+                               stats.non_finite_samples > 0 ? kMaxAuditPositions : kAuditPositions);
   return {.scene = options.scene,
           .output = output.name(),
           .integrator = integrator,
@@ -121,23 +121,22 @@ RenderSummary finish_picture(const Options& options, const Scene& scene, const S
           .seed = context.seed()};
 }
 
-void tell_faults(const Options& options, const RenderStats& stats) {
-  // With --quiet, too, where it makes the exit status: it must be said why.
+void report_faults(const Options& options, const RenderStats& stats) {
+  // The reason for exit status 3 is reported even with --quiet.
   if (options.quiet && exit_status(options, stats) == kFaultyStatus) {
     set_log_level(LogLevel::kWarn);
   }
   if (stats.non_finite_samples > 0) {
-    log_warn(fmt::format("samples that were not finite, and were dropped: {}",
-                         stats.non_finite_samples));
+    log_warn(fmt::format("dropped samples that were not finite: {}", stats.non_finite_samples));
   }
   for (const PluginFault& fault : stats.faults) {
-    log_warn(fmt::format("plugin {} is at fault: {}, at {} of {} places", fault.plugin, fault.what,
-                         fault.count, fault.looks));
+    log_warn(fmt::format("plugin {} is at fault: {}, at {} of {} positions", fault.plugin,
+                         fault.what, fault.count, fault.looks));
   }
 }
 
-void tell_statistics(const Options& options, const RenderStats& stats,
-                     const RenderSummary& summary) {
+void print_statistics(const Options& options, const RenderStats& stats,
+                      const RenderSummary& summary) {
   if (options.stats == StatsFormat::kText) {
     say("{}", stats_text(stats, summary));
   } else if (options.stats == StatsFormat::kJson) {
@@ -148,7 +147,7 @@ void tell_statistics(const Options& options, const RenderStats& stats,
 
 int exit_status(const Options& options, const RenderStats& stats) {
   const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
-  // In a group of processes, it may have been another one that got the signal.
+  // In a group, the signal may have arrived in another process.
   const int signal_status =
       stats.complete || signal_exit_status() != 0 ? signal_exit_status() : 128 + SIGINT;
   return signal_status == 0 && is_faulty && !options.lenient ? kFaultyStatus : signal_status;

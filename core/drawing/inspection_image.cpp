@@ -1,4 +1,4 @@
-#include "drawing/inspection_picture.h"
+#include "drawing/inspection_image.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 namespace kinome::drawing {
 namespace {
 
-constexpr int kLeastSceneSide = 768;  ///< of the longer one
+constexpr int kMinSceneSide = 768;  ///< minimum length of the longer side
 constexpr uint32_t kNone = ~0u;
 
 const Rgb kOutline(0.9f, 0.8f, 0.1f);
@@ -17,7 +17,7 @@ const Rgb kLit(1, 0.05f, 0.02f);
 const Rgb kShadowed(0.1f, 0.3f, 1);
 const Rgb kPoint(0.1f, 1, 0.2f);
 
-/// How large a sample is drawn: a disk's area tells how much it counts, within reason.
+/// Returns the radius of a sample's disk. Its area is proportional to the weight, within limits.
 float sample_radius(const Inspection& report, double weight) {
   const double unit = report.is_learned ? 4 : 1.5;
   return static_cast<float>(std::clamp(unit * std::sqrt(weight), 1.5, 6.));
@@ -27,14 +27,14 @@ Rgb hidden_color(const Rgb& color) {
   return 0.15f * color + Rgb(0, 0.01f, 0.08f);
 }
 
-/// The smallest of the boxes that hold the place, give or take `slack`; or kNone.
-uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& place, float slack) {
+/// Returns the smallest box that contains a position, with tolerance `slack`; kNone if none does.
+uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& p, float slack) {
   uint32_t found = kNone;
   float smallest = kInfinity;
   for (uint32_t c = 0; c < clusters.size(); ++c) {
     const Aabb& box = clusters[c].box;
-    if (glm::any(glm::lessThan(place, box.lo - slack)) ||
-        glm::any(glm::greaterThan(place, box.hi + slack))) {
+    if (glm::any(glm::lessThan(p, box.lo - slack)) ||
+        glm::any(glm::greaterThan(p, box.hi + slack))) {
       continue;
     }
     const float size = glm::length(box.extent());
@@ -48,13 +48,13 @@ uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& p
 
 void outline_clusters(const Inspection& report, InspectionView& view) {
   const int width = view.canvas.image.width, height = view.canvas.image.height;
-  std::vector<uint32_t> cluster(view.place.size(), kNone);
+  std::vector<uint32_t> cluster(view.positions.size(), kNone);
   for (size_t i = 0; i < cluster.size(); ++i) {
     if (!view.valid[i]) continue;
-    cluster[i] = report.cluster_at ? report.cluster_at(view.place[i])
-                                   : cluster_at(report.clusters, view.place[i], view.slack);
+    cluster[i] = report.cluster_at ? report.cluster_at(view.positions[i])
+                                   : cluster_at(report.clusters, view.positions[i], view.slack);
   }
-  if (report.is_learned) {  // what is hidden turns dark blue
+  if (report.is_learned) {  // hidden clusters become dark blue
     for (size_t i = 0; i < cluster.size(); ++i) {
       if (cluster[i] == kNone) continue;
       const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
@@ -74,7 +74,7 @@ void outline_clusters(const Inspection& report, InspectionView& view) {
   }
 }
 
-/// Lines below the picture, each a sign with what it means.
+/// Legend below the image. Each line has a symbol and its meaning.
 class Legend {
  public:
   Legend(Canvas& canvas, int lines)
@@ -88,17 +88,17 @@ class Legend {
     canvas_.text(kLeft, top_, scale_, text, Rgb(0.9f));
     top_ += height();
   }
-  /// `sign` draws into a box.
-  template <class Sign>
-  void line(const Sign& sign, const std::string& text) {
-    sign(Rect{kLeft, top_, kLeft + sign_width(), top_ + 7 * scale_});
-    canvas_.text(kLeft + sign_width() + 8 * scale_, top_, scale_, text, Rgb(0.55f));
+  /// Adds a line. `draw_symbol` draws into a box.
+  template <class DrawSymbol>
+  void line(const DrawSymbol& draw_symbol, const std::string& text) {
+    draw_symbol(Rect{kLeft, top_, kLeft + symbol_width(), top_ + 7 * scale_});
+    canvas_.text(kLeft + symbol_width() + 8 * scale_, top_, scale_, text, Rgb(0.55f));
     top_ += height();
   }
 
  private:
   static constexpr int kLeft = 12;
-  int sign_width() const { return 40 * scale_; }
+  int symbol_width() const { return 40 * scale_; }
   Canvas& canvas_;
   int scale_;
   int top_;
@@ -108,9 +108,9 @@ Vec2 centre_of(const Rect& box) {
   return 0.5f * Vec2(box.x0 + box.x1, box.y0 + box.y1);
 }
 
-/// Radiance L is drawn as L / (1 + L): a bar of all that there is, with marks at 1/4, 1 and 4.
+/// Draws a bar of the tone-mapped radiance L / (1 + L), with marks at L = 1/4, 1 and 4.
 void draw_radiance_bar(const Rect& box, Canvas& canvas) {
-  const auto place = [&](float share) {
+  const auto position = [&](float share) {
     return box.x0 + static_cast<int>(share * static_cast<float>(box.width()));
   };
   for (int x = box.x0; x < box.x1; ++x) {
@@ -118,7 +118,7 @@ void draw_radiance_bar(const Rect& box, Canvas& canvas) {
     canvas.fill({x, box.y0, x + 1, box.y1}, Rgb(share));
   }
   for (const float radiance : {0.25f, 1.f, 4.f}) {
-    const int x = place(radiance / (1 + radiance));
+    const int x = position(radiance / (1 + radiance));
     canvas.fill({x, box.y0 - 3, x + 2, box.y1 + 3}, Rgb(0.9f, 0.4f, 0.1f));
   }
   canvas.frame({box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}, Rgb(0.3f));
@@ -142,7 +142,7 @@ InspectionView environment_view(const Scene& scene) {
   for (int y = 0; y < kMapHeight; ++y) {
     for (int x = 0; x < kMapWidth; ++x) {
       const Vec3 d = map_direction(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-      view.place.push_back(d);
+      view.positions.push_back(d);
       view.valid.push_back(1);
       Rgb light(0.f);
       if (scene.environment()) light = glm::max(scene.environment()->eval_environment(d), 0.f);
@@ -154,9 +154,9 @@ InspectionView environment_view(const Scene& scene) {
 
 InspectionView scene_view(const Scene& scene, const Sensor& sensor) {
   const Vec2 film(sensor.film().width(), sensor.film().height());
-  const float enlarged = std::max(1.f, kLeastSceneSide / std::max(film.x, film.y));
-  const int width = std::max(1, static_cast<int>(std::lround(enlarged * film.x)));
-  const int height = std::max(1, static_cast<int>(std::lround(enlarged * film.y)));
+  const float factor = std::max(1.f, kMinSceneSide / std::max(film.x, film.y));
+  const int width = std::max(1, static_cast<int>(std::lround(factor * film.x)));
+  const int height = std::max(1, static_cast<int>(std::lround(factor * film.y)));
   InspectionView view{Canvas(width, height),
                       {},
                       {},
@@ -180,7 +180,7 @@ InspectionView scene_view(const Scene& scene, const Sensor& sensor) {
       const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
       view.canvas.set(x, y, Rgb(0.05f + 0.35f * std::abs(glm::dot(si.frame.n, rays[i].ray.d))));
     }
-    view.place.push_back(p);
+    view.positions.push_back(p);
     view.valid.push_back(hit);
   }
   return view;
@@ -218,19 +218,19 @@ void add_legend(const Inspection& report, const Vec2& pixel, Canvas& canvas) {
     legend.line([&](const Rect& box) { canvas.fill(box, Rgb(0.25f)); },
                 "the scene, lit from the camera");
     legend.line([&](const Rect& box) { canvas.disk(centre_of(box), 4, kPoint); },
-                "the point that is lit");
+                "the shading point");
   }
   legend.line(
       [&](const Rect& box) {
         canvas.frame(box, kOutline);
         canvas.fill({(box.x0 + box.x1) / 2, box.y0, (box.x0 + box.x1) / 2 + 1, box.y1}, kOutline);
       },
-      "borders of clusters, one of which is chosen");
+      "borders of clusters (each sample chooses one)");
   if (report.is_learned) {
     legend.line([&](const Rect& box) { canvas.fill(box, hidden_color(Rgb(0.4f))); },
-                "the bluer, the less of it is visible, as learned");
+                "bluer clusters are less visible, as learned");
   }
-  // Of the sizes that there are: see sample_radius().
+  // Weights within the limits of sample_radius().
   const auto weights = report.is_learned ? std::array{0.25, 1., 2.} : std::array{1., 4., 16.};
   const auto samples = [&](const Rgb& color) {
     return [&, color](const Rect& box) {
@@ -241,9 +241,9 @@ void add_legend(const Inspection& report, const Vec2& pixel, Canvas& canvas) {
       }
     };
   };
-  legend.line(samples(kLit), fmt::format("light arrives: counts {} times the mean",
+  legend.line(samples(kLit), fmt::format("visible: weights of {} times the mean",
                                          report.is_learned ? "1/4, 1 and 2" : "1, 4 and 16"));
-  legend.line(samples(kShadowed), "light is hidden");
+  legend.line(samples(kShadowed), "shadowed");
 }
 
 }  // namespace kinome::drawing
