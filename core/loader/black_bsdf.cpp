@@ -1,4 +1,4 @@
-// What a shape that emits has where the scene gives it no BSDF: it reflects nothing.
+// BSDF of emitting shapes for which the scene has none: it reflects nothing.
 
 #include "kinome/bsdf.h"
 #include "loader/build.h"

@@ -11,15 +11,14 @@
 namespace kinome::loader {
 namespace {
 
-/// Objects may be nested this deep, references included; far beyond any use, far below what the
-/// stack holds.
-constexpr size_t kDeepestObjects = 500;
+/// Maximum nesting of objects, including references. The stack could hold far more.
+constexpr size_t kMaxObjectDepth = 500;
 
-/// Of a texture that has a mistake: within all bounds.
-constexpr float kStandIn = 0.5f;
+/// Value of the placeholder for a texture with an error; valid for all parameters.
+constexpr float kPlaceholder = 0.5f;
 
-/// Whether an object of this plugin can be made without what is lost, so that other mistakes in it
-/// are found: what it gets by default, or does without, leads to no others.
+/// Returns true if an object can be made without the lost properties, so that further errors in it
+/// are found. This requires that they are optional.
 bool can_do_without(const Lost& lost, const PluginDescriptor& plugin) {
   constexpr Category kOptional[] = {Category::kEmitter, Category::kFilm, Category::kSampler,
                                     Category::kReconstructionFilter};
@@ -33,7 +32,7 @@ bool can_do_without(const Lost& lost, const PluginDescriptor& plugin) {
          std::none_of(lost.categories.begin(), lost.categories.end(), is_needed);
 }
 
-/// The parameter that a texture of any name, or none, is meant for.
+/// Returns the parameter that takes textures of any name, or without a name.
 std::optional<std::string> row_of_any_texture(const PluginDescriptor& plugin) {
   for (const Parameter& row : plugin.parameters) {
     if (row.type == ParameterType::kObject && row.category == Category::kTexture) return row.name;
@@ -95,7 +94,7 @@ void Builder::collect_ids(const Node& node) {
   for (const Node& child : node.children) collect_ids(child);
 }
 
-/// An alias names what stands above it, so that a chain of them ends.
+/// The loop ends, because an alias can only refer to earlier ids.
 std::string Builder::unaliased(std::string id) const {
   for (auto alias = expansion_.aliases.find(id); alias != expansion_.aliases.end();
        alias = expansion_.aliases.find(id)) {
@@ -110,7 +109,7 @@ const Node* Builder::target_of(const Node& ref) {
   const std::string target = unaliased(id.value);
   const auto found = ids_.find(target);
   if (found != ids_.end()) {
-    if (!under_way_.count(found->second)) return found->second;
+    if (!under_construction_.count(found->second)) return found->second;
     faults_.add(id.where, "'" + id.value + "' refers to an object that it is part of");
     return nullptr;
   }
@@ -118,22 +117,22 @@ const Node* Builder::target_of(const Node& ref) {
   std::vector<std::string> known;
   for (const auto& entry : ids_) known.push_back(entry.first);
   for (const auto& entry : expansion_.aliases) known.push_back(entry.first);
-  faults_.add(id.where, "nothing has the id '" + id.value + "'" +
+  faults_.add(id.where, "unknown id '" + id.value + "'" +
                             did_you_mean(faults_.nearest(id.value, known)));
   return nullptr;
 }
 
-/// A node is under way while what it is made of is made.
-class Builder::UnderWay {
+/// Marks a node as under construction while its nested objects are made.
+class Builder::UnderConstruction {
  public:
-  UnderWay(Builder& builder, const Node& node) : builder_(builder), node_(node) {
-    builder_.under_way_.insert(&node_);
+  UnderConstruction(Builder& builder, const Node& node) : builder_(builder), node_(node) {
+    builder_.under_construction_.insert(&node_);
   }
-  ~UnderWay() { builder_.under_way_.erase(&node_); }
-  UnderWay(const UnderWay&) = delete;
-  UnderWay& operator=(const UnderWay&) = delete;
+  ~UnderConstruction() { builder_.under_construction_.erase(&node_); }
+  UnderConstruction(const UnderConstruction&) = delete;
+  UnderConstruction& operator=(const UnderConstruction&) = delete;
   bool is_too_deep() const {
-    if (builder_.under_way_.size() <= kDeepestObjects) return false;
+    if (builder_.under_construction_.size() <= kMaxObjectDepth) return false;
     builder_.faults_.add(node_.where, "objects are nested too deeply");
     return true;
   }
@@ -145,8 +144,8 @@ class Builder::UnderWay {
 
 std::shared_ptr<Object> Builder::object(const Node& node) {
   if (const auto known = objects_.find(&node); known != objects_.end()) return known->second;
-  const UnderWay under_way(*this, node);
-  auto object = under_way.is_too_deep() ? nullptr : make(node);
+  const UnderConstruction under_construction(*this, node);
+  auto object = under_construction.is_too_deep() ? nullptr : make(node);
   objects_[&node] = object;
   return object;
 }
@@ -155,7 +154,7 @@ std::shared_ptr<Object> Builder::make(const Node& node) {
   const auto maker = [this](const Node& part) { return object(part); };
   const PluginDescriptor* const plugin = find_plugin(node);
   if (!plugin) {
-    if (!is_missing(node, registry_)) look_at_parts(node, maker);
+    if (!is_missing(node, registry_)) check_parts(node, maker);
     return nullptr;
   }
   Parts parts = read_parts(node, *plugin, maker);
@@ -170,13 +169,14 @@ std::shared_ptr<Object> Builder::make(const Node& node) {
   return made;
 }
 
-/// nullptr: the node is no object, or of no plugin, or has other mistakes; they are told.
+/// Finds the plugin of a node. Returns nullptr after reporting an error, for instance an unknown
+/// plugin.
 const PluginDescriptor* Builder::find_plugin(const Node& node) {
   if (is_missing(node, registry_)) {
     const std::string& type = node.find("type")->value;
     faults_.add(node.find("type")->where,
-                node.tag + " '" + type + "'" +
-                    (is_of_mitsuba(node.tag, type) ? " of Mitsuba 3 isn't here" : " isn't here") +
+                "unsupported " + node.tag + " '" + type + "'" +
+                    (is_of_mitsuba(node.tag, type) ? " of Mitsuba 3" : "") +
                     " (--lenient renders without it)");
     return nullptr;
   }
@@ -192,8 +192,8 @@ const PluginDescriptor* Builder::find_plugin(const Node& node) {
   return plugin;
 }
 
-/// What can be said of a node's children without knowing what the node is.
-void Builder::look_at_parts(const Node& node, const Maker& make) {
+/// Checks the children of a node whose plugin is unknown.
+void Builder::check_parts(const Node& node, const Maker& make) {
   for (const Node& child : node.children) {
     if (is_object(child)) {
       if (const Node* target = child.tag == "ref" ? target_of(child) : &child) make(*target);
@@ -220,24 +220,25 @@ Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plu
       add_value(child, name, plugin, parts);
     }
   }
-  for (const auto& put : node.put) add_object(*put, put->value("name"), plugin, make, parts);
+  for (const auto& inserted : node.inserted)
+    add_object(*inserted, inserted->value("name"), plugin, make, parts);
   if (node.inner) {
     add_object(*node.inner, "_arg_" + std::to_string(unnamed), plugin, make, parts);
   }
-  add_given(node, plugin, parts);
+  add_overrides(node, plugin, parts);
   return parts;
 }
 
-/// What a program sets.
-void Builder::add_given(const Node& node, const PluginDescriptor& plugin, Parts& parts) {
-  for (const ObjectDescription::Value& given : node.given) {
-    const bool is_known = find_row(plugin, given.name);
-    const char* const why = is_known ? nullptr : why_ignored(parts.props.category(), given.name);
+/// Adds the values that a program has set.
+void Builder::add_overrides(const Node& node, const PluginDescriptor& plugin, Parts& parts) {
+  for (const ObjectDescription::Value& value : node.overrides) {
+    const bool is_known = find_row(plugin, value.name);
+    const char* const why = is_known ? nullptr : why_ignored(parts.props.category(), value.name);
     if (why) {
-      warn_once_of_ignored(parts.props, given.name, why, given.where);
+      warn_once_of_ignored(parts.props, value.name, why, value.where);
       continue;
     }
-    faults_.attempt([&] { parts.props.set(given.name, given.value, given.where); });
+    faults_.attempt([&] { parts.props.set(value.name, value.value, value.where); });
   }
 }
 
@@ -274,15 +275,15 @@ void Builder::add_object(const Node& child, std::string name, const PluginDescri
   }
   if (category == Category::kTexture && parts.props.category() == Category::kShape &&
       !find_row(plugin, name)) {
-    // Mitsuba keeps any texture of a shape as an attribute, for programs that ask for it.
+    // Mitsuba keeps any texture of a shape as an attribute for use by programs.
     warn_once_of_ignored(parts.props, name, "textures of shapes themselves are not read",
                          child.where);
     return;
   }
   if (!object && category == Category::kBsdf) object = make_black_bsdf();
-  if (!object && category == Category::kTexture) object = make_uniform_texture(Rgb(kStandIn));
+  if (!object && category == Category::kTexture) object = make_uniform_texture(Rgb(kPlaceholder));
   if (category == Category::kTexture && child.is_broken && !has_certain(child, "name")) {
-    parts.lost.anything = true;  // of which parameter it is, isn't known
+    parts.lost.anything = true;  // its parameter is unknown
   } else if (object) {
     faults_.attempt([&] { parts.props.set(name, std::move(object), child.where); });
   } else if (category) {
@@ -292,19 +293,19 @@ void Builder::add_object(const Node& child, std::string name, const PluginDescri
   }
 }
 
-/// All that can be said of a BSDF or texture without making it.
+/// Checks a BSDF or texture without making it.
 void Builder::check(const Node& node) {
   if (!checked_.insert(&node).second) return;
-  const UnderWay under_way(*this, node);
-  if (under_way.is_too_deep()) return;
+  const UnderConstruction under_construction(*this, node);
+  if (under_construction.is_too_deep()) return;
   for (const Node& child : node.children) {
     if (child.tag != "ref") continue;
-    if (const Node* const target = target_of(child)) named_by_unused_.insert(target);
+    if (const Node* const target = target_of(child)) referenced_by_unused_.insert(target);
   }
-  const auto maker = [this](const Node& part) { return stand_in(part); };
+  const auto maker = [this](const Node& part) { return placeholder(part); };
   const PluginDescriptor* const plugin = find_plugin(node);
   if (!plugin) {
-    if (!is_missing(node, registry_)) look_at_parts(node, maker);
+    if (!is_missing(node, registry_)) check_parts(node, maker);
     return;
   }
   Parts parts = read_parts(node, *plugin, maker);
@@ -321,12 +322,13 @@ void Builder::check(const Node& node) {
   }
 }
 
-/// An object of the node's category, for what is checked and not made.
-std::shared_ptr<Object> Builder::stand_in(const Node& node) {
+/// Returns the object of a node, or a placeholder for a BSDF or texture, which is checked and not
+/// made.
+std::shared_ptr<Object> Builder::placeholder(const Node& node) {
   if (!is_made_on_demand(node)) return object(node);
   check(node);
   if (category_of_tag(node.tag) == Category::kBsdf) return make_black_bsdf();
-  return make_uniform_texture(Rgb(kStandIn));
+  return make_uniform_texture(Rgb(kPlaceholder));
 }
 
 std::shared_ptr<const std::vector<std::string>> Builder::folders(const Node& node) {

@@ -17,76 +17,77 @@
 
 namespace kinome::loader {
 
-/// The category of objects that a tag is of; nullopt: none that there is.
+/// Returns the category of objects with this tag; nullopt if there is none.
 std::optional<Category> category_of_tag(const std::string& tag);
-/// Whether an object is of a plugin of Mitsuba's that isn't here.
+/// Returns true if an object is of an unsupported plugin of Mitsuba.
 bool is_missing(const Node& node, const PluginRegistry& registry);
 /// Returns why a parameter that Mitsuba accepts for every plugin of a category has no effect here;
 /// nullptr if it isn't such a parameter.
 const char* why_ignored(Category category, const std::string& name);
-/// Rather than a value: objects, references to them, and what may have been meant as one.
+/// Returns true for objects, references, failed includes and unknown tags, and false for values.
 bool is_object(const Node& node);
-/// Made only where something refers to them: their files may be large.
+/// Returns true for BSDFs and textures, which are made only if something refers to them, because
+/// their files may be large.
 bool is_made_on_demand(const Node& node);
 
-/// Makes objects from expanded nodes, children first. `expansion` and `faults` must outlive it.
+/// Builds objects from expanded nodes, children first. `expansion` and `faults` must outlive it.
 ///
-/// Where a BSDF or texture has a mistake, another stands in for it, so that mistakes in what it is
-/// part of are found, too; where a parameter has one, its object is checked and not made.
+/// BSDFs and textures with errors are replaced by placeholders, so that errors in objects that
+/// contain them are found, too. Objects with an invalid parameter are checked but not made.
 class Builder {
  public:
   Builder(const Expansion& expansion, std::vector<std::string> base_folders,
           PluginRegistry& registry, Faults& faults);
 
-  /// The object of a node (not a <scene>); made once, however often it is referred to. nullptr: it
-  /// has a mistake, which is told.
+  /// Returns the object of a node (not a <scene>), which is made once. Returns nullptr after
+  /// reporting an error.
   std::shared_ptr<Object> object(const Node& node);
-  /// Everything in a <scene>; whole only if no faults are told.
+  /// Builds everything in a <scene>. The result is complete only if no errors were reported.
   Scene::Contents scene(const Node& root);
-  /// "category/name" of the plugins that objects were made of, in order, each once.
+  /// "category/name" of all plugins of which objects were made, in the order of their first use.
   const std::vector<std::string>& plugins() const { return plugins_; }
-  /// What an object of the scene is part of, and where it is referred to.
+  /// Returns, for each object of the scene, the nodes that contain it or refer to it.
   std::map<const Node*, std::vector<const Node*>> holders() const;
-  /// What a node is, or refers to; nullptr: nothing that is known.
+  /// Returns a node itself, or the node that it refers to; nullptr for unknown ids.
   const Node* resolved(const Node& node) const;
   const Node* with_id(const std::string& id) const;
-  /// The value that the scene's text gives to an object's parameter; nullopt: none.
+  /// Returns the value of an object's parameter in the scene's text; nullopt if there is none.
   std::optional<Properties::Value> written(const Node& node, const Parameter& row);
-  /// The file that a parameter of the node names; "": none is found.
+  /// Finds the file that a parameter of the node names; "" if there is none.
   std::string file_of(const Node& node, const std::string& name);
-  /// What was made of a node; nullptr: nothing was.
+  /// Returns the object made of a node; nullptr if there is none.
   std::shared_ptr<Object> made_of(const Node& node) const;
   using Objects = std::unordered_map<const Node*, std::shared_ptr<Object>>;
   const Objects& objects() const { return objects_; }
-  /// Goes back, or forgets: what isn't among these is made when it is next asked for.
+  /// Replaces the made objects. All others are made again when they are requested.
   void set_objects(Objects objects) { objects_ = std::move(objects); }
-  /// Forgets what was made of nodes that are no more part of the scene.
+  /// Forgets objects of nodes that are no longer part of the scene.
   void forget_gone();
-  /// In place of the scene's integrator, whatever that is.
+  /// Uses `node` instead of the scene's integrator; nullptr ends this.
   void set_integrator(const Node* node) { integrator_ = node; }
-  /// Those made since this was called last, as "category/name".
+  /// Returns the objects made since the last call, as "category/name".
   std::vector<std::string> take_made() { return std::exchange(made_, {}); }
-  /// BSDFs and textures of the scene that were checked, but not made.
+  /// Unused BSDFs and textures, which were checked but not made.
   const std::vector<Skipped>& skipped() const { return skipped_; }
 
  private:
   using Maker = std::function<std::shared_ptr<Object>(const Node&)>;
 
-  /// What the scene says of an object.
+  /// Properties of an object, and those lost by errors.
   struct Parts {
     Properties props;
     Lost lost;
   };
-  class UnderWay;
+  class UnderConstruction;
 
   void collect_ids(const Node& node);
   const Node* target_of(const Node& ref);
   std::string unaliased(std::string id) const;
   void forget_scene();
-  void add_given(const Node& node, const PluginDescriptor& plugin, Parts& parts);
+  void add_overrides(const Node& node, const PluginDescriptor& plugin, Parts& parts);
   std::shared_ptr<Object> make(const Node& node);
   const PluginDescriptor* find_plugin(const Node& node);
-  void look_at_parts(const Node& node, const Maker& make);
+  void check_parts(const Node& node, const Maker& make);
   Parts read_parts(const Node& node, const PluginDescriptor& plugin, const Maker& make);
   void add_value(const Node& child, const std::string& name, const PluginDescriptor& plugin,
                  Parts& parts);
@@ -94,12 +95,12 @@ class Builder {
                   const Maker& make, Parts& parts);
   void check_unused(const Node& root);
   void check(const Node& node);
-  std::shared_ptr<Object> stand_in(const Node& node);
+  std::shared_ptr<Object> placeholder(const Node& node);
   std::shared_ptr<Object> create(Properties& props, const Location& type_where);
   void warn_of_ignored(const Properties& props, const PluginDescriptor& plugin);
   void warn_once_of_ignored(const Properties& props, const std::string& parameter,
                             const std::string& why, const Location& where);
-  void warn_of_dark_lamp(const Shape& shape, const Location& where);
+  void warn_of_dark_emitter(const Shape& shape, const Location& where);
   void add_default_children(Properties& props, const PluginDescriptor& plugin);
   void add_to_scene(const Node& child, const Node& target, const std::shared_ptr<Object>& object,
                     Scene::Contents& contents);
@@ -122,26 +123,25 @@ class Builder {
   Objects objects_;
   const Node* integrator_ = nullptr;
   std::vector<std::string> made_;
-  /// What a scene is given that has none of its own, by its plugin: of all that are made.
-  std::map<std::string, std::shared_ptr<Object>> defaults_;
-  std::set<const Node*> under_way_;
+  std::map<std::string, std::shared_ptr<Object>> defaults_;  ///< default objects, by plugin
+  std::set<const Node*> under_construction_;
   std::map<const void*, std::shared_ptr<const std::vector<std::string>>> folder_lists_;
   std::vector<std::string> plugins_;
-  int dark_lamps_ = 0;
-  std::set<std::string> ignored_;  ///< "category 'plugin': parameter", of those with a warning
-  std::set<const Node*> checked_;  ///< of what isn't made
-  std::set<const Node*> named_by_unused_;
+  int dark_emitters_ = 0;
+  std::set<std::string> ignored_;  ///< "category 'plugin': parameter" for each warning
+  std::set<const Node*> checked_;  ///< unused objects, which aren't made
+  std::set<const Node*> referenced_by_unused_;
   std::set<const Object*> in_scene_;
-  /// With their places, for what is known of them only when all shapes are made.
+  /// With their locations, for checks after all shapes are made.
   std::vector<std::pair<std::shared_ptr<Emitter>, Location>> top_emitters_;
   std::vector<std::pair<std::shared_ptr<const ShapeInstance>, Location>> instances_;
   /// Emitters of surfaces, each with the warning that it gets if no shape refers to it.
   std::vector<std::pair<std::shared_ptr<Emitter>, Error>> surface_emitters_;
-  std::map<std::string, Location> parameters_;  ///< of the scene itself
+  std::map<std::string, Location> parameters_;  ///< locations of the scene's own parameters
   std::vector<Skipped> skipped_;
 };
 
-/// The BSDF of a shape that emits but has none of its own: it reflects nothing.
+/// Returns a BSDF that reflects nothing, for emitting shapes without a BSDF.
 std::shared_ptr<Bsdf> make_black_bsdf();
 
 }  // namespace kinome::loader

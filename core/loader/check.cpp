@@ -1,4 +1,4 @@
-// Which tags there are, with which attributes, and what may stand inside of what.
+// Known tags and their attributes, and which tags may be nested.
 
 #include <algorithm>
 #include <array>
@@ -64,13 +64,13 @@ void add_unknown_tag(const Node& node, Faults& faults) {
              "unknown tag " + quoted_tag(node) + did_you_mean(nearest_name(node.tag, tags)));
 }
 
-/// Whether the attributes are those that the tag has.
+/// Checks the names of attributes. Returns false after reporting an error.
 bool check_attributes(const Node& node, const TagRule& rule, Faults& faults) {
   const std::vector<std::string_view> required = split_list(rule.required);
   std::vector<std::string_view> known = required;
   for (const std::string_view name : split_list(rule.optional)) known.push_back(name);
   std::vector<std::string_view> meant = known;
-  meant.push_back("version");  // which a file's root has lost by now
+  meant.push_back("version");  // already removed from the root
   bool is_fine = true;
   for (const Attribute& attribute : node.attributes) {
     if (std::find(known.begin(), known.end(), attribute.name) == known.end()) {
@@ -83,7 +83,7 @@ bool check_attributes(const Node& node, const TagRule& rule, Faults& faults) {
     }
     is_fine = false;
   }
-  // An unknown attribute may be the one that is missing.
+  // An unknown attribute may be a misspelt required one.
   if (!is_fine) return false;
   for (const std::string_view name : required) {
     if (node.find(name)) continue;
@@ -93,13 +93,14 @@ bool check_attributes(const Node& node, const TagRule& rule, Faults& faults) {
   return is_fine;
 }
 
-/// Whether an empty attribute counts as absent: objects need neither name nor id.
+/// Returns true if an empty attribute counts as absent: objects need neither name nor id.
 bool may_be_empty(TagKind kind, std::string_view attribute) {
   if (kind == TagKind::kRef) return attribute == "name";
   return kind == TagKind::kObject;
 }
 
-/// Whether the names that it gives are names. Some are the program's own, for objects without one.
+/// Checks names and ids, which must not be empty or reserved for objects without a name. Returns
+/// false after reporting an error.
 bool check_names(const Node& node, TagKind kind, Faults& faults) {
   bool is_fine = true;
   for (const char* name : {"name", "id", "as"}) {
@@ -109,8 +110,9 @@ bool check_names(const Node& node, TagKind kind, Faults& faults) {
     const bool is_reserved =
         attribute->name == "name" && (value.starts_with("_arg_") || value.starts_with("_default_"));
     if (is_reserved) {
-      faults.add(attribute->where, "'" + value + "': names that begin with _arg_ or _default_ are "
-                                                  "reserved");
+      faults.add(attribute->where, "'" + value +
+                                       "': names that begin with _arg_ or _default_ are "
+                                       "reserved");
     } else if (value.empty() && !may_be_empty(kind, name)) {
       faults.add(attribute->where, std::string(name) + " is empty");
     } else {
@@ -123,7 +125,7 @@ bool check_names(const Node& node, TagKind kind, Faults& faults) {
 
 bool may_contain(const Node& parent, TagKind kind) {
   const TagRule* rule = find_rule(parent.tag);
-  if (!rule) return true;  // whatever it was to be
+  if (!rule) return true;  // an unknown tag
   if (rule->kind == TagKind::kTransform) return kind == TagKind::kOperation;
   return rule->kind == TagKind::kObject && kind != TagKind::kOperation;
 }
@@ -150,7 +152,7 @@ bool check_node(const Node& node, const Node* parent, Faults& faults) {
         Error(node.where, "the root must be an object such as <scene>, not " + quoted_tag(node)));
   }
   if (parent && (node.tag == "scene" || !may_contain(*parent, rule->kind))) {
-    faults.add(node.where, quoted_tag(node) + " can't stand inside " + quoted_tag(*parent));
+    faults.add(node.where, quoted_tag(node) + " can't be inside " + quoted_tag(*parent));
     return false;
   }
   const bool has_attributes = check_attributes(node, *rule, faults);

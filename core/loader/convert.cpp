@@ -18,13 +18,14 @@ T or_error(const std::optional<T>& value, const Attribute& attribute, const char
   throw Error(attribute.where, "'" + attribute.value + "' is not " + what);
 }
 
-/// In [0,1], as Mitsuba 3 has it of reflectances. That is a loss where it was meant as light.
+/// Clamps a reflectance to [0,1], as Mitsuba 3 does. Warns, because the spectrum may be meant as
+/// emission.
 Rgb clamped(const Rgb& color, const Attribute& attribute) {
   constexpr float kRounding = 1e-3f;
   if (max_component(color) > 1 + kRounding) {
     log_warn(Error(attribute.where,
-                   fmt::format("this spectrum is taken as a reflectance, and its colour, {:.4g} "
-                               "{:.4g} {:.4g}, is clamped to [0,1]",
+                   fmt::format("this spectrum is a reflectance: its colour {:.4g} {:.4g} {:.4g} is "
+                               "clamped to [0,1]",
                                color.x, color.y, color.z))
                  .what());
   }
@@ -40,7 +41,7 @@ UniformColor convert_wavelengths(const Spectrum& spectrum, const Parameter* para
     case Quantity::kColor:
       return {clamped(reflectance_color(spectrum), attribute)};
     case Quantity::kUnitless:
-    case Quantity::kNone:  // an error, which is told when the object's parameters are checked
+    case Quantity::kNone:  // an error, reported when the object's parameters are checked
       break;
   }
   return {reflectance_color(spectrum)};
@@ -80,8 +81,8 @@ UniformColor convert_spectrum(const Node& node, const Parameter* parameter,
 Vec3 convert_triple(const Node& node, const Attribute& attribute) {
   const auto numbers = parse_reals(attribute.value);
   if (!numbers || (numbers->size() != 1 && numbers->size() != 3)) {
-    throw Error(attribute.where, "'" + attribute.value + "' is not three numbers or one, as " +
-                                     quoted_tag(node) + " wants");
+    throw Error(attribute.where,
+                quoted_tag(node) + " needs one or three numbers, got '" + attribute.value + "'");
   }
   const auto at = [&](size_t i) {
     return static_cast<float>((*numbers)[numbers->size() == 1 ? 0 : i]);
@@ -94,7 +95,7 @@ Vec3 convert_vector(const Node& node, const float* missing) {
   if (const Attribute* value = node.find("value")) {
     for (const Attribute* axis : axes) {
       if (!axis) continue;
-      throw Error(axis->where, "'" + axis->name + "' can't stand beside 'value'");
+      throw Error(axis->where, "'" + axis->name + "' can't be combined with 'value'");
     }
     return convert_triple(node, *value);
   }
@@ -103,8 +104,7 @@ Vec3 convert_vector(const Node& node, const float* missing) {
     if (axes[i]) {
       result[i] = static_cast<float>(or_error(parse_real(axes[i]->value), *axes[i], "a number"));
     } else if (!missing) {
-      throw Error(node.where,
-                  quoted_tag(node) + " needs an attribute 'value', or all of x, y, z");
+      throw Error(node.where, quoted_tag(node) + " needs an attribute 'value', or all of x, y, z");
     }
   }
   return result;

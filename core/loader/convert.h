@@ -5,20 +5,20 @@
 
 namespace kinome::loader {
 
-/// The value of a value tag or a transform. `parameter` is the plugin's row of that name, or
-/// nullptr: a wavelength spectrum means another colour to a light than to a reflectance. `folders`:
-/// where a spectrum's file is looked for.
+/// Converts a value tag or a transform. `parameter` describes the plugin's parameter, or is
+/// nullptr; a spectrum gives different colours as emission and as reflectance. A spectrum's file is
+/// searched for in `folders`.
 Properties::Value convert(const Node& node, const Parameter* parameter,
                           const std::vector<std::string>& folders);
 
-/// The operations of a <transform>, the later ones applied after the earlier.
-/// Throws Errors: of each operation that is wrong.
+/// Converts a <transform>, whose operations are applied in their order. Throws Errors with an error
+/// for each invalid operation.
 Transform convert_transform(const Node& node);
 
-/// Numbers of an attribute, `count` of them or one (then repeated).
+/// Converts an attribute of three numbers, or of one that is repeated.
 Vec3 convert_triple(const Node& node, const Attribute& attribute);
-/// A vector from either `value` or x, y and z. `missing`: the value of absent coordinates; nullptr:
-/// all three are needed.
+/// Converts a vector from either `value` or x, y and z. `missing` is the value of absent
+/// coordinates; nullptr makes all three mandatory.
 Vec3 convert_vector(const Node& node, const float* missing);
 
 }  // namespace kinome::loader

@@ -1,5 +1,5 @@
-// Objects are made of their properties: with what a scene may leave out, and with a look at what only
-// the made object tells.
+// Creates objects from their properties, adds defaults, and checks what only the created object
+// knows.
 
 #include <algorithm>
 
@@ -24,18 +24,18 @@ bool has_object(const Properties& props, Category category) {
   });
 }
 
-/// Why a lamp gives no light, though nothing is wrong with its numbers; "": it does.
+/// Returns why an area emitter emits no light although its parameters are valid; "" if it does.
 const char* why_dark(const Shape& shape) {
-  constexpr float kLeastSize = 0x1p-22f;  // four units of rounding, at most, at a distance of 1
-  if (!(shape.area() > 0)) return "this lamp has no area: it gives no light";
+  constexpr float kMinSize = 0x1p-22f;  // at most four rounding errors, relative to the distance
+  if (!(shape.area() > 0)) return "this emitter has no area and emits no light";
   const Aabb box = shape.bounds();
   const float distance = max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi)));
-  if (max_component(box.extent()) > kLeastSize * distance) return "";
-  return "this lamp is so small, as far from the origin as it is, that rounding decides whether it "
-         "gives any light";
+  if (max_component(box.extent()) > kMinSize * distance) return "";
+  return "this emitter is so small for its distance from the origin that rounding errors determine "
+         "whether it emits any light";
 }
 
-/// Of the attributes that textures of the shape read.
+/// Checks the mesh attributes that the shape's textures read.
 void check_attributes(const Shape& shape, const Location& where) {
   for (const std::string& name : shape.wanted_attributes()) {
     const auto found = shape.attribute(name);
@@ -48,13 +48,13 @@ void check_attributes(const Shape& shape, const Location& where) {
   }
 }
 
-/// Of a texture that a light without a surface has.
+/// Throws Error if a texture of an emitter without a surface reads a mesh attribute.
 void check_no_attribute(const Object& object, const Location& where) {
   for (const auto& part : object.nested()) {
     const auto* const texture = dynamic_cast<const Texture*>(part.get());
     if (texture && !texture->attribute().empty()) {
-      throw Error(where, "this emitter is no surface of a mesh, whose attribute '" +
-                             texture->attribute() + "' its texture could read");
+      throw Error(where, "a texture of this emitter reads the mesh attribute '" +
+                             texture->attribute() + "', but the emitter isn't part of a mesh");
     }
   }
 }
@@ -68,7 +68,7 @@ void Builder::warn_of_ignored(const Properties& props, const PluginDescriptor& p
   }
 }
 
-/// Logs one warning per plugin and parameter: a thousand shapes may give the same one.
+/// Logs one warning per plugin and parameter, because many shapes may have the same parameter.
 void Builder::warn_once_of_ignored(const Properties& props, const std::string& parameter,
                                    const std::string& why, const Location& where) {
   const std::string plugin =
@@ -77,12 +77,12 @@ void Builder::warn_once_of_ignored(const Properties& props, const std::string& p
   log_warn(Error(where, plugin + ": '" + parameter + "' is ignored: " + why).what());
 }
 
-void Builder::warn_of_dark_lamp(const Shape& shape, const Location& where) {
-  constexpr int kMostTold = 5;
+void Builder::warn_of_dark_emitter(const Shape& shape, const Location& where) {
+  constexpr int kMaxWarnings = 5;
   const std::string why = why_dark(shape);
-  if (why.empty() || ++dark_lamps_ > kMostTold + 1) return;
-  const bool is_last = dark_lamps_ > kMostTold;
-  log_warn(Error(where, is_last ? why + "; what else is so is not told" : why).what());
+  if (why.empty() || ++dark_emitters_ > kMaxWarnings + 1) return;
+  const bool is_last = dark_emitters_ > kMaxWarnings;
+  log_warn(Error(where, is_last ? why + " (no further ones are reported)" : why).what());
 }
 
 std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_where) {
@@ -100,10 +100,10 @@ std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_
   if (props.category() != Category::kShape) return object;
 
   auto& shape = dynamic_cast<Shape&>(*object);
-  // What it is made of has its own.
+  // The shapes in a group, and the parts of a shape, have their own BSDFs and emitters.
   if (dynamic_cast<const ShapeGroup*>(&shape) || !shape.parts().empty()) return object;
   check_attributes(shape, props.where());
-  if (shape.emitter()) warn_of_dark_lamp(shape, props.where());
+  if (shape.emitter()) warn_of_dark_emitter(shape, props.where());
   if (shape.bsdf_pointer()) return object;
   if (shape.emitter()) {
     shape.set_bsdf(make_black_bsdf());
@@ -114,7 +114,7 @@ std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_
   return object;
 }
 
-/// What Mitsuba gives to a sensor or film that lacks it, as if the scene said so.
+/// Adds Mitsuba's default film, sampler and reconstruction filter, as if they were in the scene.
 void Builder::add_default_children(Properties& props, const PluginDescriptor& plugin) {
   struct Default {
     Category parent;

@@ -1,4 +1,4 @@
-// What is to be made anew after an edit, and how a shape is given another material or light.
+// Finds the objects to make again after an edit, and sets another BSDF or emitter of a shape.
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@ namespace kinome::loader {
 
 Dependents::Dependents(const Builder& builder) : builder_(builder), holders_(builder.holders()) {}
 
-/// Not what stands for several shapes in a scene, each with a BSDF of its own.
+/// Returns false for shapes that consist of several ones with BSDFs of their own.
 bool Dependents::can_be_refitted(const Node& node) const {
   const auto shape = std::dynamic_pointer_cast<const Shape>(builder_.made_of(node));
   return shape && shape->parts().empty() && !std::dynamic_pointer_cast<const ShapeGroup>(shape);
@@ -18,7 +18,7 @@ bool Dependents::can_be_refitted(const Node& node) const {
 void Dependents::add(const Node& node) {
   if (node.tag == "scene" || !to_make_.insert(&node).second) return;
   if (node.tag == "shape") {
-    // They know the one shape that they are part of.
+    // Emitters and sensors store a pointer to their shape.
     for (const Node& child : node.children) {
       const Node* const part = is_object(child) ? builder_.resolved(child) : nullptr;
       if (part && (part->tag == "emitter" || part->tag == "sensor")) add(*part);
@@ -36,7 +36,7 @@ void Dependents::add(const Node& node) {
 
 void Dependents::add_refitted(const Node& shape) {
   if (!to_refit_.insert(&shape).second) return;
-  // Groups, and what is made of them, have taken over what it was.
+  // Shape groups, and shapes built from them, have copied its former state.
   for (const Node* const holder : holders_[&shape]) {
     if (holder->tag == "shape") add(*holder);
   }

@@ -1,31 +1,33 @@
-// From what a program says of a scene to the nodes that its text would have.
+// Converts a program's description of a scene to the nodes that its text would have.
 
 #include "loader/node.h"
 
 namespace kinome::loader {
 namespace {
 
-class Describing {
+class DescriptionConverter {
  public:
-  explicit Describing(Faults& faults) : faults_(faults) {}
+  explicit DescriptionConverter(Faults& faults) : faults_(faults) {}
 
-  Node node_of(const ObjectDescription& said, const Node* parent) {
+  Node node_of(const ObjectDescription& description, const Node* parent) {
     Node node;
-    node.tag = said.tag;
-    node.where = said.where;
-    const bool is_value = said.tag == "spectrum";
+    node.tag = description.tag;
+    node.where = description.where;
+    const bool is_value = description.tag == "spectrum";
     const auto add = [&](const char* name, const std::string& value) {
-      if (!value.empty()) node.attributes.push_back({name, value, said.where});
+      if (!value.empty()) node.attributes.push_back({name, value, description.where});
     };
-    add(is_value ? "value" : "type", said.type);
-    add("id", said.id);
-    if (!parent || parent->tag != "scene") add("name", said.name);
+    add(is_value ? "value" : "type", description.type);
+    add("id", description.id);
+    if (!parent || parent->tag != "scene") add("name", description.name);
     node.is_broken = !check_node(node, parent, faults_);
-    if (said.tag != "ref" && !said.id.empty() && !ids_.insert(said.id).second) {
-      faults_.add(said.where, "the id '" + said.id + "' is given twice");
+    if (description.tag != "ref" && !description.id.empty() &&
+        !ids_.insert(description.id).second) {
+      faults_.add(description.where, "the id '" + description.id + "' is given twice");
     }
-    node.given = node.described = said.values;
-    for (const ObjectDescription& part : said.parts) node.children.push_back(node_of(part, &node));
+    node.overrides = node.described = description.values;
+    for (const ObjectDescription& part : description.parts)
+      node.children.push_back(node_of(part, &node));
     return node;
   }
 
@@ -36,8 +38,8 @@ class Describing {
 
 }  // namespace
 
-Node node_of(const ObjectDescription& said, Faults& faults, const Node* parent) {
-  return Describing(faults).node_of(said, parent);
+Node node_of(const ObjectDescription& description, Faults& faults, const Node* parent) {
+  return DescriptionConverter(faults).node_of(description, parent);
 }
 
 }  // namespace kinome::loader

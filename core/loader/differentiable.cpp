@@ -1,5 +1,4 @@
-// Mitsuba's differentiable integrators. Their images are those of other integrators, and only images
-// are rendered here.
+// Replaces Mitsuba's differentiable integrators by ordinary ones that render the same images.
 
 #include <algorithm>
 
@@ -14,7 +13,7 @@ namespace {
 struct Primal {
   std::string_view type;
   const char* primal;
-  const char* max_depth;  ///< unless the scene gives one
+  const char* max_depth;  ///< default
 };
 constexpr Primal kPrimals[] = {
     {"direct_projective", "path", "2"}, {"direct_reparam", "path", "2"},
@@ -44,7 +43,7 @@ void replace_differentiable(Node& node) {
     return std::find(std::begin(kKept), std::end(kKept), name) == std::end(kKept);
   };
   std::erase_if(node.children, [&](const Node& child) { return is_dropped(child.value("name")); });
-  for (auto* const values : {&node.given, &node.described}) {
+  for (auto* const values : {&node.overrides, &node.described}) {
     std::erase_if(*values, [&](const auto& value) { return is_dropped(value.name); });
   }
   if (has_depth) return;

@@ -10,17 +10,18 @@
 
 namespace kinome::loader {
 
-/// What of a scene depends on objects that have changed.
+/// Objects of a scene that depend on changed objects.
 class Dependents {
  public:
   explicit Dependents(const Builder& builder);
-  /// Of an object whose parameters have changed.
+  /// Adds an object whose parameters have changed, and its dependents.
   void add(const Node& node);
-  /// Of a shape that is kept, and has another BSDF, emitter or mesh.
+  /// Adds a shape that is kept, but gets another BSDF, emitter or mesh, and its dependents.
   void add_refitted(const Node& shape);
 
+  /// Objects to make again.
   const std::set<const Node*>& to_make() const { return to_make_; }
-  /// Shapes that are kept, and are to be given what of theirs is made anew.
+  /// Shapes that are kept, but get a new BSDF or emitter.
   const std::set<const Node*>& to_refit() const { return to_refit_; }
 
  private:
@@ -32,38 +33,38 @@ class Dependents {
   std::set<const Node*> to_refit_;
 };
 
-/// Arrays that are set for a mesh at once.
+/// Arrays of a mesh that are set together, by name.
 using MeshEdits = std::map<std::string, EditedValue>;
-/// Names of the arrays that a shape has as parameters; none where it is no mesh.
+/// Returns the names of a mesh's arrays; empty for other shapes.
 std::vector<const char*> mesh_arrays(const Object* shape);
-/// One of them.
+/// Returns one of a mesh's arrays.
 EditedValue mesh_array(const Object& shape, const std::string& name);
-/// An Error where the value is none that array `name` could have.
+/// Throws Error if the value has the wrong type or size for array `name`.
 void check_mesh_array(const std::string& name, const EditedValue& value, const Location& where);
 
-/// Which arrays of a mesh are not those of its file any more.
+/// Arrays of a mesh that differ from its file.
 struct EditedMesh {
   bool has_positions = false;
   bool has_uvs = false;
   bool has_faces = false;
-  /// Whether normals were computed from edited positions or faces.
+  /// True if normals were computed from edited positions or faces.
   bool has_computed_normals = false;
-  /// Those that were set last, as they were set (a shape normalises them), with nothing computed
-  /// since; nullptr: none were.
+  /// Normals that were set last, before the shape normalised them; nullptr if none were set, or if
+  /// normals were computed since.
   std::shared_ptr<const std::vector<Vec3>> normals;
 };
 
-/// The mesh as edited; returns what undoes that. `edited`: what was edited so far, which this adds
-/// to.
+/// Edits a mesh, and returns a function that undoes this. Updates `edited`, the edits so far.
 std::function<void()> edit_mesh(Object& shape, const MeshEdits& edits, EditedMesh& edited,
                                 const Location& where);
-/// The same edits of a shape that is made once more, from the shape that it was; returns what undoes
-/// that. An Error where they don't fit it any more.
+/// Applies earlier edits of `former` to `shape`, which has replaced it. Returns a function that
+/// undoes this. Throws Error if the edits no longer fit.
 std::function<void()> carry_over(const Object& former, const EditedMesh& edited, Object& shape,
                                  const Location& where);
 
-/// Gives to a shape what was made anew of its BSDF and emitter; returns what undoes that. Empty,
-/// and nothing done, where their textures read attributes that the shape hasn't read from its file.
+/// Sets a shape's new BSDF and emitter, and returns a function that undoes this. Returns an empty
+/// function and changes nothing if their textures read attributes that the shape hasn't read from
+/// its file.
 std::function<void()> refit(Shape& shape, const Node& node, Builder& builder);
 
 }  // namespace kinome::loader

@@ -21,11 +21,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kDeepestInclude = 15;
-/// Files that include others twice, which include others twice, …: an end to that.
-constexpr int kMostIncludes = 2000;
-/// And to large files that are included many times: bytes of all includes but the first of each.
-constexpr size_t kMostRepeated = 4 << 20;
+constexpr size_t kMaxIncludeDepth = 15;
+/// Limits the exponential growth of files that include others twice, which do the same.
+constexpr int kMaxIncludes = 2000;
+/// Maximum bytes of repeated includes, without the first include of each file.
+constexpr size_t kMaxRepeated = 4 << 20;
 
 bool is_directive(TagKind kind) {
   return kind == TagKind::kDefault || kind == TagKind::kInclude || kind == TagKind::kPath ||
@@ -56,21 +56,21 @@ class Expander {
   }
 
  private:
-  /// The node with its substituted attributes and its expanded children.
+  /// Returns the node with substituted attributes and expanded children.
   Node expand_node(const Node& node, bool is_file_root, bool is_fine) {
     Node copy{node.tag, node.attributes, {}, node.where, folders_, !is_fine};
     copy.is_old = node.is_old;
     substitute(copy);
     drop_empty_names(copy);
     note_id(copy);
-    // What stands in a value that is none, nobody can tell.
+    // Children of an invalid value are ignored.
     if (is_fine || kind_of(node) == TagKind::kObject) {
       expand_children(node, is_file_root, copy.children);
     }
     return copy;
   }
 
-  /// Mitsuba takes an object whose id or name is empty for one without.
+  /// Removes empty ids and names, which Mitsuba ignores.
   static void drop_empty_names(Node& node) {
     const TagKind kind = kind_of(node);
     if (kind != TagKind::kObject && kind != TagKind::kRef) return;
@@ -117,7 +117,8 @@ class Expander {
     }
   }
 
-  /// What others may refer to, and a wrong tag or attribute hides.
+  /// Records names and ids that a wrong tag or attribute hides, so that references to them aren't
+  /// errors.
   void lose_names(const Node& node) {
     for (const Attribute& attribute : node.attributes) {
       const bool is_id = !nearest_name(attribute.name, std::array{"id"}).empty();
@@ -137,7 +138,7 @@ class Expander {
     result_.has_unknown_ids = true;
   }
 
-  /// What a directive would have brought is missing now, by a mistake that is told.
+  /// Records the names that are undefined because a directive failed with a reported error.
   void lose(const Node& directive, std::vector<Node>& out) {
     switch (kind_of(directive)) {
       case TagKind::kDefault:
@@ -162,9 +163,9 @@ class Expander {
   void include(const Node& node, const Node& parent, std::vector<Node>& out) {
     const Attribute& attribute = *node.find("filename");
     const std::string path = find_file(attribute.value, search_folders(), attribute.where);
-    if (files_.size() > kDeepestInclude) {
+    if (files_.size() > kMaxIncludeDepth) {
       throw Error(attribute.where,
-                  fmt::format("includes are nested more than {} deep", kDeepestInclude));
+                  fmt::format("includes are nested more than {} deep", kMaxIncludeDepth));
     }
     for (const std::string& file : files_) {
       std::error_code failed;
@@ -172,9 +173,9 @@ class Expander {
         throw Error(attribute.where, "'" + path + "' includes itself");
       }
     }
-    if (++includes_ > kMostIncludes) faults_.stop(Error(attribute.where, "too many includes"));
+    if (++includes_ > kMaxIncludes) faults_.stop(Error(attribute.where, "too many includes"));
     const std::string text = as_utf8(read_text(path, attribute.where));
-    if (!included_.insert(path).second && (repeated_ += text.size()) > kMostRepeated) {
+    if (!included_.insert(path).second && (repeated_ += text.size()) > kMaxRepeated) {
       faults_.stop(Error(attribute.where, "'" + path + "' and others are included too many times"));
     }
     faults_.note_include(path, attribute.where);
@@ -191,7 +192,7 @@ class Expander {
     folders_ = std::make_shared<const std::vector<std::string>>(std::move(folders));
     files_.push_back(path);
     if (root.tag == "scene") {
-      root.tag = parent.tag;  // dissolved: its children stand inside of the parent
+      root.tag = parent.tag;  // the children of an included <scene> belong to the parent
       expand_children(root, true, out);
     } else {
       out.push_back(expand_node(root, true, is_fine && check_node(root, &parent, faults_)));
@@ -200,7 +201,8 @@ class Expander {
     folders_ = outer_folders;
   }
 
-  /// The folder is relative to the file's own one, or else to one that is searched for files.
+  /// Adds a folder, relative to the folder of the file or to another folder that is searched for
+  /// files.
   void add_path(const Node& node, bool is_file_root) {
     if (!is_file_root) throw Error(node.where, "<path> must be a child of the root");
     const Attribute& attribute = *node.find("value");
@@ -218,7 +220,7 @@ class Expander {
       result_.paths.insert(result_.paths.begin(), path.string());
       return;
     }
-    throw Error(attribute.where, "there is no folder '" + attribute.value + "'");
+    throw Error(attribute.where, "no such folder: '" + attribute.value + "'");
   }
 
   void add_alias(const Node& node) {
@@ -231,7 +233,7 @@ class Expander {
       }
       std::vector<std::string> known;
       for (const auto& entry : ids_) known.push_back(entry.first);
-      throw Error(id.where, "nothing above has the id '" + id.value + "'" +
+      throw Error(id.where, "no earlier object has the id '" + id.value + "'" +
                                 did_you_mean(faults_.nearest(id.value, known)));
     }
     add_id(as);
@@ -244,7 +246,8 @@ class Expander {
     if (has_known_tag(node)) {
       faults_.attempt([&] { add_id(*id); });
     } else {
-      ids_.emplace(id->value, id->where);  // perhaps of an <alias>, whose id is another's
+      ids_.emplace(id->value,
+                   id->where);  // may be a misspelt <alias>, whose id is that of another object
     }
   }
 
@@ -260,7 +263,7 @@ class Expander {
                                           base_folders(name_, options_));
   }
 
-  /// With the zero at its end: texts must not run into one another.
+  /// Hashes the terminating zero, too, which separates texts.
   void add_to_hash(const std::string& text) { hash_.add(text.c_str(), text.size() + 1); }
 
   static std::string folder_of(const std::string& file) {
@@ -305,16 +308,16 @@ std::vector<std::string> search_folders(const std::vector<std::string>* includes
 
 std::string read_text(const std::string& path, const Location& where) {
   std::error_code failed;
-  const Location place = where.file.empty() ? Location{path, 0, 0} : where;
+  const Location location = where.file.empty() ? Location{path, 0, 0} : where;
   const std::string title = where.file.empty() ? "it" : "'" + path + "'";
-  if (!fs::exists(path, failed)) throw Error(place, "there is no such file");
+  if (!fs::exists(path, failed)) throw Error(location, "no such file");
   if (const std::string why = unreadable(path); !why.empty()) {
-    throw Error(place, title + " " + why);
+    throw Error(location, title + " " + why);
   }
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw Error(place, title + " can't be read");
+  if (!stream) throw Error(location, title + " can't be read");
   std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) throw Error(place, title + " can't be read");
+  if (stream.bad()) throw Error(location, title + " can't be read");
   return text;
 }
 

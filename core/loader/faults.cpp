@@ -9,18 +9,17 @@
 namespace kinome::loader {
 namespace {
 
-/// Nobody reads more, and each takes memory and time.
-constexpr size_t kMost = 10'000;
+constexpr size_t kMaxErrors = 10'000;
 
 bool comes_before(const Location& a, const Location& b) {
   return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
 }
 
-/// From the scene file inward.
-std::vector<Location> way_to(const Error& error) {
-  std::vector<Location> way(error.askers().rbegin(), error.askers().rend());
-  way.push_back(error.where());
-  return way;
+/// Returns the locations that lead to an error, from the scene file inward.
+std::vector<Location> path_to(const Error& error) {
+  std::vector<Location> path(error.askers().rbegin(), error.askers().rend());
+  path.push_back(error.where());
+  return path;
 }
 
 }  // namespace
@@ -31,10 +30,11 @@ void Faults::add(const Error& error) {
     return;
   }
   if (expects_missing_files_ && dynamic_cast<const MissingFile*>(&error)) return;
-  const bool is_of_all_places = dynamic_cast<const UnusablePlugin*>(&error) != nullptr;
-  if (!told_.insert(is_of_all_places ? error.message() : error.what()).second) return;
+  // An unusable plugin is reported once, not for each object.
+  const bool is_global = dynamic_cast<const UnusablePlugin*>(&error) != nullptr;
+  if (!reported_.insert(is_global ? error.message() : error.what()).second) return;
   all_.push_back(error);
-  if (all_.size() >= kMost) throw Stop();
+  if (all_.size() >= kMaxErrors) throw Stop();
 }
 
 void Faults::stop(const Error& error) {
@@ -43,7 +43,7 @@ void Faults::stop(const Error& error) {
 }
 
 Error Faults::with_includes(Error error) const {
-  // Files can't include one another in circles.
+  // The loop ends, because includes can't be circular.
   const Location* last = error.askers().empty() ? &error.where() : &error.askers().back();
   for (auto include = includes_.find(last->file); include != includes_.end();
        include = includes_.find(include->second.file)) {
@@ -56,18 +56,18 @@ std::vector<Error> Faults::sorted() const {
   std::vector<std::pair<std::vector<Location>, Error>> keyed;
   for (const Error& fault : all_) {
     Error whole = with_includes(fault);
-    std::vector<Location> way = way_to(whole);
-    keyed.emplace_back(std::move(way), std::move(whole));
+    std::vector<Location> path = path_to(whole);
+    keyed.emplace_back(std::move(path), std::move(whole));
   }
   std::stable_sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) {
     return std::lexicographical_compare(a.first.begin(), a.first.end(), b.first.begin(),
                                         b.first.end(), comes_before);
   });
   std::vector<Error> faults;
-  for (auto& [way, fault] : keyed) faults.push_back(std::move(fault));
-  if (all_.size() >= kMost) {
+  for (auto& [path, fault] : keyed) faults.push_back(std::move(fault));
+  if (all_.size() >= kMaxErrors) {
     faults.emplace_back(Location{keyed.back().first.front().file},
-                        "these are too many mistakes: no others were looked for");
+                        "too many errors: stopped looking for more");
   }
   return faults;
 }

@@ -9,19 +9,18 @@
 
 namespace kinome::loader {
 
-/// The mistakes of a scene. Who finds one adds it and goes on as well as can be: of what a mistake
-/// makes unknown, nothing is said.
+/// Collects the errors of a scene. Stages of the loader add errors and continue as far as possible.
+/// They report nothing that may only be a consequence of an earlier error.
 class Faults {
  public:
-  /// Thrown (and no Error, so that nobody takes it for one more mistake) where it makes no sense to
-  /// go on.
+  /// Thrown to stop loading. Not an Error, so that it isn't reported as one.
   struct Stop {};
 
-  /// Each that `error` holds, once. Throws Stop where there are too many.
+  /// Adds each error in `error`, unless it was added before. Throws Stop after too many errors.
   void add(const Error& error);
   void add(const Location& where, const std::string& message) { add(Error(where, message)); }
   [[noreturn]] void stop(const Error& error);
-  /// Runs what may throw an Error, which is then added; whether it didn't.
+  /// Runs a function, and adds the Error that it throws. Returns true if it threw none.
   template <class Function>
   bool attempt(const Function& function) {
     try {
@@ -32,23 +31,23 @@ class Faults {
     }
     return true;
   }
-  /// From now on files may be missing because of a mistake that is known.
+  /// Ignores missing files from now on, because an error that was reported may be the reason.
   void expect_missing_files() { expects_missing_files_ = true; }
-  /// Where an included file is asked for; the first time counts.
-  void note_include(const std::string& file, const Location& asker) {
-    includes_.emplace(file, asker);
+  /// Records the location of the <include> of a file; only the first one is used.
+  void note_include(const std::string& file, const Location& where) {
+    includes_.emplace(file, where);
   }
 
   bool empty() const { return all_.empty(); }
-  /// The nearest of many names, for a fault to suggest; "" where there are so many faults that to
-  /// look for it would take long.
+  /// Returns the nearest name, for a suggestion; "" after many errors, for which the search would
+  /// take too long.
   template <class Names>
   std::string nearest(const std::string& name, const Names& names) const {
-    constexpr size_t kMostWithHints = 200;
-    return all_.size() < kMostWithHints ? nearest_name(name, names) : "";
+    constexpr size_t kMaxWithHints = 200;
+    return all_.size() < kMaxWithHints ? nearest_name(name, names) : "";
   }
-  /// All of them by their places in the scene: what is wrong in a file, at the place that asked for
-  /// it.
+  /// Returns all errors in the order of their locations in the scene. Errors in other files are
+  /// sorted by the location that refers to the file.
   std::vector<Error> sorted() const;
   /// Throws Errors if there are any.
   void check() const;
@@ -57,7 +56,7 @@ class Faults {
   Error with_includes(Error error) const;
 
   std::vector<Error> all_;
-  std::set<std::string> told_;
+  std::set<std::string> reported_;  ///< messages
   std::map<std::string, Location> includes_;
   bool expects_missing_files_ = false;
 };

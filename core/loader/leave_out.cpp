@@ -1,4 +1,4 @@
-// What is Mitsuba's and isn't here, taken out of a scene.
+// Removes or replaces unsupported features of Mitsuba in a scene (--lenient).
 
 #include <algorithm>
 
@@ -13,13 +13,14 @@
 namespace kinome::loader {
 namespace {
 
-/// What stands in for a plugin of a category, and which of its parameters and parts it keeps.
-struct StandIn {
+/// Replacement for unsupported plugins of a category, with the parameters and nested objects that
+/// are kept.
+struct Substitute {
   const char* tag;
   const char* type;
   std::vector<std::string> kept;  ///< names of values, tags of objects
 };
-const StandIn kStandIns[] = {
+const Substitute kSubstitutes[] = {
     {"bsdf", "diffuse", {}},
     {"integrator", "path", {"max_depth", "rr_depth", "hide_emitters"}},
     {"film",
@@ -40,23 +41,23 @@ bool is_registered(const Node& node, const PluginRegistry& registry) {
 struct LeftOut {
   Location where;
   std::string what;         ///< "integrator 'stokes'"
-  std::string replacement;  ///< "'path'"; "": none
+  std::string replacement;  ///< "'path'", or "" if there is none
 };
 
-class LeavingOut {
+class UnsupportedRemover {
  public:
-  LeavingOut(const PluginRegistry& registry, std::vector<LeftOut>& left_out)
+  UnsupportedRemover(const PluginRegistry& registry, std::vector<LeftOut>& left_out)
       : registry_(registry), left_out_(left_out) {}
 
   void run(Expansion& expansion) {
     aliases_ = &expansion.aliases;
     collect_tags(expansion.root);
-    look_at(expansion.root);
-    // What names what is gone goes with it, which may be what others name.
-    for (size_t before = 0; before != gone_.size();) {
-      before = gone_.size();
+    visit(expansion.root);
+    // References to removed objects are removed, too, which may remove further objects.
+    for (size_t before = 0; before != removed_ids_.size();) {
+      before = removed_ids_.size();
       for (const auto& [name, target] : expansion.aliases) {
-        if (gone_.count(target)) gone_.insert(name);
+        if (removed_ids_.count(target)) removed_ids_.insert(name);
       }
       drop_references(expansion.root);
     }
@@ -98,19 +99,19 @@ class LeavingOut {
     return node.children.size() == count || reduce(node);
   }
 
-  bool look_at(Node& node) {
+  bool visit(Node& node) {
     return drop_children(node, [&](Node& child) {
-      return must_go(child) ? !replace(child, node) : !look_at(child);
+      return is_unsupported(child) ? !replace(child, node) : !visit(child);
     });
   }
   bool drop_references(Node& node) {
     return drop_children(node, [&](Node& child) {
-      if (child.tag == "ref") return gone_.count(child.value("id")) > 0;
+      if (child.tag == "ref") return removed_ids_.count(child.value("id")) > 0;
       return !drop_references(child);
     });
   }
 
-  /// Mends a node that lost children. Returns false if it must be removed.
+  /// Repairs a node that lost children. Returns false if it must be removed.
   bool reduce(Node& node) {
     if (node.is_broken || !node.find("type")) return true;
     const std::string type = node.value("type");
@@ -129,7 +130,7 @@ class LeavingOut {
         node.tag == "shape" && (type == "instance" || type == "merge") && !has_unnamed_object(node);
     if (!is_empty_scale && !is_empty_instance) return true;
     add(node, title_of(node), "");
-    note_ids(node);
+    record_removed_ids(node);
     return false;
   }
 
@@ -139,7 +140,7 @@ class LeavingOut {
     });
   }
 
-  /// Replaces a BSDF by the BSDF in it, which gets its id.
+  /// Replaces a BSDF by its nested BSDF, which gets its id.
   bool replace_by_inner(Node& node) {
     const auto found = std::find_if(node.children.begin(), node.children.end(),
                                     [&](const Node& child) { return tag_of(child) == "bsdf"; });
@@ -164,10 +165,11 @@ class LeavingOut {
     return node.tag + " '" + node.value("type") + "'";
   }
 
-  /// False where nothing stands in for it.
+  /// Replaces an unsupported object. Returns false if there is no substitute, so that it must be
+  /// removed.
   bool replace(Node& node, const Node& parent) {
     const std::string title = title_of(node);
-    // An integrator around another one shows what that one does.
+    // An integrator with a nested one is replaced by that.
     if (node.tag == "integrator") {
       const auto inner = std::find_if(node.children.begin(), node.children.end(),
                                       [](const Node& child) { return child.tag == "integrator"; });
@@ -175,51 +177,53 @@ class LeavingOut {
         add(node, title, "the integrator in it");
         Node other = std::move(*inner);
         node = std::move(other);
-        return must_go(node) ? replace(node, parent) : look_at(node);
+        return is_unsupported(node) ? replace(node, parent) : visit(node);
       }
     }
-    const auto stand_in = std::find_if(std::begin(kStandIns), std::end(kStandIns),
-                                       [&](const StandIn& one) { return one.tag == node.tag; });
+    const auto substitute =
+        std::find_if(std::begin(kSubstitutes), std::end(kSubstitutes),
+                     [&](const Substitute& one) { return one.tag == node.tag; });
     // A shape can't have a sensor with a position of its own.
     const bool is_in_shape = node.tag == "sensor" && parent.tag == "shape";
-    if (stand_in == std::end(kStandIns) || is_in_shape) {
+    if (substitute == std::end(kSubstitutes) || is_in_shape) {
       add(node, title, "");
-      note_ids(node);
+      record_removed_ids(node);
       return false;
     }
-    add(node, title, fmt::format("'{}'", stand_in->type));
-    node.find("type")->value = stand_in->type;
+    add(node, title, fmt::format("'{}'", substitute->type));
+    node.find("type")->value = substitute->type;
     std::erase_if(node.children, [&](const Node& child) {
-      const auto& kept = stand_in->kept;
+      const auto& kept = substitute->kept;
       const std::string name = is_object(child) ? child.tag : child.value("name");
       const bool is_kept = std::find(kept.begin(), kept.end(), name) != kept.end();
-      if (!is_kept) note_ids(child);
+      if (!is_kept) record_removed_ids(child);
       return !is_kept;
     });
-    return look_at(node);
+    return visit(node);
   }
 
   void add(const Node& node, const std::string& what, const std::string& replacement) {
     left_out_.push_back({node.where, what, replacement});
   }
 
-  /// Unknown plugins of old files go, too: there were more of them than Mitsuba 3 has.
-  bool must_go(const Node& node) const {
+  /// Returns true for unsupported plugins. All unknown plugins of old files are unsupported,
+  /// because Mitsuba 0.x had more plugins than Mitsuba 3.
+  bool is_unsupported(const Node& node) const {
     if (is_missing(node, registry_)) return true;
     if (!node.is_old || node.is_broken || node.tag == "scene" || !node.find("type")) return false;
     return !is_registered(node, registry_);
   }
 
-  void note_ids(const Node& node) {
+  void record_removed_ids(const Node& node) {
     if (node.tag == "ref") return;
-    if (const Attribute* id = node.find("id")) gone_.insert(id->value);
-    for (const Node& child : node.children) note_ids(child);
+    if (const Attribute* id = node.find("id")) removed_ids_.insert(id->value);
+    for (const Node& child : node.children) record_removed_ids(child);
   }
 
   const PluginRegistry& registry_;
   std::vector<LeftOut>& left_out_;
-  std::set<std::string> gone_;               ///< ids
-  std::map<std::string, std::string> tags_;  ///< by ids
+  std::set<std::string> removed_ids_;
+  std::map<std::string, std::string> tags_;  ///< by id
   std::map<std::string, std::string>* aliases_ = nullptr;
 };
 
@@ -252,7 +256,7 @@ Expansion expand_scene(const std::string& text, const std::string& name, const L
   replace_differentiable(expansion.root);
   if (options.lenient) {
     std::vector<LeftOut> left_out;
-    LeavingOut(registry, left_out).run(expansion);
+    UnsupportedRemover(registry, left_out).run(expansion);
     for (const LeftOut& one : left_out) {
       const std::string what = to_string(one.where) + ": " + one.what;
       if (one.replacement.empty()) {

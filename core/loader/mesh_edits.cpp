@@ -1,4 +1,4 @@
-// A mesh's arrays as parameters.
+// Edits of a mesh's arrays.
 
 #include <cstring>
 
@@ -86,9 +86,9 @@ std::function<void()> edit_mesh(Object& shape, const MeshEdits& edits, EditedMes
       has_normals = true;
     }
   }
-  // Texture coordinates alone leave the normals as they are: those that were computed are computed
-  // once more, and those that were set are set once more, as normalising what is normalised would
-  // change some by a bit.
+  // Edits of texture coordinates alone don't change the normals. Computed normals are computed
+  // again, and normals that were set are set again in their original form, because normalising them
+  // twice could change a bit.
   const bool is_same_shape = !edits.count(kPositions) && !edits.count(kFaces);
   const bool were_computed = after.has_computed_normals && !after.normals;
   const bool computes = !has_normals && (!is_same_shape || were_computed) && !mesh.normals.empty();
@@ -112,12 +112,12 @@ std::function<void()> carry_over(const Object& former, const EditedMesh& edited,
   if (edited.has_uvs) mesh.uvs = before.uvs;
   if (edited.has_faces) mesh.triangles = before.triangles;
   const bool computes = edited.has_computed_normals;
-  // Any will do where they are computed, or replaced below.
+  // The values don't matter if normals are computed or replaced below.
   if (computes) mesh.normals.assign(mesh.positions.size(), Vec3(0.f));
   if (edited.normals && !computes) mesh.normals = *edited.normals;
   auto undo = mesh_shape.replace_mesh(std::move(mesh), !computes, where);
   if (!edited.normals || !computes) return undo;
-  // Computing them has decided which side is outside: see MeshShape::replace_mesh().
+  // Computing normals first determines which side is outside: see MeshShape::replace_mesh().
   mesh = *mesh_shape.mesh();
   mesh.normals = *edited.normals;
   const auto undo_normals = mesh_shape.replace_mesh(std::move(mesh), true, where);

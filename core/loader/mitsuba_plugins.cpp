@@ -6,7 +6,7 @@
 namespace kinome {
 namespace {
 
-constexpr const char* kReflectionOnly = "not of BSDFs that let light through smoothly";
+constexpr const char* kReflectionOnly = "not for BSDFs with specular transmission";
 
 constexpr MitsubaPlugin kPlugins[] = {
     {"bsdf", "blendbsdf", nullptr},
@@ -47,12 +47,12 @@ constexpr MitsubaPlugin kPlugins[] = {
     {"integrator", "aov", nullptr},
     {"integrator", "depth", nullptr},
     {"integrator", "direct", nullptr},
-    {"integrator", "moment", "not of ptracer (as in Mitsuba), nor of clustered by product"},
+    {"integrator", "moment", "not for ptracer (as in Mitsuba) and product sampling of clustered"},
     {"integrator", "path", nullptr},
     {"integrator", "ptracer", nullptr},
     {"integrator", "stokes", nullptr},
-    {"integrator", "volpath", "scenes without media, where it is path"},
-    {"integrator", "volpathmis", "scenes without media, where it is path"},
+    {"integrator", "volpath", "only for scenes without media, rendered as by path"},
+    {"integrator", "volpathmis", "only for scenes without media, rendered as by path"},
     {"medium", "heterogeneous", nullptr},
     {"medium", "homogeneous", nullptr},
     {"phase", "blendphase", nullptr},

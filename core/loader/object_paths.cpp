@@ -5,10 +5,10 @@
 namespace kinome::loader {
 namespace {
 
-/// An object that stands in another one.
+/// An object inside of another one.
 struct PartOfNode {
-  std::string name;   ///< as it is listed
-  std::string given;  ///< by the scene, or ""
+  std::string name;        ///< name in listed paths
+  std::string scene_name;  ///< name in the scene, or ""
   const Node* node;
 };
 
@@ -16,26 +16,27 @@ std::string numbered(const std::string& name, int i) {
   return i == 0 ? name : name + "_" + std::to_string(i);
 }
 
-/// Textures go by the parameter that they are of, all else by its category, and what stands in the
-/// scene itself by its id. No two have the same name.
+/// Returns the objects inside of a node, with unique names: the parameter's name for textures, the
+/// category for other objects, and the id for objects of the scene itself.
 std::vector<PartOfNode> parts_of(const Node& node, const Builder& builder) {
   const bool is_scene = node.tag == "scene";
   std::vector<PartOfNode> parts;
   std::set<std::string> used;
   for_each_part(node, [&](const Node& child) {
     if (!is_object(child) || child.is_broken) return;
-    const std::string given = child.value("name");
-    const bool is_put = std::any_of(node.put.begin(), node.put.end(),
-                                    [&](const auto& put) { return put.get() == &child; });
-    if (!given.empty() && !is_put && node.is_overridden(given)) return;
+    const std::string scene_name = child.value("name");
+    const bool is_inserted =
+        std::any_of(node.inserted.begin(), node.inserted.end(),
+                    [&](const auto& inserted) { return inserted.get() == &child; });
+    if (!scene_name.empty() && !is_inserted && node.is_overridden(scene_name)) return;
     const Node* const target = builder.resolved(child);
     if (!target) return;
     const std::string id = target->value("id");
-    std::string name = target->tag == "texture" ? given : "";
-    if (is_scene) name = id.empty() ? given : id;
-    // What is referred to twice is one object, by one name.
+    std::string name = target->tag == "texture" ? scene_name : "";
+    if (is_scene) name = id.empty() ? scene_name : id;
+    // An object with several references keeps its name.
     const bool is_free = used.insert(name).second || (is_scene && name == id);
-    parts.push_back({is_free ? std::move(name) : "", given, target});
+    parts.push_back({is_free ? std::move(name) : "", scene_name, target});
   });
   std::map<std::string, int> counts;
   for (PartOfNode& part : parts) {
@@ -53,10 +54,10 @@ std::vector<PartOfNode> parts_of(const Node& node, const Builder& builder) {
 ObjectPaths::ObjectPaths(const Node& root, const Builder& builder)
     : root_(root), builder_(builder) {
   add_names(root);
-  for (const PartOfNode& part : parts_of(root, builder)) look_at(*part.node, part.name);
+  for (const PartOfNode& part : parts_of(root, builder)) visit(*part.node, part.name);
 }
 
-void ObjectPaths::look_at(const Node& node, const std::string& path) {
+void ObjectPaths::visit(const Node& node, const std::string& path) {
   if (!builder_.made_of(node) || !known_.insert(&node).second) return;
   all_.push_back({unused_path(path, node), &node});
   listed_.emplace(all_.back().path, &node);
@@ -64,11 +65,12 @@ void ObjectPaths::look_at(const Node& node, const std::string& path) {
   add_names(node);
   for (const PartOfNode& part : parts_of(node, builder_)) {
     const std::string id = part.node->value("id");
-    look_at(*part.node, id.empty() ? own + "." + part.name : id);
+    visit(*part.node, id.empty() ? own + "." + part.name : id);
   }
 }
 
-/// As names and ids may have dots, "a.b" may be an id, and b in a.
+/// Adds a number to `path` if it is ambiguous: names and ids may have dots, so that "a.b" may be an
+/// id, or the object b in a.
 std::string ObjectPaths::unused_path(const std::string& path, const Node& node) const {
   for (int i = 0;; ++i) {
     std::string wanted = numbered(path, i);
@@ -83,9 +85,9 @@ void ObjectPaths::add_names(const Node& node) {
   for (const PartOfNode& part : parts) names.emplace(part.name, part.node);
   int bsdfs = 0;
   for (const PartOfNode& part : parts) {
-    if (!part.given.empty()) names.emplace(part.given, part.node);
+    if (!part.scene_name.empty()) names.emplace(part.scene_name, part.node);
     if (part.node->tag != "bsdf" || node.tag != "bsdf") continue;
-    // As Mitsuba calls them.
+    // Mitsuba's names.
     for (const char* const name : {"bsdf_", "brdf_"}) {
       names.emplace(name + std::to_string(bsdfs), part.node);
     }

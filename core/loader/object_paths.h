@@ -11,38 +11,38 @@
 
 namespace kinome::loader {
 
-/// What the objects of a scene are called in the paths of their parameters, as the scene is when
-/// this is made. An object is listed by one path, which no other one has; other names that it can
-/// be found by (Mitsuba's, the one it has where it stands) never take the place of a listed one.
-/// Finding takes logarithmic time.
+/// Paths of a scene's objects at the time of construction. Each object has one listed path, which
+/// is unique. It can also be found by other names, such as Mitsuba's, but listed paths take
+/// precedence. A search takes logarithmic time.
 class ObjectPaths {
  public:
   ObjectPaths(const Node& root, const Builder& builder);
 
-  struct Place {
+  struct Entry {
     std::string path;
     const Node* node;
   };
-  /// All objects that are made, each once, by the scene's order.
-  const std::vector<Place>& all() const { return all_; }
-  /// The object that a path means; nullptr: none.
+  /// All made objects, each once, in the scene's order.
+  const std::vector<Entry>& all() const { return all_; }
+  /// Finds an object by its path; nullptr if there is none.
   const Node* object(const std::string& path) const;
-  /// The object and the name of its parameter that a path may mean, the longest object first.
+  /// Returns the possible splits of a path into an object and a parameter's name, the longest
+  /// object path first.
   std::vector<std::pair<const Node*, std::string>> candidates(const std::string& path) const;
 
  private:
   using Names = std::map<std::string, const Node*, std::less<>>;
 
-  void look_at(const Node& node, const std::string& path);
+  void visit(const Node& node, const std::string& path);
   void add_names(const Node& node);
   std::string unused_path(const std::string& path, const Node& node) const;
   const Node* find(const Node& from, std::string_view path) const;
 
   const Node& root_;
   const Builder& builder_;
-  std::vector<Place> all_;
-  Names listed_;                         ///< by whole paths
-  std::map<const Node*, Names> names_;  ///< of what stands in a node, all that it is called
+  std::vector<Entry> all_;
+  Names listed_;                        ///< by listed path
+  std::map<const Node*, Names> names_;  ///< for each node, its nested objects by all their names
   std::set<const Node*> known_;
 };
 

@@ -1,4 +1,4 @@
-// From the text of a scene file to nodes that know their line and column.
+// Parses a scene file into nodes with line and column.
 
 #include <algorithm>
 
@@ -6,31 +6,31 @@
 
 #include "kinome/log.h"
 #include "loader/node.h"
-#include "loader/source_places.h"
+#include "loader/source_locations.h"
 #include "loader/unclosed.h"
 
 namespace kinome::loader {
 namespace {
 
-/// Nodes may be nested this deep in one file: recursion below stays shallow whatever is read.
-constexpr int kDeepestNesting = 100;
+/// Maximum nesting of elements in a file, which limits recursion.
+constexpr int kMaxNesting = 100;
 
 class Converter {
  public:
   Converter(const std::string& text, const std::string& file, Faults& faults)
-      : text_(text), places_(text, file), faults_(faults) {}
+      : text_(text), locations_(text, file), faults_(faults) {}
 
   Node convert(const pugi::xml_node& element, int depth) {
     Node node;
     node.tag = element.name();
     const auto name_offset = static_cast<size_t>(element.offset_debug());
-    node.where = places_.at(name_offset - 1);
+    node.where = locations_.at(name_offset - 1);
     read_attributes(element, name_offset + node.tag.size(), node);
-    // As in Mitsuba 3, spectra of a type are textures.
+    // As in Mitsuba 3, a <spectrum> with a type is a texture.
     if (node.tag == "spectrum" && node.find("type")) node.tag = "texture";
-    if (depth > kDeepestNesting) {
+    if (depth > kMaxNesting) {
       faults_.add(node.where, "elements are nested too deeply");
-      node.is_broken = true;  // what it lacks is not missed
+      node.is_broken = true;  // so that missing children aren't reported
       return node;
     }
     for (const pugi::xml_node& child : element.children()) {
@@ -44,11 +44,11 @@ class Converter {
   }
 
  private:
-  /// pugixml knows no places of attributes, but has checked the syntax: name = "value" …
+  /// Finds the locations of attributes, which pugixml doesn't store. It has checked the syntax.
   void read_attributes(const pugi::xml_node& element, size_t offset, Node& node) {
     for (const pugi::xml_attribute& attribute : element.attributes()) {
       offset = text_.find_first_not_of(" \t\r\n", offset);
-      node.attributes.push_back({attribute.name(), attribute.value(), places_.at(offset)});
+      node.attributes.push_back({attribute.name(), attribute.value(), locations_.at(offset)});
       const size_t quote = text_.find_first_of("\"'", offset);
       offset = text_.find(text_[quote], quote + 1) + 1;
     }
@@ -64,7 +64,7 @@ class Converter {
   }
 
   const std::string& text_;
-  SourcePlaces places_;
+  SourceLocations locations_;
   Faults& faults_;
 };
 
@@ -75,21 +75,21 @@ std::string describe_syntax(const pugi::xml_parse_result& result, const std::str
   if (result.status != pugi::status_end_element_mismatch) return message;
   const auto open = innermost_open_element(text, offset);
   if (!open) return message;
-  const int line = SourcePlaces(text, file).at(open->begin).line;
+  const int line = SourceLocations(text, file).at(open->begin).line;
   return message + ": <" + open->tag + "> of line " + std::to_string(line) + " isn't closed";
 }
 
 }  // namespace
 
-bool Node::is_given(std::string_view name) const {
-  for (const ObjectDescription::Value& value : given) {
+bool Node::is_set(std::string_view name) const {
+  for (const ObjectDescription::Value& value : overrides) {
     if (value.name == name) return true;
   }
   return false;
 }
 
 bool Node::is_overridden(std::string_view name) const {
-  return is_given(name) || std::find(taken.begin(), taken.end(), name) != taken.end();
+  return is_set(name) || std::find(removed.begin(), removed.end(), name) != removed.end();
 }
 
 const Attribute* Node::find(std::string_view name) const {
@@ -119,16 +119,16 @@ std::string did_you_mean(const std::string& nearest, const std::string& prefix) 
 
 Node parse(const std::string& text, const std::string& file, Faults& faults) {
   if (const size_t nul = text.find('\0'); nul != std::string::npos) {
-    throw Error(SourcePlaces(text, file).at(nul), "not XML: a byte that is zero");
+    throw Error(SourceLocations(text, file).at(nul), "malformed XML: a zero byte");
   }
-  // As a fragment, which keeps text outside of the root, too.
+  // Parsed as a fragment, which keeps text outside of the root.
   constexpr unsigned kFlags = pugi::parse_default | pugi::parse_fragment;
   pugi::xml_document document;
   const pugi::xml_parse_result result =
       document.load_buffer(text.data(), text.size(), kFlags, pugi::encoding_utf8);
   if (!result) {
     const size_t offset = result.offset > 0 ? static_cast<size_t>(result.offset) : 0;
-    throw Error(SourcePlaces(text, file).at(offset),
+    throw Error(SourceLocations(text, file).at(offset),
                 describe_syntax(result, text, file, offset));
   }
   const pugi::xml_node root = document.document_element();
@@ -136,12 +136,12 @@ Node parse(const std::string& text, const std::string& file, Faults& faults) {
     const bool is_element = node.type() == pugi::node_element;
     if (node == root) continue;
     const auto offset = static_cast<size_t>(node.offset_debug());
-    throw Error(
-        SourcePlaces(text, file).at(is_element ? offset - 1 : text.find_first_not_of(" \t\r\n", offset)),
-        is_element ? "malformed XML: a second root element"
-                   : "malformed XML: text outside of the root element");
+    throw Error(SourceLocations(text, file)
+                    .at(is_element ? offset - 1 : text.find_first_not_of(" \t\r\n", offset)),
+                is_element ? "malformed XML: a second root element"
+                           : "malformed XML: text outside of the root element");
   }
-  if (!root) throw Error(SourcePlaces(text, file).at(0), "malformed XML: no element");
+  if (!root) throw Error(SourceLocations(text, file).at(0), "malformed XML: no element");
   return Converter(text, file, faults).convert(root, 1);
 }
 

@@ -1,4 +1,4 @@
-// An edited scene's text, from that of the files that it was read from.
+// Patches the text of a scene's files with edits.
 
 #include "loader/patched_scene.h"
 
@@ -40,7 +40,8 @@ bool holds_one_of(const Node& node, const std::set<std::string>& ids) {
   return false;
 }
 
-/// With the blanks before it, and the line if it has that for itself.
+/// Returns a patch that removes an element, with its indentation and line if nothing precedes it
+/// there.
 TextPatch removal(const std::string& text, size_t begin, size_t end) {
   if (!begins_line(text, begin)) return {begin, end, ""};
   const size_t before = begin == 0 ? std::string::npos : text.find_last_not_of(" \t", begin - 1);
@@ -48,7 +49,7 @@ TextPatch removal(const std::string& text, size_t begin, size_t end) {
 }
 
 TextPatch replacement(const SourceElement::Attribute& attribute, const std::string& value) {
-  return {attribute.value_begin, attribute.value_end, said_text(value, attribute.where)};
+  return {attribute.value_begin, attribute.value_end, attribute_text(value, attribute.where)};
 }
 
 bool is_within(const SourceElement::Attribute& attribute, const std::vector<TextPatch>& patches) {
@@ -64,24 +65,24 @@ PatchedScene::PatchedScene(const Expansion& expansion, const std::string& name,
     : expansion_(expansion), name_(name), saved_(saved), defines_(defines) {
   is_possible_ = !expansion.texts.empty() && !expansion.is_of_old_version;
   if (!is_possible_) return;
-  note_places(expansion.root);
-  collect_references(expansion.root, referred_, expansion.aliases);
-  for (const auto& [node, said] : saved.all()) check(*node);
+  note_locations(expansion.root);
+  collect_references(expansion.root, referenced_ids_, expansion.aliases);
+  for (const auto& [node, changes] : saved.all()) check(*node);
 }
 
-void PatchedScene::note_places(const Node& node) {
-  const std::string place = to_string(node.where);
-  if (!node.is_put && !nodes_.emplace(place, &node).second) twice_.insert(place);
-  if (node.inner) around_[node.inner.get()] = &node;
-  for_each_part(node, [this](const Node& child) { note_places(child); });
+void PatchedScene::note_locations(const Node& node) {
+  const std::string location = to_string(node.where);
+  if (!node.is_inserted && !nodes_.emplace(location, &node).second) ambiguous_.insert(location);
+  if (node.inner) wrappers_[node.inner.get()] = &node;
+  for_each_part(node, [this](const Node& child) { note_locations(child); });
 }
 
-/// Of an object that says other than its text.
+/// Checks whether a changed object and its values each have a unique location in the text.
 void PatchedScene::check(const Node& node) {
-  if (node.is_put) return;
-  bool is_there_once = !twice_.count(to_string(node.where));
+  if (node.is_inserted) return;
+  bool is_there_once = !ambiguous_.count(to_string(node.where));
   for (const Node& child : node.children) {
-    is_there_once &= !twice_.count(to_string(child.where));
+    is_there_once &= !ambiguous_.count(to_string(child.where));
   }
   is_possible_ &= is_there_once;
 }
@@ -103,12 +104,12 @@ std::optional<std::string> PatchedScene::text() {
   const File& root = file(name_);
   Patches inside;
   patch(root, root.root, nullptr, inside);
-  // What is to be said before all else: of several defaults of a name the first counts.
+  // These must come first, because the first of several defaults with a name is used.
   std::vector<std::string> first;
   for (const auto& [name, value] : defines_) {
     const Location where{name_, 0, 0};
-    first.push_back("<default name=\"" + said_text(name, where) + "\" value=\"" +
-                    said_text(value, where) + "\"/>");
+    first.push_back("<default name=\"" + attribute_text(name, where) + "\" value=\"" +
+                    attribute_text(value, where) + "\"/>");
   }
   first.insert(first.end(), kept_.begin(), kept_.end());
   Patches patches;
@@ -118,7 +119,7 @@ std::optional<std::string> PatchedScene::text() {
   return patched(root.text, 0, root.text.size(), std::move(patches));
 }
 
-/// `owner`: the object that it stands in, or that it is included into; nullptr: none.
+/// Adds patches for an element. `owner` is the object that contains or includes it, or nullptr.
 void PatchedScene::patch(const File& file, const SourceElement& element, Owner* owner,
                          Patches& patches) {
   const Node* const node = node_at(element.where);
@@ -143,41 +144,44 @@ void PatchedScene::patch(const File& file, const SourceElement& element, Owner* 
 
 void PatchedScene::patch_object(const File& file, const SourceElement& element, const Node& node,
                                 Patches& patches) {
-  const SavedScene::Said* const said = saved_.find(node);
+  const SavedScene::Changes* const changes = saved_.find(node);
   Owner own{&node};
-  // What is inserted comes before them, also if the first child begins at the same place.
+  // Insertions must precede the children's patches, even if the first child begins at the same
+  // offset.
   Patches of_children;
   patch_children(file, element, &own, of_children);
-  if (around_.count(&node)) patch_around(file, element, node, patches);
-  if (said) patch_values(file, element, node, own, *said, patches);
+  if (wrappers_.count(&node)) patch_wrapper(file, element, node, patches);
+  if (changes) patch_values(file, element, node, own, *changes, patches);
   patches.insert(patches.end(), of_children.begin(), of_children.end());
 }
 
-/// Patches the type of an object's element, and inserts the values that none of its children states.
+/// Patches the type of an object's element, and inserts the values that none of its children has.
 void PatchedScene::patch_values(const File& file, const SourceElement& element, const Node& node,
-                                const Owner& own, const SavedScene::Said& said, Patches& patches) {
+                                const Owner& own, const SavedScene::Changes& changes,
+                                Patches& patches) {
   const SourceElement::Attribute* const type = element.find("type");
-  // Something else may stand in for what its text says.
+  // The plugin of the text may have been replaced.
   const std::string written = type ? file.text.substr(type->value_begin, type->length()) : "";
   is_possible_ &= written == node.value("type") || written.find('$') != std::string::npos;
-  if (type && said.type != node.value("type")) {
-    patches.push_back({type->value_begin, type->value_end, said.type});
+  if (type && changes.type != node.value("type")) {
+    patches.push_back({type->value_begin, type->value_end, changes.type});
   }
   std::vector<std::string> missing;
   for (const auto& [name, text] : saved_.elements(node)) {
-    if (!own.said.count(name)) missing.push_back(text);
+    if (!own.written.count(name)) missing.push_back(text);
   }
   insert(file, element, missing, patches);
 }
 
-/// What a program has put around a BSDF has its id and its name.
-void PatchedScene::patch_around(const File& file, const SourceElement& element, const Node& node,
-                                Patches& patches) const {
+/// Writes the BSDFs that a program has wrapped around a BSDF. The outermost one gets its id and
+/// name.
+void PatchedScene::patch_wrapper(const File& file, const SourceElement& element, const Node& node,
+                                 Patches& patches) const {
   std::string moved;
   for (const char* const name : {"id", "name"}) {
     const SourceElement::Attribute* const attribute = element.find(name);
     if (!attribute) continue;
-    // With its quotes, and with the blank before it.
+    // Includes the quotes, and the blank before the name.
     const size_t begin = attribute->begin - 1, end = attribute->value_end + 1;
     moved += ' ';
     moved.append(file.text, attribute->begin, end - attribute->begin);
@@ -187,13 +191,12 @@ void PatchedScene::patch_around(const File& file, const SourceElement& element, 
   const std::string line =
       has_line ? fmt::format("\n{}", indentation_at(file.text, element.begin)) : "";
   std::string before, after;
-  for (auto at = around_.find(&node); at != around_.end(); at = around_.find(at->second)) {
+  for (auto at = wrappers_.find(&node); at != wrappers_.end(); at = wrappers_.find(at->second)) {
     const Node& outer = *at->second;
-    // The outermost one has them.
-    const std::string own = around_.count(&outer) ? "" : moved;
+    const std::string own = wrappers_.count(&outer) ? "" : moved;
     before = fmt::format("<{} type=\"{}\"{}>{}{}{}", outer.tag,
-                         said_text(outer.value("type"), outer.where), own, saved_.contents(outer),
-                         line, before);
+                         attribute_text(outer.value("type"), outer.where), own,
+                         saved_.contents(outer), line, before);
     after += fmt::format("</{}>", outer.tag);
   }
   patches.push_back({element.begin, element.begin, before});
@@ -205,16 +208,17 @@ void PatchedScene::patch_children(const File& file, const SourceElement& element
   for (const SourceElement& child : element.children) patch(file, child, owner, patches);
 }
 
-/// Whether the element is a value of its object, or stands for one that is not what it was.
+/// Patches a value of an object. Returns false if the element is a nested object that is unchanged
+/// as a value of its owner.
 bool PatchedScene::patch_value(const File& file, const SourceElement& element, const Node& node,
                                Owner& owner, Patches& patches) {
   const std::string name = node.value("name");
-  const SavedScene::Said* const said = saved_.find(*owner.node);
-  if (said && !name.empty() && said->unsaid.count(name)) {
+  const SavedScene::Changes* const changes = saved_.find(*owner.node);
+  if (changes && !name.empty() && changes->overridden.count(name)) {
     if (is_object(node)) keep_elsewhere(file, element, node);
-    for (const auto& [said_name, text] : saved_.elements(*owner.node)) {
-      if (said_name != name) continue;
-      owner.said.insert(name);
+    for (const auto& [changed_name, text] : saved_.elements(*owner.node)) {
+      if (changed_name != name) continue;
+      owner.written.insert(name);
       patches.push_back({element.begin, element.end, text});
       return true;
     }
@@ -222,7 +226,7 @@ bool PatchedScene::patch_value(const File& file, const SourceElement& element, c
     return true;
   }
   if (is_object(node)) return false;
-  // Files are where they were, though the scene may be somewhere else.
+  // Files don't move with the scene.
   const bool is_spectrum = node.tag == "spectrum";
   const char* const attribute = is_spectrum ? "filename" : "value";
   const SourceElement::Attribute* const value = element.find(attribute);
@@ -234,24 +238,25 @@ bool PatchedScene::patch_value(const File& file, const SourceElement& element, c
   return true;
 }
 
-/// What something refers to, though it is no value of its object any more.
+/// Keeps an element that is no longer a value of its object but contains an object that others
+/// refer to.
 void PatchedScene::keep_elsewhere(const File& file, const SourceElement& element,
                                   const Node& node) {
-  if (!holds_one_of(node, referred_)) return;
+  if (!holds_one_of(node, referenced_ids_)) return;
   Patches patches;
   patch_object(file, element, node, patches);
   if (const SourceElement::Attribute* const name = element.find("name")) {
     patches.push_back({name->begin - 1, name->value_end + 1, ""});  // with the blank before it
   }
-  say_expanded(file, element, patches);
+  expand_names(file, element, patches);
   kept_.push_back(patched(file.text, element.begin, element.end, std::move(patches)));
 }
 
-/// What $ stands for, as the element is to stand before the defaults that say so.
-void PatchedScene::say_expanded(const File& file, const SourceElement& element, Patches& patches) {
+/// Replaces $names by their values, because the element moves before the defaults that define them.
+void PatchedScene::expand_names(const File& file, const SourceElement& element, Patches& patches) {
   const Node* const node = node_at(element.where);
   if (!node) {
-    is_possible_ = false;  // an include or a default, which others after it may need where it is
+    is_possible_ = false;  // an include or a default, which later elements may need in its place
     return;
   }
   for (const SourceElement::Attribute& attribute : element.attributes) {
@@ -259,10 +264,10 @@ void PatchedScene::say_expanded(const File& file, const SourceElement& element, 
     if (written.find('$') == std::string::npos || is_within(attribute, patches)) continue;
     patches.push_back(replacement(attribute, node->value(attribute.name)));
   }
-  for (const SourceElement& child : element.children) say_expanded(file, child, patches);
+  for (const SourceElement& child : element.children) expand_names(file, child, patches);
 }
 
-/// An include that says what it did where it is stays there.
+/// Patches the name of an included file, and its text if that changes.
 void PatchedScene::patch_include(const File& file, const SourceElement& element, Owner* owner,
                                  Patches& patches) {
   const SourceElement::Attribute* const filename = element.find("filename");
@@ -304,7 +309,7 @@ std::string PatchedScene::included_text(const std::string& path, Owner* owner) {
   return patched(included.text, 0, included.text.size(), std::move(patches));
 }
 
-/// Elements, before the others that stand in an element.
+/// Inserts elements before the children of an element.
 void PatchedScene::insert(const File& file, const SourceElement& element,
                           const std::vector<std::string>& elements, Patches& patches) const {
   if (elements.empty()) return;

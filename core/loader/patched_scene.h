@@ -11,19 +11,20 @@
 
 namespace kinome::loader {
 
-/// An edited scene as XML: the text that it was read from, with what was edited in place of what
-/// stood there, so that comments, order and the form of all else stay. An include that holds edits
-/// goes beside the scene, which includes that in its place. What -D said becomes <default>s
-/// before all else. All that it refers to must outlive it.
+/// Saves an edited scene as XML by patching its original text, which keeps comments, order and
+/// formatting. An include that changes is saved beside the scene, which includes the new file
+/// instead. Values of -D become <default>s at the beginning. All constructor arguments must outlive
+/// it.
 class PatchedScene {
  public:
-  /// `name`: the scene's file, as it was read.
+  /// `name` is the file from which the scene was read.
   PatchedScene(const Expansion& expansion, const std::string& name,
                const std::map<std::string, std::string>& defines, SavedScene& saved);
-  /// The scene's own text. nullopt: the edits can't be said so, as of a file that is included
-  /// twice, of an old version, or of what stands in for a plugin that isn't here.
+  /// Returns the text of the scene's file. Returns nullopt if the edits can't be written as
+  /// patches, for instance in a file that is included twice or of an old version, or for the
+  /// replacement of an unsupported plugin.
   std::optional<std::string> text();
-  /// After text(): the texts of includes that go with it, by their paths.
+  /// Texts of the changed includes, by path; valid after text().
   const std::map<std::string, std::string>& includes() const { return includes_; }
 
  private:
@@ -32,12 +33,13 @@ class PatchedScene {
     const std::string& text;
     SourceElement root;
   };
-  /// What elements stand in, and which of what it is to say was said.
+  /// Object that contains the visited elements, and the names of its values that are already
+  /// written.
   struct Owner {
     const Node* node;
-    std::set<std::string> said = {};
+    std::set<std::string> written = {};
   };
-  void note_places(const Node& node);
+  void note_locations(const Node& node);
   void check(const Node& node);
   const Node* node_at(const Location& where) const;
   const File& file(const std::string& name);
@@ -45,15 +47,15 @@ class PatchedScene {
   void patch_object(const File& file, const SourceElement& element, const Node& node,
                     Patches& patches);
   void patch_values(const File& file, const SourceElement& element, const Node& node,
-                    const Owner& own, const SavedScene::Said& said, Patches& patches);
+                    const Owner& own, const SavedScene::Changes& changes, Patches& patches);
   void patch_children(const File& file, const SourceElement& element, Owner* owner,
                       Patches& patches);
-  void patch_around(const File& file, const SourceElement& element, const Node& node,
-                    Patches& patches) const;
+  void patch_wrapper(const File& file, const SourceElement& element, const Node& node,
+                     Patches& patches) const;
   bool patch_value(const File& file, const SourceElement& element, const Node& node, Owner& owner,
                    Patches& patches);
   void keep_elsewhere(const File& file, const SourceElement& element, const Node& node);
-  void say_expanded(const File& file, const SourceElement& element, Patches& patches);
+  void expand_names(const File& file, const SourceElement& element, Patches& patches);
   void patch_include(const File& file, const SourceElement& element, Owner* owner,
                      Patches& patches);
   std::string included_text(const std::string& path, Owner* owner);
@@ -64,13 +66,15 @@ class PatchedScene {
   const std::string& name_;
   SavedScene& saved_;
   bool is_possible_ = true;
-  std::map<std::string, const Node*> nodes_;  ///< by their places
-  std::set<std::string> twice_;               ///< places of several nodes
-  std::map<const Node*, const Node*> around_;  ///< of BSDFs, what a program has put around them
-  std::set<std::string> referred_;            ///< ids
+  std::map<std::string, const Node*> nodes_;  ///< by location
+  std::set<std::string> ambiguous_;           ///< locations of several nodes
+  std::map<const Node*, const Node*>
+      wrappers_;                          ///< for BSDFs, those that a program wrapped them in
+  std::set<std::string> referenced_ids_;  ///< ids of references
   const std::map<std::string, std::string>& defines_;
   std::map<std::string, File> files_;
-  std::vector<std::string> kept_;  ///< elements that are gone from where they stood, for references
+  std::vector<std::string>
+      kept_;  ///< elements moved to the beginning, because of references to them
   std::map<std::string, std::string> includes_;
 };
 

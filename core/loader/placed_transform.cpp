@@ -8,15 +8,14 @@
 namespace kinome::loader {
 namespace {
 
-/// Of the largest number of an axis, or of the place: what the last digits of a file's numbers come
-/// to.
-constexpr float kNear = 1e-5f;
+/// Tolerance for rounding in the file's numbers, relative to the largest component of each column.
+constexpr float kTolerance = 1e-5f;
 
 bool are_near(const Mat4& a, const Mat4& b) {
   for (int column = 0; column < 4; ++column) {
     const float size = max_component(glm::abs(Vec3(a[column])));
     const float off = max_component(glm::abs(Vec3(a[column]) - Vec3(b[column])));
-    if (!(off <= kNear * size)) return false;
+    if (!(off <= kTolerance * size)) return false;
   }
   return true;
 }
@@ -30,7 +29,7 @@ Node step(const char* tag, std::vector<std::pair<const char*, std::string>> attr
   return node;
 }
 
-/// It looks as an axis system's z axis does, from its origin.
+/// Returns a <lookat> from the origin of `m` along its z axis.
 Node lookat(const Mat4& m, float distance, const Location& where) {
   const Vec3 origin(m[3]), target = origin + distance * glm::normalize(Vec3(m[2]));
   return step("lookat",
@@ -48,7 +47,7 @@ Node translate(const Mat4& m, const Location& where) {
       where);
 }
 
-/// From where a <lookat> is to what it looks at.
+/// Returns the distance from origin to target of a <lookat>.
 float distance_of(const Node& lookat) {
   return glm::length(convert_triple(lookat, *lookat.find("target")) -
                      convert_triple(lookat, *lookat.find("origin")));
@@ -58,24 +57,24 @@ float distance_of(const Node& lookat) {
 
 std::shared_ptr<Node> placed_transform(const Node* written, const std::string& name,
                                        const Mat4& matrix, const Location& where) {
-  auto said = std::make_shared<Node>(step("transform", {{"name", name}}, where));
-  if (written) said->children = written->children;
-  const std::string last = said->children.empty() ? "" : said->children.back().tag;
+  auto result = std::make_shared<Node>(step("transform", {{"name", name}}, where));
+  if (written) result->children = written->children;
+  const std::string last = result->children.empty() ? "" : result->children.back().tag;
   float distance = 1;
-  if (last == "lookat") distance = distance_of(said->children.back());
-  if (last == "lookat" || last == "translate") said->children.pop_back();
-  const Transform before = convert_transform(*said);
+  if (last == "lookat") distance = distance_of(result->children.back());
+  if (last == "lookat" || last == "translate") result->children.pop_back();
+  const Transform before = convert_transform(*result);
   if (!before.is_invertible()) return nullptr;
   const Mat4 rest = matrix * before.inverse().matrix();
-  // The farther away the target is, the better is the direction told by rounded numbers.
+  // A farther target represents the direction more precisely in rounded numbers.
   const float far = max_component(glm::abs(Vec3(rest[3])));
   for (const float length : {distance, 10 * far, 1000 * far}) {
-    said->children.push_back(last == "lookat" ? lookat(rest, length, where)
-                                              : translate(rest, where));
-    const Node& added = said->children.back();
-    const bool is_place = last != "lookat" || added.value("origin") != added.value("target");
-    if (is_place && are_near(matrix, convert_transform(*said).matrix())) return said;
-    said->children.pop_back();
+    result->children.push_back(last == "lookat" ? lookat(rest, length, where)
+                                                : translate(rest, where));
+    const Node& added = result->children.back();
+    const bool is_valid = last != "lookat" || added.value("origin") != added.value("target");
+    if (is_valid && are_near(matrix, convert_transform(*result).matrix())) return result;
+    result->children.pop_back();
   }
   return nullptr;
 }

@@ -7,10 +7,10 @@
 
 namespace kinome::loader {
 
-/// A <transform> that is as near to a matrix as the steps of the one that the scene's text says can
-/// come to it by a change of the last: a <lookat>, or a <translate>, which is added where the last
-/// is neither. nullptr: that is not near enough. `written`: what the text says; nullptr: nothing.
-/// `name`: of the parameter.
+/// Returns a <transform> that approximates `matrix` with the operations of the one in the scene's
+/// text, `written` (may be nullptr). Only its last operation changes: a <lookat>, or a <translate>,
+/// which is added if the last one is neither. Returns nullptr if the result isn't close enough.
+/// `name` is the parameter's name.
 std::shared_ptr<Node> placed_transform(const Node* written, const std::string& name,
                                        const Mat4& matrix, const Location& where);
 

@@ -1,4 +1,4 @@
-// An edited mesh as a PLY file.
+// Converts an edited mesh to a PLY file.
 
 #include "loader/saved_mesh.h"
 
@@ -12,9 +12,9 @@
 namespace kinome::loader {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "numbers are written as they are");
+static_assert(std::endian::native == std::endian::little, "numbers are written without conversion");
 
-/// Whether the outside of its triangles is the other one than their winding says.
+/// Returns true if the triangles' normals are opposite to their winding.
 bool is_inside_out(const MeshShape& shape) {
   const TriangleMesh& mesh = *shape.mesh();
   for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -34,19 +34,19 @@ Vec3 normalized(const Vec3& v) {
   return wide::formulas::safe_normalize(v, Vec3(0.f));
 }
 
-/// A vector that, once normalised as those of a file are, is the unit vector n to the bit: nearly
-/// always n itself, otherwise a neighbour.
-Vec3 stays_when_normalized(const Vec3& n) {
-  constexpr int kMostSteps = 2;
+/// Returns a vector that becomes the unit vector n, bit by bit, when the PLY reader normalises it:
+/// usually n itself, otherwise a nearby vector.
+Vec3 inverse_normalized(const Vec3& n) {
+  constexpr int kMaxSteps = 2;
   if (normalized(n) == n) return n;
   const auto moved = [](float x, int steps) {
     for (; steps > 0; --steps) x = std::nextafter(x, kInfinity);
     for (; steps < 0; ++steps) x = std::nextafter(x, -kInfinity);
     return x;
   };
-  for (int i = -kMostSteps; i <= kMostSteps; ++i) {
-    for (int j = -kMostSteps; j <= kMostSteps; ++j) {
-      for (int k = -kMostSteps; k <= kMostSteps; ++k) {
+  for (int i = -kMaxSteps; i <= kMaxSteps; ++i) {
+    for (int j = -kMaxSteps; j <= kMaxSteps; ++j) {
+      for (int k = -kMaxSteps; k <= kMaxSteps; ++k) {
         const Vec3 near(moved(n.x, i), moved(n.y, j), moved(n.z, k));
         if (normalized(near) == n) return near;
       }
@@ -71,7 +71,7 @@ class PlyText {
   std::string bytes_;
 };
 
-/// "vertex_heat" is read of properties heat_0, heat_1, …
+/// Declares the properties heat_0, heat_1, … from which "vertex_heat" is read.
 void add_properties(const MeshAttribute& attribute, PlyText& ply) {
   const std::string name = attribute.name.substr(attribute.name.find('_') + 1);
   for (uint32_t k = 0; k < attribute.size; ++k)
@@ -117,14 +117,14 @@ std::string ply_of(const TriangleMesh& mesh, const std::vector<Vec3>& normals) {
 SavedMesh saved_mesh(const MeshShape& shape, const EditedMesh& edited, const std::string& name) {
   const TriangleMesh& mesh = *shape.mesh();
   const bool flips = is_inside_out(shape);
-  // Those that were computed from its positions are computed once more.
+  // Computed normals aren't written, because the reader computes them again.
   const bool is_computed = edited.has_computed_normals && !edited.normals;
   std::vector<Vec3> normals;
   if (!is_computed) {
     normals = edited.normals ? *edited.normals : mesh.normals;
     for (Vec3& n : normals) {
-      if (!edited.normals) n = stays_when_normalized(n);
-      if (flips) n = -n;  // which the shape turns back
+      if (!edited.normals) n = inverse_normalized(n);
+      if (flips) n = -n;  // flip_normals reverts this
     }
   }
   std::vector<ObjectDescription::Value> values{{"filename", name, {}}};

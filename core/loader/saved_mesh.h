@@ -10,11 +10,12 @@
 namespace kinome::loader {
 
 struct SavedMesh {
-  /// Parameters of a "ply" shape that make the mesh once more of the file, bit for bit.
+  /// Parameters of a "ply" shape that reads the same mesh from the file, bit by bit.
   std::vector<ObjectDescription::Value> values;
-  std::string bytes;  ///< of the file
+  std::string bytes;  ///< contents of the file
 };
-/// An edited mesh as a binary PLY file, in world space. `name`: of that file, for "filename".
+/// Converts an edited mesh to a binary PLY file in world space. `name` is the file's name, for the
+/// parameter "filename".
 SavedMesh saved_mesh(const MeshShape& shape, const EditedMesh& edited, const std::string& name);
 
 }  // namespace kinome::loader

@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// For a name of a file: what is no letter, digit or dot becomes an underscore.
+/// Returns a text for a file name, with underscores for all characters except letters, digits, dots
+/// and dashes.
 std::string plain_name(const std::string& text) {
   std::string plain;
   for (const char c : text) {
@@ -25,9 +26,9 @@ std::string plain_name(const std::string& text) {
   return plain.substr(0, 100);
 }
 
-/// It, and what it was put around, and so on: no text says any of it.
-bool is_put_alone(const Node& node) {
-  return node.is_put && (!node.inner || is_put_alone(*node.inner));
+/// Returns true if the node and all BSDFs that it wraps were inserted by a program.
+bool is_inserted_with_all_inner(const Node& node) {
+  return node.is_inserted && (!node.inner || is_inserted_with_all_inner(*node.inner));
 }
 
 }  // namespace
@@ -39,56 +40,56 @@ SavedScene::SavedScene(const Node& root, Builder& builder, const ParameterList& 
   folder_ = (folder.empty() ? fs::path(".") : folder).string();
   stem_ = fs::path(path).stem().string();
   for (const auto& [object, node] : parameters.objects()) paths_[node] = object;
-  look_at(root);
+  visit(root);
 }
 
-void SavedScene::look_at(const Node& node) {
+void SavedScene::visit(const Node& node) {
   if (node.tag == "scene" || (node.tag != "ref" && category_of_tag(node.tag))) add(node);
-  for_each_part(node, [this](const Node& child) { look_at(child); });
+  for_each_part(node, [this](const Node& child) { visit(child); });
 }
 
 void SavedScene::add(const Node& node) {
   const auto mesh = meshes_.find(&node);
-  if (mesh == meshes_.end() && node.given.empty() && node.taken.empty()) return;
+  if (mesh == meshes_.end() && node.overrides.empty() && node.removed.empty()) return;
   const auto known = paths_.find(&node);
   const std::string path = known != paths_.end() ? known->second : node.tag;
-  Said said{node.value("type"), {}, {}, {node.taken.begin(), node.taken.end()}};
-  for (const auto& put : node.put) said.objects.push_back(put.get());
+  Changes changes{node.value("type"), {}, {}, {node.removed.begin(), node.removed.end()}};
+  for (const auto& inserted : node.inserted) changes.objects.push_back(inserted.get());
   if (mesh != meshes_.end()) {
-    // Its other parameters have done what they do.
-    said.type = "ply";
+    // All other parameters are already applied to the mesh.
+    changes.type = "ply";
     for (const Node& child : node.children) {
-      if (!is_object(child)) said.unsaid.insert(child.value("name"));
+      if (!is_object(child)) changes.overridden.insert(child.value("name"));
     }
     const std::string name = new_name(path, ".ply");
     const auto shape = builder_.made_of(node);
     SavedMesh saved = saved_mesh(dynamic_cast<const MeshShape&>(*shape), mesh->second, name);
-    said.values = std::move(saved.values);
+    changes.values = std::move(saved.values);
     arrays_.push_back({(fs::path(folder_) / name).string(), std::move(saved.bytes), nullptr});
   } else {
-    for (const ObjectDescription::Value& given : node.given) {
-      const auto* const pixels = std::get_if<std::shared_ptr<const Image>>(&given.value);
-      said.unsaid.insert(given.name);
+    for (const ObjectDescription::Value& set : node.overrides) {
+      const auto* const pixels = std::get_if<std::shared_ptr<const Image>>(&set.value);
+      changes.overridden.insert(set.name);
       if (!pixels) {
-        said.values.push_back(given);
-        auto* const text = std::get_if<std::string>(&said.values.back().value);
-        if (text) *text = relocated_value(node, given.name, *text);
+        changes.values.push_back(set);
+        auto* const text = std::get_if<std::string>(&changes.values.back().value);
+        if (text) *text = relocated_value(node, set.name, *text);
         continue;
       }
       const std::string name = new_name(path, ".exr");
       arrays_.push_back({(fs::path(folder_) / name).string(), "", *pixels});
-      said.unsaid.insert("filename");
-      said.values.push_back({"filename", name, given.where});
+      changes.overridden.insert("filename");
+      changes.values.push_back({"filename", name, set.where});
     }
   }
-  for (const auto& value : said.values) said.unsaid.insert(value.name);
-  for (const auto& value : said.values) {
+  for (const auto& value : changes.values) changes.overridden.insert(value.name);
+  for (const auto& value : changes.values) {
     expect_no_name(value.name, value.where);
     if (const auto* const text = std::get_if<std::string>(&value.value)) {
       expect_no_name(*text, value.where);
     }
   }
-  said_.emplace(&node, std::move(said));
+  changes_.emplace(&node, std::move(changes));
 }
 
 void SavedScene::write_arrays() const {
@@ -103,29 +104,30 @@ void SavedScene::write_arrays() const {
   }
 }
 
-const SavedScene::Said* SavedScene::find(const Node& node) const {
-  const auto found = said_.find(&node);
-  return found == said_.end() ? nullptr : &found->second;
+const SavedScene::Changes* SavedScene::find(const Node& node) const {
+  const auto found = changes_.find(&node);
+  return found == changes_.end() ? nullptr : &found->second;
 }
 
 std::vector<std::pair<std::string, std::string>> SavedScene::elements(const Node& node) const {
   std::vector<std::pair<std::string, std::string>> all;
-  const Said* const said = find(node);
-  if (!said) return all;
-  for (const auto& [name, value, where] : said->values) {
+  const Changes* const changes = find(node);
+  if (!changes) return all;
+  for (const auto& [name, value, where] : changes->values) {
     const auto is_of_it = [&of = name](const auto& one) { return one->value("name") == of; };
     const auto steps = std::find_if(node.steps.begin(), node.steps.end(), is_of_it);
     all.emplace_back(name, steps != node.steps.end() ? element(**steps)
                                                      : value_element(name, value, row(node, name)));
   }
-  for (const Node* const put : said->objects) all.emplace_back(put->value("name"), element(*put));
+  for (const Node* const inserted : changes->objects)
+    all.emplace_back(inserted->value("name"), element(*inserted));
   return all;
 }
 
 std::string SavedScene::element(const Node& node) const {
   std::string text = "<" + node.tag;
   for (const Attribute& attribute : node.attributes) {
-    text += " " + attribute.name + "=\"" + said_text(attribute.value, attribute.where) + "\"";
+    text += " " + attribute.name + "=\"" + attribute_text(attribute.value, attribute.where) + "\"";
   }
   const std::string inside = contents(node);
   return text + (inside.empty() ? "/>" : ">" + inside + "</" + node.tag + ">");
@@ -133,11 +135,11 @@ std::string SavedScene::element(const Node& node) const {
 
 std::string SavedScene::contents(const Node& node) const {
   std::string text;
-  for (const auto& [name, said] : elements(node)) text += said;
+  for (const auto& [name, xml] : elements(node)) text += xml;
   for (const Node& child : node.children) {
     if (!node.is_overridden(child.value("name"))) text += element(child);
   }
-  if (node.inner && is_put_alone(*node.inner)) text += element(*node.inner);
+  if (node.inner && is_inserted_with_all_inner(*node.inner)) text += element(*node.inner);
   return text;
 }
 
@@ -153,8 +155,8 @@ std::string SavedScene::relocated(const std::string& name, const std::string& fo
   if (fs::equivalent(fs::path(folder_) / name, found, failed)) return name;
   const fs::path from = fs::weakly_canonical(fs::absolute(folder_, failed), failed);
   const fs::path to = fs::weakly_canonical(fs::absolute(found, failed), failed);
-  const fs::path way = to.lexically_relative(from);
-  return (way.empty() ? to : way).generic_string();
+  const fs::path relative = to.lexically_relative(from);
+  return (relative.empty() ? to : relative).generic_string();
 }
 
 std::string SavedScene::relocated_value(const Node& node, const std::string& parameter,
@@ -166,7 +168,7 @@ std::string SavedScene::relocated_value(const Node& node, const std::string& par
 
 std::string SavedScene::new_name(const std::string& name, const std::string& ending,
                                  const std::string& replaced) {
-  // What was written beside the same scene before keeps its name, unless it is still read.
+  // Files of earlier saves are overwritten, unless the scene still reads them.
   const std::string wanted = (name.starts_with(stem_ + "-") ? "" : stem_ + "-") + plain_name(name);
   std::string unused = wanted + ending;
   std::error_code failed;

@@ -10,44 +10,48 @@
 
 namespace kinome::loader {
 
-/// What an edited scene is to say in a file: for each object, which parameters are not what its
-/// text says of them. Arrays (meshes, pixels) are written to files beside the scene's own, and the
-/// scene then says the names of those. All that it refers to must outlive it.
+/// Differences between an edited scene and its text, for saving: for each object, the parameters
+/// that have changed. Arrays (meshes, pixels) are written to files beside the scene's file, which
+/// then refers to them. All constructor arguments must outlive it.
 class SavedScene {
  public:
-  /// `path`: of the scene's file. Writes nothing. Throws Error where a file can't say the edits.
+  /// `path` is the file to save to. Writes nothing. Throws Error if a file can't represent the
+  /// edits.
   SavedScene(const Node& root, Builder& builder, const ParameterList& parameters,
              const EditedMeshes& meshes, const std::string& path);
 
-  /// What an object says other than its text.
-  struct Said {
-    std::string type;  ///< its plugin
+  /// Changes of an object against its text.
+  struct Changes {
+    std::string type;  ///< plugin
     std::vector<ObjectDescription::Value> values;
-    std::vector<const Node*> objects;  ///< in place of values: see element()
-    std::set<std::string> unsaid;  ///< of the text: what is one of `values` or is left out
+    std::vector<const Node*> objects;  ///< objects that replace values; see element()
+    std::set<std::string> overridden;  ///< names in the text that are replaced or removed
   };
-  /// nullptr: all is as its text says.
-  const Said* find(const Node& node) const;
-  const std::map<const Node*, Said>& all() const { return said_; }
-  /// Everything that it says, as elements in one line, by their parameters' names.
+  /// Returns nullptr if the object is unchanged.
+  const Changes* find(const Node& node) const;
+  const std::map<const Node*, Changes>& all() const { return changes_; }
+  /// Returns all changes of an object as XML elements of one line each, with their parameters'
+  /// names.
   std::vector<std::pair<std::string, std::string>> elements(const Node& node) const;
-  /// What a program has put into the scene, but for what it put a BSDF around.
+  /// Returns the XML element of an object that a program has inserted, without the BSDF of the
+  /// scene that it wraps, if any.
   std::string element(const Node& node) const;
-  /// What stands in that.
+  /// Returns the contents of that element.
   std::string contents(const Node& node) const;
   const Parameter* row(const Node& node, const std::string& name) const;
 
-  /// A name of a file, as the scene's text or an edit has it, that the saved scene finds, too:
-  /// `found` is the file that it named, "" if there was none.
+  /// Returns the name by which the saved scene finds a file. `name` is the name in the scene's text
+  /// or in an edit, and `found` the file that it referred to, "" if there was none.
   std::string relocated(const std::string& name, const std::string& found) const;
-  /// The same of a value of an object's, where its parameter is a file; otherwise `name`.
+  /// Does the same for the value of a parameter that is a file. Returns `name` for all other
+  /// parameters.
   std::string relocated_value(const Node& node, const std::string& parameter,
                               const std::string& name) const;
-  /// The same of a file that a <spectrum> names.
+  /// Does the same for the file of a <spectrum>.
   std::string relocated_file(const Node& node, const std::string& name) const {
     return relocated(name, builder_.file_of(node, name));
   }
-  /// Of the scene, or of an include, for what follows.
+  /// Sets the folder of the file that is being written: the scene or an include.
   void set_folder(const std::string& folder) { folder_ = folder; }
   const std::string& folder() const { return folder_; }
   /// Returns the name of a new file beside the saved scene, "STEM-NAME.ending", which no other new
@@ -55,28 +59,28 @@ class SavedScene {
   /// overwritten, because the saved scene reads the new one in its place; "" for none.
   std::string new_name(const std::string& name, const std::string& ending,
                        const std::string& replaced = "");
-  /// All that new_name() has given, to go back to by set_names() after a trial.
+  /// Names that new_name() has returned, which set_names() can restore after a trial.
   const std::set<std::string>& names() const { return names_; }
   void set_names(std::set<std::string> names) { names_ = std::move(names); }
-  /// Writes the files of arrays. Throws Error where they can't be written.
+  /// Writes the files of arrays. Throws Error on failure.
   void write_arrays() const;
 
  private:
   struct Array {
     std::string path;
-    std::string bytes;                    ///< of a mesh's file
-    std::shared_ptr<const Image> pixels;  ///< nullptr: a mesh
+    std::string bytes;                    ///< contents of a mesh's file
+    std::shared_ptr<const Image> pixels;  ///< nullptr for a mesh
   };
-  void look_at(const Node& node);
+  void visit(const Node& node);
   void add(const Node& node);
 
   Builder& builder_;
   const ParameterList& parameters_;
   const EditedMeshes& meshes_;
-  std::string folder_;  ///< with which the names of files begin; "." for the working directory
+  std::string folder_;  ///< prefix of file names; "." for the working directory
   std::string stem_;
   std::map<const Node*, std::string> paths_;
-  std::map<const Node*, Said> said_;
+  std::map<const Node*, Changes> changes_;
   std::vector<Array> arrays_;
   std::set<std::string> names_;
 };

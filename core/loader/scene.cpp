@@ -1,4 +1,4 @@
-// From a scene's nodes to its contents, with what it lacks made up for.
+// Builds a scene's contents from its nodes, and adds defaults for missing objects.
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,8 @@
 
 namespace kinome::loader {
 
-/// After all that is used was made: what is left serves nothing.
+/// Checks objects that weren't made because nothing uses them, and lists them as skipped. Must be
+/// called after all used objects were made.
 void Builder::check_unused(const Node& root) {
   const auto is_unused = [this](const Node& node) {
     return is_made_on_demand(node) && !objects_.count(&node);
@@ -24,16 +25,16 @@ void Builder::check_unused(const Node& root) {
     if (!is_unused(child)) continue;
     const std::string id = child.value("id");
     skipped_.push_back({child.tag + (id.empty() ? " without id" : " '" + id + "'"),
-                        named_by_unused_.count(&child) ? "only what is unused refers to it"
-                                                       : "nothing refers to it"});
+                        referenced_by_unused_.count(&child) ? "only unused objects refer to it"
+                                                            : "nothing refers to it"});
   }
 }
 
-/// What is of one scene alone, where several are made.
+/// Resets the state that belongs to a single scene, because a builder may make several.
 void Builder::forget_scene() {
-  dark_lamps_ = 0;
+  dark_emitters_ = 0;
   checked_.clear();
-  named_by_unused_.clear();
+  referenced_by_unused_.clear();
   in_scene_.clear();
   top_emitters_.clear();
   surface_emitters_.clear();
@@ -71,7 +72,7 @@ Scene::Contents Builder::scene(const Node& root) {
       faults_.attempt([&] { add_to_scene(child, *target, made, contents); });
     }
   }
-  for (const auto& [name, value, where] : root.given) {
+  for (const auto& [name, value, where] : root.overrides) {
     faults_.attempt([&, &name = name, &value = value, &where = where] {
       set_parameter(name, value, where, contents);
     });
@@ -81,20 +82,20 @@ Scene::Contents Builder::scene(const Node& root) {
   return contents;
 }
 
-/// The parameters that Mitsuba's scenes have: of ray tracing in Embree, and of accelerators that
-/// aren't used here.
+/// Sets a parameter of the scene itself. Mitsuba's scenes have parameters for Embree, and for its
+/// own acceleration structures, which are ignored.
 void Builder::set_parameter(const std::string& name, const Properties::Value& value,
                             const Location& where, Scene::Contents& contents) {
-  const bool is_of_others = name == "allow_thread_reordering" || name.rfind("kd_", 0) == 0;
+  const bool is_ignored = name == "allow_thread_reordering" || name.rfind("kd_", 0) == 0;
   const bool is_robust = name == "embree_use_robust_intersections";
-  if (!is_of_others && !is_robust) {
+  if (!is_ignored && !is_robust) {
     throw Error(where, "<scene> has unused parameters: '" + name + "'");
   }
   if (const auto [other, is_new] = parameters_.emplace(name, where); !is_new) {
     throw Error(where, "'" + name + "' is given twice (first at " + to_string(other->second) + ")");
   }
-  if (is_of_others) {
-    log_info(Error(where, "'" + name + "' means nothing here, and is ignored").what());
+  if (is_ignored) {
+    log_info(Error(where, "'" + name + "' is ignored: it has no effect in kinome").what());
   } else if (const bool* const robust = std::get_if<bool>(&value)) {
     contents.watertight = *robust;
   } else {
@@ -102,8 +103,8 @@ void Builder::set_parameter(const std::string& name, const Properties::Value& va
   }
 }
 
-/// BSDFs, textures and the like are there to be referred to; alone they mean nothing. `target`:
-/// what the child is, or refers to.
+/// Adds an object to the scene. BSDFs, textures and the like have no effect by themselves. `target`
+/// is `child`, or the node that `child` refers to.
 void Builder::add_to_scene(const Node& child, const Node& target,
                            const std::shared_ptr<Object>& object, Scene::Contents& contents) {
   // References may name one object several times.
@@ -112,12 +113,12 @@ void Builder::add_to_scene(const Node& child, const Node& target,
   };
   if (std::dynamic_pointer_cast<ShapeGroup>(object)) return;  // its instances show it
   if (auto shape = std::dynamic_pointer_cast<Shape>(object)) {
-    // Here, where its place is known; the scene would have but its number.
+    // Checked here, where the location in the file is known.
     const bool is_empty = has_no_surface(*shape);
-    if (is_empty && !shape->mesh()) {  // readers of meshes have warned of those
-      log_warn(Error(target.where,
-                     "this " + target.value("type") + " has no surface: nothing of it is visible")
-                   .what());
+    if (is_empty && !shape->mesh()) {  // mesh readers warn by themselves
+      log_warn(
+          Error(target.where, "this " + target.value("type") + " has no surface and is invisible")
+              .what());
     }
     const std::string fault = is_empty ? "" : why_untraceable(shape->bounds());
     if (!fault.empty()) {
@@ -140,10 +141,10 @@ void Builder::add_to_scene(const Node& child, const Node& target,
         std::any_of(contents.emitters.begin(), contents.emitters.end(),
                     [&](const auto& other) { return other != emitter && other->is_environment(); });
     if (second) throw Error(child.where, "a scene has at most one environment emitter");
-    if (emitter->is_surface()) {  // is part of the shape that refers to it, if there is one
+    if (emitter->is_surface()) {  // belongs to the shape that refers to it, if there is one
       surface_emitters_.emplace_back(
           emitter, Error(target.where, "this '" + target.value("type") +
-                                           "' emitter is part of no shape, and gives no light"));
+                                           "' emitter isn't part of a shape and emits no light"));
       return;
     }
     add(contents.emitters, emitter);
@@ -159,15 +160,15 @@ void Builder::add_to_scene(const Node& child, const Node& target,
 void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
   if (!contents.integrator) {
     log_warn(Error(where, "the scene has no integrator: using 'path'").what());
-    contents.integrator = std::dynamic_pointer_cast<Integrator>(
-        default_object(Category::kIntegrator, "path", where));
+    contents.integrator =
+        std::dynamic_pointer_cast<Integrator>(default_object(Category::kIntegrator, "path", where));
   }
-  for (const auto& [emitter, place] : top_emitters_) {
+  for (const auto& [emitter, where_used] : top_emitters_) {
     for (const auto& child : emitter->children()) {
       if (child->is_surface() && !child->shape()) {
-        faults_.add(place,
-                    "an emitter in it shines from a surface, and is part of no shape: put it "
-                    "into a <shape>, and refer to it here");
+        faults_.add(where_used,
+                    "a nested emitter needs a surface, but isn't part of a shape: put it into a "
+                    "<shape>, and refer to it here");
       }
     }
   }
@@ -183,12 +184,13 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
   check_instances(contents);
 }
 
-/// Remembers `shape` if it is an instance, or the instances among its parts.
+/// Records `shape` if it is an instance, or the instances among its parts.
 void Builder::add_instances(const std::shared_ptr<Shape>& shape, const Location& where) {
   if (const auto instance = std::dynamic_pointer_cast<const ShapeInstance>(shape)) {
     if (!is_invertible_by_tracer(instance->to_world())) {
-      throw Error(where, "the to_world of this instance scales too far up or down for the ray "
-                         "tracer: scales between 1e-12 and 1e12 are possible");
+      throw Error(where,
+                  "the to_world of this instance scales by too much for the ray tracer: "
+                  "scales must be between 1e-12 and 1e12");
     }
     instances_.emplace_back(instance, where);
     return;
@@ -196,11 +198,11 @@ void Builder::add_instances(const std::shared_ptr<Shape>& shape, const Location&
   for (const auto& part : shape->parts()) add_instances(part, where);
 }
 
-/// In an instance's space, rays from all of the scene must stay within the ray tracer's range. Rays
-/// of distant light start outside of the scene, up to its diameter away.
+/// Throws Error unless rays from the whole scene stay within the ray tracer's range in each
+/// instance's space. Rays of distant emitters start outside of the scene, up to its diameter away.
 void Builder::check_instances(const Scene::Contents& contents) const {
   if (instances_.empty()) return;
-  float reach = 1;  // of directions, at least
+  float reach = 1;  // minimum: the length of directions
   const auto include = [&](const Vec3& p) {
     if (is_finite(p)) reach = std::max(reach, max_component(glm::abs(p)));
   };
@@ -212,37 +214,36 @@ void Builder::check_instances(const Scene::Contents& contents) const {
     const Rect& crop = sensor->film().crop();
     include(sensor->sample_ray(0.5f * Vec2(crop.x0 + crop.x1, crop.y0 + crop.y1), Vec2(0.5f)).o);
   }
-  for (const auto& [instance, place] : instances_) {
+  for (const auto& [instance, where] : instances_) {
     if (farthest_ray(instance->to_world()) >= 2 * reach) continue;
-    throw Error(place, fmt::format("this instance is scaled down so far that rays from {:.3g} units "
+    throw Error(where, fmt::format("this instance is scaled down too far: rays from {:.3g} units "
                                    "away are beyond the ray tracer's range in its space",
                                    reach));
   }
 }
 
-/// An indirect emitter where the integrator wants one; a warning where it has no use for one.
+/// Adds an indirect emitter if the integrator needs one, and warns if it doesn't use the scene's.
 void Builder::complete_indirect_light(const Location& where, Scene::Contents& contents) {
   const char* const plugin = contents.integrator->default_indirect_emitter();
   bool has_indirect = false;
-  for (const auto& [emitter, place] : top_emitters_) {
+  for (const auto& [emitter, where_used] : top_emitters_) {
     if (!emitter->is_indirect()) continue;
     has_indirect = true;
     if (plugin) continue;
-    log_warn(Error(place,
-                   "this emitter offers the bounce of others, which the scene's integrator, with "
-                   "the parameters that it has, doesn't ask for: their bounce is not taken from it "
-                   "(one that makes use of them asks where its max_depth is 3 or more, or -1)")
+    log_warn(Error(where_used,
+                   "this emitter is ignored: it represents one bounce of other emitters' light, "
+                   "which the scene's integrator doesn't use with its parameters (max_depth must "
+                   "be 3 or more, or -1)")
                  .what());
   }
   if (!plugin || has_indirect) return;
-  log_debug("the integrator brings a '" + std::string(plugin) +
-            "' along, for light after a bounce");
-  // No line of the file is to blame for what it does.
+  log_debug("the integrator adds a '" + std::string(plugin) + "' emitter for light after a bounce");
+  // Without a line, because the emitter isn't in the file.
   contents.emitters.push_back(std::dynamic_pointer_cast<Emitter>(
       default_object(Category::kEmitter, plugin, Location{where.file, 0, 0})));
 }
 
-/// Made once, and without parameters.
+/// Returns the object of a plugin without parameters, which is made once.
 std::shared_ptr<Object> Builder::default_object(Category category, const char* plugin,
                                                 const Location& where) {
   std::shared_ptr<Object>& object = defaults_[plugin];
@@ -253,7 +254,8 @@ std::shared_ptr<Object> Builder::default_object(Category category, const char* p
   return object;
 }
 
-/// Mitsuba's: in front of the scene (on its -z side), 45 degrees.
+/// Returns Mitsuba's default sensor: in front of the scene (on its -z side), with a field of view
+/// of 45 degrees.
 std::shared_ptr<Object> Builder::default_sensor(const Location& where,
                                                 const Scene::Contents& contents) {
   Properties props(Category::kSensor, "perspective", where);

@@ -19,7 +19,7 @@ namespace {
 
 using loader::Node;
 
-/// What can't be, as far as it can be told without the plugin.
+/// Throws Error for an invalid value, as far as that can be decided without the plugin.
 void check_value(const PluginDescriptor& plugin, const Parameter& row, const EditedValue& edited,
                  const Location& where) {
   const auto value = loader::as_property(edited);
@@ -36,13 +36,13 @@ void check_value(const PluginDescriptor& plugin, const Parameter& row, const Edi
 
 }  // namespace
 
-/// The scene's nodes, what was made of them, and edits that wait for update().
+/// The scene's nodes, the objects built from them, and edits that wait for update().
 class SceneEditor::State {
  public:
   State(const LoadOptions& options, PluginRegistry& registry)
       : options_(options), registry_(registry) {}
 
-  /// `expand` gives the nodes.
+  /// `expand` returns the nodes.
   void load(const std::string& name,
             const std::function<loader::Expansion(loader::Faults&)>& expand, RenderStats* stats) {
     const ReadFiles::Recording recording(read_files_);
@@ -115,34 +115,34 @@ class SceneEditor::State {
   }
 
   std::optional<EditedValue> get(const std::string& path) const {
-    const loader::ParameterList::Place place = parameters_->find(path);
-    const EditedValue* const edit = pending_edit(place);
-    if (!edit) return parameters_->value(place);
+    const loader::ParameterList::Target target = parameters_->find(path);
+    const EditedValue* const edit = pending_edit(target);
+    if (!edit) return parameters_->value(target);
     if (loader::is_value(*edit)) return *edit;
     return std::nullopt;
   }
 
   EditedValue edit_of(const std::string& path) const {
-    const loader::ParameterList::Place place = parameters_->find_with_bsdfs(path);
-    const EditedValue* const edit = pending_edit(place);
-    return edit ? *edit : parameters_->edit_of(place);
+    const loader::ParameterList::Target target = parameters_->find_with_bsdfs(path);
+    const EditedValue* const edit = pending_edit(target);
+    return edit ? *edit : parameters_->edit_of(target);
   }
 
   void set(const std::string& path, EditedValue value) {
     const ReadFiles::Recording recording(read_files_);
     if (!loader::is_value(value)) return set_other(path, std::move(value));
-    loader::ParameterList::Place place = parameters_->find(path);
-    const Location where = loader::ParameterList::where(place);
-    if (place.row) {
-      check_value(parameters_->plugin_of(*place.node), *place.row, value, where);
+    loader::ParameterList::Target target = parameters_->find(path);
+    const Location where = loader::ParameterList::where(target);
+    if (target.row) {
+      check_value(parameters_->plugin_of(*target.node), *target.row, value, where);
     } else {
-      loader::check_mesh_array(place.name, value, where);
+      loader::check_mesh_array(target.name, value, where);
     }
-    // Inverted as a file's matrix is, so that a file that says the same gives the same picture.
+    // Computes the inverse as for a file's matrix, so that a saved scene renders the same bits.
     if (auto* const transform = std::get_if<Transform>(&value)) {
       *transform = Transform(transform->matrix());
     }
-    pending_.push_back({std::move(place), std::move(value), where});
+    pending_.push_back({std::move(target), std::move(value), where});
   }
 
   void set(std::vector<std::pair<std::string, EditedValue>> values) {
@@ -162,7 +162,7 @@ class SceneEditor::State {
     const WarningsOnce once(&warnings_);
     loader::SceneUpdate update(*builder_, meshes_, faults_);
     for (const loader::Edit& edit : edits) {
-      update.add(edit, parameters_->plugin_of(*edit.place.node).parameters);
+      update.add(edit, parameters_->plugin_of(*edit.target.node).parameters);
     }
     Scene::Contents contents = update.make([&] { return contents_of_scene(); });
     const Scene* const before = update.has_mesh_edits() ? nullptr : scene_.get();
@@ -184,34 +184,35 @@ class SceneEditor::State {
   }
 
  private:
-  const EditedValue* pending_edit(const loader::ParameterList::Place& place) const {
+  const EditedValue* pending_edit(const loader::ParameterList::Target& target) const {
     const auto edit = std::find_if(pending_.rbegin(), pending_.rend(),
-                                   [&](const loader::Edit& one) { return one.place == place; });
+                                   [&](const loader::Edit& one) { return one.target == target; });
     return edit == pending_.rend() ? nullptr : &edit->value;
   }
 
-  /// What is no value.
+  /// Sets what is_value() excludes.
   void set_other(const std::string& path, EditedValue edited) {
-    loader::ParameterList::Place place = parameters_->find_with_bsdfs(path);
-    const Location where = loader::ParameterList::where(place);
-    if (!place.row && !place.is_object()) throw Error(where, "arrays can be set to arrays alone");
-    std::shared_ptr<Node> put;
+    loader::ParameterList::Target target = parameters_->find_with_bsdfs(path);
+    const Location where = loader::ParameterList::where(target);
+    if (!target.row && !target.is_object())
+      throw Error(where, "an array can only be set to an array");
+    std::shared_ptr<Node> inserted;
     if (const auto* const placed = std::get_if<Placed>(&edited)) {
-      if (!place.row || place.row->type != ParameterType::kTransform) {
-        throw Error(where, "'" + path + "' is no transform");
+      if (!target.row || target.row->type != ParameterType::kTransform) {
+        throw Error(where, "'" + path + "' is not a transform");
       }
-      put = loader::placed_transform(loader::written_transform(place), place.name,
-                                     placed->transform.matrix(), where);
-      if (!put) return set(path, placed->transform);
-      edited = loader::convert_transform(*put);
-    } else if (const auto* const said = std::get_if<ObjectDescription>(&edited)) {
-      if (place.row && !takes_texture(place.row->type)) {
-        throw Error(where, "'" + place.name + "' must be " + describe(place.row->type) +
-                               ": no texture can stand for it");
+      inserted = loader::placed_transform(loader::written_transform(target), target.name,
+                                          placed->transform.matrix(), where);
+      if (!inserted) return set(path, placed->transform);
+      edited = loader::convert_transform(*inserted);
+    } else if (const auto* const description = std::get_if<ObjectDescription>(&edited)) {
+      if (target.row && !takes_texture(target.row->type)) {
+        throw Error(where, "'" + target.name + "' must be " + describe(target.row->type) +
+                               ", and can't be a texture");
       }
-      put = loader::node_to_put(*said, place, *builder_, faults_);
+      inserted = loader::node_to_insert(*description, target, *builder_, faults_);
     }
-    pending_.push_back({std::move(place), std::move(edited), where, std::move(put)});
+    pending_.push_back({std::move(target), std::move(edited), where, std::move(inserted)});
   }
 
   Scene::Contents contents_of_scene() {
@@ -232,7 +233,7 @@ class SceneEditor::State {
   loader::EditedMeshes meshes_;
   std::shared_ptr<const Scene> scene_;
   std::vector<loader::Edit> pending_;
-  std::set<std::string> warnings_;  ///< given by the load and by updates; never repeated
+  std::set<std::string> warnings_;  ///< logged by the load and by updates; never repeated
 };
 
 SceneEditor::SceneEditor(const std::string& path, const LoadOptions& options,

@@ -8,8 +8,8 @@
 namespace kinome {
 namespace {
 
-/// Everything that the text says and names, or all that is wrong with it. `use` gets the root and
-/// what makes objects of it.
+/// Reads a scene's text, and calls `use` with the expansion and the builder. Throws Errors with all
+/// errors.
 template <class Use>
 void read(const std::string& text, const std::string& name, const LoadOptions& options,
           PluginRegistry& registry, bool whole_scene, RenderStats* stats, const Use& use) {
@@ -35,11 +35,11 @@ std::unique_ptr<Scene> load(const std::string& text, const std::string& name,
   RenderStats own;
   read(text, name, options, registry, true, stats,
        [&](const auto& expansion, loader::Builder& builder) {
-    contents = builder.scene(expansion.root);
-    contents.hash = expansion.hash;
-    own.plugins = builder.plugins();
-    own.skipped = builder.skipped();
-  });
+         contents = builder.scene(expansion.root);
+         contents.hash = expansion.hash;
+         own.plugins = builder.plugins();
+         own.skipped = builder.skipped();
+       });
   contents.file = name;
   const double load_seconds = seconds_since(start);
   const auto build_start = Clock::now();
@@ -88,8 +88,8 @@ std::shared_ptr<Object> load_object_from_string(const std::string& xml, const st
   std::shared_ptr<Object> object;
   read(xml, name, options, registry, false, nullptr,
        [&](const auto& expansion, loader::Builder& builder) {
-    object = builder.object(expansion.root);
-  });
+         object = builder.object(expansion.root);
+       });
   return object;
 }
 

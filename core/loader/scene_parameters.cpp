@@ -16,16 +16,16 @@ EditedValue as_edited(const Properties::Value& property) {
         if constexpr (std::is_constructible_v<EditedValue, decltype(value)>) {
           return value;
         } else {
-          throw Error("an object is no value");
+          throw Error("an object is not a value");
         }
       },
       property);
 }
 
-/// The nested object that stands for the parameter; nullptr: there is none.
-const Node* held_object(const Node& node, const std::string& name) {
-  for (const auto& put : node.put) {
-    if (put->value("name") == name) return put.get();
+/// Returns the nested object that is the parameter's value; nullptr if there is none.
+const Node* nested_object(const Node& node, const std::string& name) {
+  for (const auto& inserted : node.inserted) {
+    if (inserted->value("name") == name) return inserted.get();
   }
   if (node.is_overridden(name)) return nullptr;
   for (const Node& child : node.children) {
@@ -41,24 +41,24 @@ std::string listed_name(const Parameter& row) {
 }  // namespace
 
 ObjectDescription described(const Node& node) {
-  ObjectDescription said{.tag = node.tag,
-                         .type = node.value(node.tag == "spectrum" ? "value" : "type"),
-                         .name = node.value("name"),
-                         .id = node.tag == "ref" ? node.value("id") : "",
-                         .where = node.where};
-  said.values = node.given;
+  ObjectDescription description{.tag = node.tag,
+                                .type = node.value(node.tag == "spectrum" ? "value" : "type"),
+                                .name = node.value("name"),
+                                .id = node.tag == "ref" ? node.value("id") : "",
+                                .where = node.where};
+  description.values = node.overrides;
   for (const Node& child : node.children) {
     if (node.is_overridden(child.value("name"))) continue;
-    said.parts.push_back(described(child));
-    if (child.inner) said.parts.back().parts.push_back(described(*child.inner));
+    description.parts.push_back(described(child));
+    if (child.inner) description.parts.back().parts.push_back(described(*child.inner));
   }
-  for (const auto& put : node.put) said.parts.push_back(described(*put));
-  return said;
+  for (const auto& inserted : node.inserted) description.parts.push_back(described(*inserted));
+  return description;
 }
 
-const Node* written_transform(const ParameterList::Place& place) {
-  for (const Node& child : place.node->children) {
-    if (child.tag == "transform" && child.value("name") == place.name) return &child;
+const Node* written_transform(const ParameterList::Target& target) {
+  for (const Node& child : target.node->children) {
+    if (child.tag == "transform" && child.value("name") == target.name) return &child;
   }
   return nullptr;
 }
@@ -98,8 +98,8 @@ const PluginDescriptor* ParameterList::known_plugin_of(const Node& node) const {
   }
 }
 
-/// Of meshes from files: what others have may be drawn by formulas of their own, which know nothing
-/// of other vertices.
+/// Returns the names of a mesh's arrays, for meshes from files only. Other plugins may compute
+/// their surface without the mesh, which edits of vertices wouldn't affect.
 std::vector<const char*> ParameterList::arrays_of(const Node& node) const {
   const std::vector<const char*> arrays = mesh_arrays(builder_.made_of(node).get());
   const auto is_file = [](const Parameter& row) { return row.type == ParameterType::kFile; };
@@ -107,8 +107,9 @@ std::vector<const char*> ParameterList::arrays_of(const Node& node) const {
   return std::any_of(table.begin(), table.end(), is_file) ? arrays : std::vector<const char*>();
 }
 
-std::optional<EditedValue> ParameterList::said(const Node& node, const Parameter& row) const {
-  for (const auto& [name, value, where] : node.given) {
+std::optional<EditedValue> ParameterList::current_value(const Node& node,
+                                                        const Parameter& row) const {
+  for (const auto& [name, value, where] : node.overrides) {
     if (name == row.name) return as_edited(value);
   }
   if (node.is_overridden(row.name)) return std::nullopt;
@@ -127,7 +128,7 @@ SceneParameter ParameterList::described(const Node& node, const Parameter& row) 
   } else if (row.type == ParameterType::kTransform) {
     parameter.default_value = Transform();
   }
-  parameter.value = said(node, row);
+  parameter.value = current_value(node, row);
   parameter.is_set = parameter.value.has_value();
   parameter.is_edited = node.is_overridden(row.name);
   if (!parameter.value) parameter.value = parameter.default_value;
@@ -148,10 +149,10 @@ std::vector<SceneParameter> ParameterList::all() const {
   };
   for (const auto& [path, node] : paths().all()) {
     for (const Parameter& row : plugin_of(*node).parameters) {
-      const bool is_object = row.type == ParameterType::kObject || held_object(*node, row.name);
+      const bool is_object = row.type == ParameterType::kObject || nested_object(*node, row.name);
       if (row.ignored || is_object) continue;
       std::string own = path + "." + listed_name(row);
-      // An object of this path and a parameter "value" is called so already.
+      // This path may be that of a nested object's parameter "value".
       if (!used.insert(own).second) own = path + "." + row.name;
       SceneParameter parameter = described(*node, row);
       if (row.type == ParameterType::kImage) parameter.value.reset();
@@ -175,8 +176,8 @@ std::vector<SceneParameter> ParameterList::textured() const {
   for (const auto& [path, node] : paths().all()) known[node] = &path;
   for (const auto& [path, node] : paths().all()) {
     for (const Parameter& row : plugin_of(*node).parameters) {
-      const Node* const held = takes_texture(row.type) ? held_object(*node, row.name) : nullptr;
-      const Node* const texture = held ? builder_.resolved(*held) : nullptr;
+      const Node* const nested = takes_texture(row.type) ? nested_object(*node, row.name) : nullptr;
+      const Node* const texture = nested ? builder_.resolved(*nested) : nullptr;
       if (!texture || !known.count(texture)) continue;
       SceneParameter parameter = described(*node, row);
       parameter.path = path + "." + listed_name(row);
@@ -189,34 +190,34 @@ std::vector<SceneParameter> ParameterList::textured() const {
   return all;
 }
 
-std::optional<ParameterList::Place> ParameterList::look_for(const std::string& path) const {
+std::optional<ParameterList::Target> ParameterList::find_if_any(const std::string& path) const {
   for (const auto& [found, rest] : paths().candidates(path)) {
     if (!builder_.made_of(*found)) continue;
     const size_t dot = rest.rfind(".value");
     const bool has_suffix = dot != std::string::npos && dot + 6 == rest.size();
     const std::string name = has_suffix ? rest.substr(0, dot) : rest;
-    // All nodes are the scene's own.
+    // All nodes belong to the scene, which isn't const.
     Node* const node = const_cast<Node*>(found);
     const Parameter* const row = find_row(plugin_of(*node), name);
     if (row && row->type != ParameterType::kObject && has_suffix <= takes_texture(row->type)) {
-      return Place{node, row, name};
+      return Target{node, row, name};
     }
     for (const char* const array : arrays_of(*node)) {
-      if (rest == array) return Place{node, nullptr, array};
+      if (rest == array) return Target{node, nullptr, array};
     }
   }
   return std::nullopt;
 }
 
-ParameterList::Place ParameterList::find(const std::string& path) const {
-  auto place = look_for(path);
-  if (!place) fail(path, all());
-  return std::move(*place);
+ParameterList::Target ParameterList::find(const std::string& path) const {
+  auto target = find_if_any(path);
+  if (!target) fail(path, all());
+  return std::move(*target);
 }
 
-ParameterList::Place ParameterList::find_with_bsdfs(const std::string& path) const {
-  auto place = look_for(path);
-  if (place) return std::move(*place);
+ParameterList::Target ParameterList::find_with_bsdfs(const std::string& path) const {
+  auto target = find_if_any(path);
+  if (target) return std::move(*target);
   const Node* const object = paths().object(path);
   const bool is_bsdf = object && object->tag == "bsdf" && builder_.made_of(*object);
   if (is_bsdf) return {const_cast<Node*>(object)};
@@ -226,44 +227,44 @@ ParameterList::Place ParameterList::find_with_bsdfs(const std::string& path) con
 void ParameterList::fail(const std::string& path, const std::vector<SceneParameter>& all) const {
   std::vector<std::string> known;
   for (const SceneParameter& parameter : all) known.push_back(parameter.path);
-  throw Error(Location{file_}, "there is no parameter '" + path + "'" +
-                                   did_you_mean(nearest_name(path, known)));
+  throw Error(Location{file_},
+              "unknown parameter '" + path + "'" + did_you_mean(nearest_name(path, known)));
 }
 
-std::optional<EditedValue> ParameterList::value(const Place& place) const {
-  if (!place.row) return mesh_array(*builder_.made_of(*place.node), place.name);
-  if (held_object(*place.node, place.name)) {
-    throw Error(where(place), "'" + place.name + "' is a texture");
+std::optional<EditedValue> ParameterList::value(const Target& target) const {
+  if (!target.row) return mesh_array(*builder_.made_of(*target.node), target.name);
+  if (nested_object(*target.node, target.name)) {
+    throw Error(where(target), "'" + target.name + "' is a texture");
   }
-  return described(*place.node, *place.row).value;
+  return described(*target.node, *target.row).value;
 }
 
-EditedValue ParameterList::edit_of(const Place& place) const {
-  const Node& node = *place.node;
-  if (place.is_object()) return node.inner ? EditedValue(loader::described(node)) : Unset{};
-  if (!place.row) return mesh_array(*builder_.made_of(node), place.name);
-  for (const auto& given : node.given) {
-    if (given.name != place.name) continue;
+EditedValue ParameterList::edit_of(const Target& target) const {
+  const Node& node = *target.node;
+  if (target.is_object()) return node.inner ? EditedValue(loader::described(node)) : Unset{};
+  if (!target.row) return mesh_array(*builder_.made_of(node), target.name);
+  for (const auto& set : node.overrides) {
+    if (set.name != target.name) continue;
     const bool is_placed = std::any_of(node.steps.begin(), node.steps.end(), [&](const auto& one) {
-      return one->value("name") == place.name;
+      return one->value("name") == target.name;
     });
-    if (is_placed) return Placed{std::get<Transform>(given.value)};
-    return as_edited(given.value);
+    if (is_placed) return Placed{std::get<Transform>(set.value)};
+    return as_edited(set.value);
   }
-  for (const auto& put : node.put) {
-    if (put->value("name") == place.name) return loader::described(*put);
+  for (const auto& inserted : node.inserted) {
+    if (inserted->value("name") == target.name) return loader::described(*inserted);
   }
-  return node.is_overridden(place.name) ? EditedValue(Unset{}) : AsWritten{};
+  return node.is_overridden(target.name) ? EditedValue(Unset{}) : AsWritten{};
 }
 
-Location ParameterList::where(const Place& place) {
-  for (const Node& child : place.node->children) {
-    if (child.value("name") == place.name) return child.where;
+Location ParameterList::where(const Target& target) {
+  for (const Node& child : target.node->children) {
+    if (child.value("name") == target.name) return child.where;
   }
-  for (const auto& given : place.node->given) {
-    if (given.name == place.name) return given.where;
+  for (const auto& set : target.node->overrides) {
+    if (set.name == target.name) return set.where;
   }
-  return place.node->where;
+  return target.node->where;
 }
 
 }  // namespace kinome::loader

@@ -11,65 +11,67 @@
 
 namespace kinome::loader {
 
-/// Which parameters a scene's objects have, by their paths, and what their values are. `root`,
-/// `builder` and `registry` must outlive it.
+/// Parameters of a scene's objects, by path, with their values. `root`, `builder` and `registry`
+/// must outlive it.
 class ParameterList {
  public:
   ParameterList(Node& root, Builder& builder, PluginRegistry& registry, std::string file)
       : root_(root), builder_(builder), registry_(registry), file_(std::move(file)) {}
 
-  /// A parameter of an object, or a BSDF itself.
-  struct Place {
+  /// Target of an edit: a parameter of an object, or a BSDF itself.
+  struct Target {
     Node* node = nullptr;
-    const Parameter* row = nullptr;  ///< nullptr: an array of a mesh, or the BSDF
-    std::string name = {};           ///< "": the BSDF
+    const Parameter* row = nullptr;  ///< nullptr for an array of a mesh, and for a BSDF
+    std::string name = {};           ///< "" for a BSDF
     bool is_object() const { return name.empty(); }
-    bool operator==(const Place& other) const { return node == other.node && name == other.name; }
+    bool operator==(const Target& other) const { return node == other.node && name == other.name; }
   };
   std::vector<SceneParameter> all() const;
-  /// Those that textures stand for.
+  /// Returns the parameters whose values are textures.
   std::vector<SceneParameter> textured() const;
-  /// Error where there is none of this path.
-  Place find(const std::string& path) const;
-  /// The same, but that a path may be that of a BSDF, too.
-  Place find_with_bsdfs(const std::string& path) const;
-  /// nullopt: neither the scene nor the plugin's table says any. Error where it is an object.
-  std::optional<EditedValue> value(const Place& place) const;
-  /// What an edit is that makes it what it is.
-  EditedValue edit_of(const Place& place) const;
-  /// Where the scene says what it is, or would say it.
-  static Location where(const Place& place);
+  /// Finds a parameter by its path. Throws Error if there is none.
+  Target find(const std::string& path) const;
+  /// Does the same, but also accepts the path of a BSDF.
+  Target find_with_bsdfs(const std::string& path) const;
+  /// Returns nullopt if neither the scene nor the plugin's table has a value. Throws Error if the
+  /// value is an object.
+  std::optional<EditedValue> value(const Target& target) const;
+  /// Returns the edit that would restore the current state.
+  EditedValue edit_of(const Target& target) const;
+  /// Returns the location of the value in the scene, or of its object if the scene has no value.
+  static Location where(const Target& target);
   const PluginDescriptor& plugin_of(const Node& node) const;
-  /// nullptr: there is none of its name.
+  /// Returns nullptr if there is no such plugin.
   const PluginDescriptor* known_plugin_of(const Node& node) const;
-  /// All objects, with their paths.
-  const std::vector<ObjectPaths::Place>& objects() const { return paths().all(); }
-  /// After an update, which may have changed what objects there are.
+  /// Returns all objects with their paths.
+  const std::vector<ObjectPaths::Entry>& objects() const { return paths().all(); }
+  /// Discards cached paths. Must be called after an update, which may change the objects.
   void forget() { paths_.reset(); }
 
  private:
   const ObjectPaths& paths() const;
-  std::optional<Place> look_for(const std::string& path) const;
+  std::optional<Target> find_if_any(const std::string& path) const;
   [[noreturn]] void fail(const std::string& path, const std::vector<SceneParameter>& known) const;
   std::vector<const char*> arrays_of(const Node& node) const;
-  std::optional<EditedValue> said(const Node& node, const Parameter& row) const;
+  std::optional<EditedValue> current_value(const Node& node, const Parameter& row) const;
   SceneParameter described(const Node& node, const Parameter& row) const;
 
   Node& root_;
   Builder& builder_;
   PluginRegistry& registry_;
   std::string file_;
-  mutable std::unique_ptr<const ObjectPaths> paths_;  ///< made when first asked for
+  mutable std::unique_ptr<const ObjectPaths> paths_;  ///< created on first use
 };
 
-/// What a node says that a program has put there; `name`: of the parameter that it is of.
+/// Returns the description of an object that a program has inserted.
 ObjectDescription described(const Node& node);
 
-/// What the scene's text says of a transform; nullptr: nothing.
-const Node* written_transform(const ParameterList::Place& place);
-/// Rather than what is set in place of a value.
+/// Returns the <transform> that the scene's text has for a parameter; nullptr if there is none.
+const Node* written_transform(const ParameterList::Target& target);
+/// Returns true for a plain value, and false for Unset, AsWritten, Placed and object descriptions.
 bool is_value(const EditedValue& edited);
-/// What an edit is to the object that it is of; nullopt: an array, which is none of these.
+/// Converts an edit to a property of its object; returns nullopt for arrays, which aren't
+/// properties.
 std::optional<Properties::Value> as_property(const EditedValue& edited);
 
 }  // namespace kinome::loader

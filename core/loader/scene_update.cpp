@@ -7,15 +7,16 @@ namespace kinome::loader {
 
 namespace {
 
-/// What stands in it is said by no text; its files are looked for where its holder's are.
+/// Completes inserted nodes. Their files are searched for in the folders of their holder.
 void finish(Node& node, const Node& holder, const Builder& builder) {
-  node.is_put = true;
+  node.is_inserted = true;
   node.folders = holder.folders;
-  if (node.tag != "ref" && node.find("id")) throw Error(node.where, "what is put has no id");
+  if (node.tag != "ref" && node.find("id"))
+    throw Error(node.where, "inserted objects can't have an id");
   if (node.tag == "ref") {
-    // Not by an alias, which what is saved may not have.
+    // Aliases are replaced by ids, because a saved scene may not have them.
     const Node* const target = builder.resolved(node);
-    if (!target) throw Error(node.where, "nothing has the id '" + node.value("id") + "'");
+    if (!target) throw Error(node.where, "unknown id '" + node.value("id") + "'");
     node.find("id")->value = target->value("id");
   }
   for (Node& child : node.children) finish(child, holder, builder);
@@ -23,20 +24,21 @@ void finish(Node& node, const Node& holder, const Builder& builder) {
 
 }  // namespace
 
-std::shared_ptr<Node> node_to_put(const ObjectDescription& said, const ParameterList::Place& place,
-                                  const Builder& builder, Faults& faults) {
-  const char* const expected = place.is_object() ? "bsdf" : "texture";
-  const bool is_fine =
-      said.tag == expected || (said.tag == "ref" && !place.is_object() && !said.id.empty());
+std::shared_ptr<Node> node_to_insert(const ObjectDescription& description,
+                                     const ParameterList::Target& target, const Builder& builder,
+                                     Faults& faults) {
+  const char* const expected = target.is_object() ? "bsdf" : "texture";
+  const bool is_fine = description.tag == expected ||
+                       (description.tag == "ref" && !target.is_object() && !description.id.empty());
   if (!is_fine) {
-    throw Error(said.where,
-                "only a " + std::string(expected) + " can be put there, not a <" + said.tag + ">");
+    throw Error(description.where,
+                "must be a " + std::string(expected) + ", got <" + description.tag + ">");
   }
-  ObjectDescription named = said;
-  named.name = place.name;
+  ObjectDescription named = description;
+  named.name = target.name;
   auto node = std::make_shared<Node>();
-  run_or_throw(faults, [&] { *node = node_of(named, faults, place.node); });
-  finish(*node, *place.node, builder);
+  run_or_throw(faults, [&] { *node = node_of(named, faults, target.node); });
+  finish(*node, *target.node, builder);
   return node;
 }
 
@@ -58,20 +60,20 @@ SceneUpdate::SceneUpdate(Builder& builder, EditedMeshes& meshes, Faults& faults)
       meshes_after_(meshes) {}
 
 SceneUpdate::~SceneUpdate() {
-  if (is_through_) return;
+  if (is_committed_) return;
   undo_shapes();
-  for (auto undo = undo_around_.rbegin(); undo != undo_around_.rend(); ++undo) (*undo)();
-  for (auto& [node, text] : texts_before_) {
-    node->given = std::move(text.given);
-    node->taken = std::move(text.taken);
-    node->put = std::move(text.put);
-    node->steps = std::move(text.steps);
+  for (auto undo = undo_wraps_.rbegin(); undo != undo_wraps_.rend(); ++undo) (*undo)();
+  for (auto& [node, edits] : nodes_before_) {
+    node->overrides = std::move(edits.overrides);
+    node->removed = std::move(edits.removed);
+    node->inserted = std::move(edits.inserted);
+    node->steps = std::move(edits.steps);
   }
   builder_.take_made();
 }
 
 void SceneUpdate::commit() {
-  is_through_ = true;
+  is_committed_ = true;
   builder_.forget_gone();
 }
 
@@ -82,7 +84,7 @@ void SceneUpdate::undo_shapes() {
   meshes_ = meshes_before_;
 }
 
-/// Of a file and pixels in its place, the one that is set last counts: names of the others.
+/// Returns the parameters that an edit replaces: a file and pixels replace each other.
 std::vector<std::string> SceneUpdate::replaced_sources(const Edit& edit,
                                                        std::span<const Parameter> table) {
   const auto is_source = [](const Parameter& row) {
@@ -91,64 +93,65 @@ std::vector<std::string> SceneUpdate::replaced_sources(const Edit& edit,
   const bool has_pixels = std::any_of(table.begin(), table.end(), [](const Parameter& row) {
     return row.type == ParameterType::kImage;
   });
-  if (!has_pixels || !is_source(*edit.place.row) || std::holds_alternative<Unset>(edit.value)) {
+  if (!has_pixels || !is_source(*edit.target.row) || std::holds_alternative<Unset>(edit.value)) {
     return {};
   }
   std::vector<std::string> replaced;
   for (const Parameter& row : table) {
-    if (is_source(row) && row.name != edit.place.name) replaced.emplace_back(row.name);
+    if (is_source(row) && row.name != edit.target.name) replaced.emplace_back(row.name);
   }
   return replaced;
 }
 
 void SceneUpdate::add(const Edit& edit, std::span<const Parameter> table) {
-  Node& node = *edit.place.node;
-  if (edit.place.is_object()) {
-    around_.push_back(&edit);
+  Node& node = *edit.target.node;
+  if (edit.target.is_object()) {
+    wraps_.push_back(&edit);
     return;
   }
-  if (!edit.place.row) {
-    mesh_edits_[&node][edit.place.name] = edit.value;
-    mesh_places_.emplace(&node, edit.where);
+  if (!edit.target.row) {
+    mesh_edits_[&node][edit.target.name] = edit.value;
+    mesh_locations_.emplace(&node, edit.where);
     return;
   }
-  texts_before_.emplace(&node, Text{node.given, node.taken, node.put, node.steps});
+  nodes_before_.emplace(&node, NodeEdits{node.overrides, node.removed, node.inserted, node.steps});
   const std::vector<std::string> replaced = replaced_sources(edit, table);
   const auto is_meant = [&](const std::string& name) {
-    return name == edit.place.name ||
+    return name == edit.target.name ||
            std::find(replaced.begin(), replaced.end(), name) != replaced.end();
   };
-  std::erase_if(node.given, [&](const auto& other) { return is_meant(other.name); });
-  std::erase_if(node.taken, is_meant);
-  std::erase_if(node.put, [&](const auto& put) { return is_meant(put->value("name")); });
+  std::erase_if(node.overrides, [&](const auto& other) { return is_meant(other.name); });
+  std::erase_if(node.removed, is_meant);
+  std::erase_if(node.inserted,
+                [&](const auto& inserted) { return is_meant(inserted->value("name")); });
   std::erase_if(node.steps, [&](const auto& steps) { return is_meant(steps->value("name")); });
   if (std::holds_alternative<AsWritten>(edit.value)) {
-    std::copy_if(node.described.begin(), node.described.end(), std::back_inserter(node.given),
+    std::copy_if(node.described.begin(), node.described.end(), std::back_inserter(node.overrides),
                  [&](const auto& value) { return is_meant(value.name); });
   } else if (std::holds_alternative<Unset>(edit.value)) {
-    node.taken.push_back(edit.place.name);
+    node.removed.push_back(edit.target.name);
   } else if (std::holds_alternative<ObjectDescription>(edit.value)) {
-    node.taken.push_back(edit.place.name);
-    node.put.push_back(edit.put);
+    node.removed.push_back(edit.target.name);
+    node.inserted.push_back(edit.inserted);
   } else {
-    node.taken.insert(node.taken.end(), replaced.begin(), replaced.end());
-    node.given.push_back({edit.place.name, *as_property(edit.value), edit.where});
-    if (edit.put) node.steps.push_back(edit.put);
+    node.removed.insert(node.removed.end(), replaced.begin(), replaced.end());
+    node.overrides.push_back({edit.target.name, *as_property(edit.value), edit.where});
+    if (edit.inserted) node.steps.push_back(edit.inserted);
   }
   to_make_.insert(&node);
-  // What it is then is what its own parameters say.
+  // The edited parameters determine the mesh again, so that earlier edits of its arrays are void.
   mesh_edits_.erase(&node);
   meshes_after_.erase(&node);
 }
 
-/// The node stays what all others know, and becomes the BSDF around what it was.
-void SceneUpdate::put_around(const Edit& edit) {
-  Node& node = *edit.place.node;
+/// Wraps a BSDF. The node keeps its address, and becomes the outer BSDF around its former contents.
+void SceneUpdate::wrap(const Edit& edit) {
+  Node& node = *edit.target.node;
   to_make_.insert(&node);
-  if (node.inner) take_off(node);
-  if (!edit.put) return;
+  if (node.inner) unwrap(node);
+  if (!edit.inserted) return;
   const auto inner = std::make_shared<Node>(std::move(node));
-  node = *edit.put;
+  node = *edit.inserted;
   const auto before = inner->attributes;
   for (const char* const name : {"id", "name"}) {
     if (const Attribute* const moved = inner->find(name)) node.attributes.push_back(*moved);
@@ -156,13 +159,13 @@ void SceneUpdate::put_around(const Edit& edit) {
   std::erase_if(inner->attributes,
                 [](const Attribute& a) { return a.name == "id" || a.name == "name"; });
   node.inner = inner;
-  undo_around_.push_back([&node, inner, before] {
+  undo_wraps_.push_back([&node, inner, before] {
     node = std::move(*inner);
     node.attributes = before;
   });
 }
 
-void SceneUpdate::take_off(Node& node) {
+void SceneUpdate::unwrap(Node& node) {
   const auto outer = std::make_shared<Node>(std::move(node));
   Node& inner = *outer->inner;
   const auto before = inner.attributes;
@@ -170,7 +173,7 @@ void SceneUpdate::take_off(Node& node) {
   for (const char* const name : {"id", "name"}) {
     if (const Attribute* const moved = outer->find(name)) node.attributes.push_back(*moved);
   }
-  undo_around_.push_back([&node, outer, before] {
+  undo_wraps_.push_back([&node, outer, before] {
     *outer->inner = std::move(node);
     outer->inner->attributes = before;
     node = std::move(*outer);
@@ -178,14 +181,14 @@ void SceneUpdate::take_off(Node& node) {
 }
 
 Scene::Contents SceneUpdate::make(const std::function<Scene::Contents()>& contents) {
-  for (const Edit* const edit : around_) put_around(*edit);
+  for (const Edit* const edit : wraps_) wrap(*edit);
   Scene::Contents result;
-  // Once more where a shape must read its file again, for attributes that it had no use for.
+  // Repeated if a shape must read its file again, for attributes that it hasn't read before.
   while (!try_to_make(contents, result)) undo_shapes();
   return result;
 }
 
-/// False where shapes were added to `to_make_`, and all is to be done again.
+/// Returns false if shapes were added to `to_make_`, so that the update must be repeated.
 bool SceneUpdate::try_to_make(const std::function<Scene::Contents()>& contents,
                               Scene::Contents& result) {
   Dependents dependents(builder_);
@@ -198,7 +201,7 @@ bool SceneUpdate::try_to_make(const std::function<Scene::Contents()>& contents,
   meshes_ = meshes_after_;
   bool is_done = false;
   run_or_throw(faults_, [&] {
-    // Before what takes over their geometry, as groups do.
+    // Done before shape groups and others copy the geometry.
     for (const auto& [node, edited] : meshes_after_) {
       if (!dependents.to_make().count(node)) continue;
       const auto former = objects_before_.find(node);
@@ -213,13 +216,13 @@ bool SceneUpdate::try_to_make(const std::function<Scene::Contents()>& contents,
   return is_done;
 }
 
-/// False as try_to_make().
+/// Returns false under the same condition as try_to_make().
 bool SceneUpdate::refit_shapes(const std::set<const Node*>& shapes,
-                               const std::set<const Node*>& made_anew) {
+                               const std::set<const Node*>& remade) {
   const size_t before = to_make_.size();
   refitted_ = 0;
   for (const Node* const node : shapes) {
-    if (made_anew.count(node)) continue;
+    if (remade.count(node)) continue;
     const auto shape = std::dynamic_pointer_cast<Shape>(builder_.made_of(*node));
     auto put_back = refit(*shape, *node, builder_);
     if (put_back) {
@@ -235,7 +238,7 @@ bool SceneUpdate::refit_shapes(const std::set<const Node*>& shapes,
 
 void SceneUpdate::edit_meshes() {
   for (const auto& [node, edits] : mesh_edits_) {
-    undo_.push_back(edit_mesh(*made(*node), edits, meshes_[node], mesh_places_.at(node)));
+    undo_.push_back(edit_mesh(*made(*node), edits, meshes_[node], mesh_locations_.at(node)));
   }
 }
 

@@ -13,27 +13,29 @@
 
 namespace kinome::loader {
 
-/// A value that a parameter is set to.
+/// An edit of a parameter, or of a BSDF.
 struct Edit {
-  ParameterList::Place place;
+  ParameterList::Target target;
   EditedValue value;
   Location where;
-  std::shared_ptr<Node> put = nullptr;  ///< of a description: what it says; of Placed: its steps
+  /// Nodes of a description, or the <transform> of Placed.
+  std::shared_ptr<Node> inserted = nullptr;
 };
 
-/// The nodes of an object that is to stand in a scene, in place of a parameter's value or around a
-/// BSDF. Throws Errors where it can't.
-std::shared_ptr<Node> node_to_put(const ObjectDescription& said, const ParameterList::Place& place,
-                                  const Builder& builder, Faults& faults);
+/// Returns the nodes of an object that a program inserts as a parameter's value or wraps around a
+/// BSDF. Throws Errors if it is invalid.
+std::shared_ptr<Node> node_to_insert(const ObjectDescription& description,
+                                     const ParameterList::Target& target, const Builder& builder,
+                                     Faults& faults);
 
-/// Meshes that have been edited, by the nodes of their shapes.
+/// Edited meshes, by the nodes of their shapes.
 using EditedMeshes = std::map<const Node*, EditedMesh>;
 
-/// What `function` does, all of its mistakes told together: throws Errors where there are any.
+/// Runs `function`, and throws Errors with all errors that it reports.
 void run_or_throw(Faults& faults, const std::function<void()>& function);
 
-/// One update of a scene: its nodes, the objects made of them, and meshes change by edits, or, where
-/// it isn't committed, stay what they were. All that it refers to must outlive it.
+/// One update of a scene: applies edits to its nodes, objects and meshes. The destructor reverts
+/// all changes unless commit() was called. All constructor arguments must outlive it.
 class SceneUpdate {
  public:
   SceneUpdate(Builder& builder, EditedMeshes& meshes, Faults& faults);
@@ -41,34 +43,34 @@ class SceneUpdate {
   SceneUpdate(const SceneUpdate&) = delete;
   SceneUpdate& operator=(const SceneUpdate&) = delete;
 
-  /// In the order in which they were set. `table`: of the object's plugin. `edit` must outlive
-  /// this.
+  /// Adds an edit, in the order in which edits were made. `table` is that of the object's plugin.
+  /// `edit` must outlive this.
   void add(const Edit& edit, std::span<const Parameter> table);
-  /// Makes anew what depends on the edits, and then the scene's contents, by `contents`. Throws
-  /// Errors.
+  /// Makes all objects that depend on the edits, and then the scene's contents, by `contents`.
+  /// Throws Errors.
   Scene::Contents make(const std::function<Scene::Contents()>& contents);
-  /// Once the scene is as it should be.
+  /// Keeps all changes.
   void commit();
 
-  /// Shapes that were kept, and got another BSDF or emitter, or other triangles.
+  /// Number of shapes that were kept, and got another BSDF, emitter or mesh.
   size_t refitted() const { return refitted_; }
   bool has_mesh_edits() const { return !mesh_edits_.empty(); }
 
  private:
   bool try_to_make(const std::function<Scene::Contents()>& contents, Scene::Contents& result);
-  bool refit_shapes(const std::set<const Node*>& shapes, const std::set<const Node*>& made_anew);
+  bool refit_shapes(const std::set<const Node*>& shapes, const std::set<const Node*>& remade);
   void edit_meshes();
   std::shared_ptr<Object> made(const Node& node);
   void undo_shapes();
   static std::vector<std::string> replaced_sources(const Edit& edit,
                                                    std::span<const Parameter> table);
-  void put_around(const Edit& edit);
-  void take_off(Node& node);
+  void wrap(const Edit& edit);
+  void unwrap(Node& node);
 
-  struct Text {
-    std::vector<ObjectDescription::Value> given;
-    std::vector<std::string> taken;
-    std::vector<std::shared_ptr<Node>> put;
+  struct NodeEdits {
+    std::vector<ObjectDescription::Value> overrides;
+    std::vector<std::string> removed;
+    std::vector<std::shared_ptr<Node>> inserted;
     std::vector<std::shared_ptr<const Node>> steps;
   };
 
@@ -77,16 +79,16 @@ class SceneUpdate {
   Faults& faults_;
   const Builder::Objects objects_before_;
   const EditedMeshes meshes_before_;
-  std::map<Node*, Text> texts_before_;
-  EditedMeshes meshes_after_;  ///< but for what edit_meshes() adds
+  std::map<Node*, NodeEdits> nodes_before_;
+  EditedMeshes meshes_after_;  ///< without the edits that edit_meshes() adds
   std::set<const Node*> to_make_;
   std::map<const Node*, MeshEdits> mesh_edits_;
-  std::map<const Node*, Location> mesh_places_;  ///< of their first edits
+  std::map<const Node*, Location> mesh_locations_;  ///< locations of the first edits
   std::vector<std::function<void()>> undo_;
-  std::vector<const Edit*> around_;  ///< after all others, whose paths are those of before
-  std::vector<std::function<void()>> undo_around_;
+  std::vector<const Edit*> wraps_;  ///< applied last, because they change the paths of other edits
+  std::vector<std::function<void()>> undo_wraps_;
   size_t refitted_ = 0;
-  bool is_through_ = false;
+  bool is_committed_ = false;
 };
 
 }  // namespace kinome::loader

@@ -1,4 +1,4 @@
-// A scene's file from its nodes.
+// Writes a scene's file.
 
 #include "loader/scene_writer.h"
 
@@ -13,7 +13,8 @@
 namespace kinome::loader {
 namespace {
 
-/// Writes an include, which may be one that an earlier save has written and the scene has read.
+/// Writes an include. May overwrite a file that the scene has read, because an earlier save may
+/// have written it.
 void write_include(const std::string& path, const std::string& text) {
   FileWriter writer(path, FileWriter::ReadFile::kReplace);
   writer.write(text.data(), text.size());
@@ -38,9 +39,9 @@ class SceneGenerator {
 
   void add(const Node& node, const Node& owner, int depth) {
     const std::string name = node.value("name");
-    const SavedScene::Said* const outer = saved_.find(owner);
-    if (outer && !name.empty() && outer->unsaid.count(name)) {
-      // What others may refer to goes on standing somewhere.
+    const SavedScene::Changes* const outer = saved_.find(owner);
+    if (outer && !name.empty() && outer->overridden.count(name)) {
+      // Other objects may refer to it, so that it must stay in the file.
       if (is_object(node) && node.tag != "ref") keep_elsewhere(node);
       return;
     }
@@ -48,13 +49,14 @@ class SceneGenerator {
   }
 
   void add_element(const Node& node, const Node& owner, int depth, bool has_name) {
-    const SavedScene::Said* const said = saved_.find(node);
+    const SavedScene::Changes* const changes = saved_.find(node);
     const std::string indent(static_cast<size_t>(2 * depth), ' ');
     text_ += indent + "<" + node.tag;
     for (const Attribute& attribute : node.attributes) {
       if (attribute.name == "name" && !has_name) continue;
-      text_ += fmt::format(" {}=\"{}\"", attribute.name,
-                           said_text(value_of(node, owner, attribute, said), attribute.where));
+      text_ +=
+          fmt::format(" {}=\"{}\"", attribute.name,
+                      attribute_text(value_of(node, owner, attribute, changes), attribute.where));
     }
     if (node.children.empty() && !node.inner && saved_.elements(node).empty()) {
       text_ += "/>\n";
@@ -68,8 +70,8 @@ class SceneGenerator {
   }
 
   std::string value_of(const Node& node, const Node& owner, const Attribute& attribute,
-                       const SavedScene::Said* said) const {
-    if (attribute.name == "type" && said) return said->type;
+                       const SavedScene::Changes* changes) const {
+    if (attribute.name == "type" && changes) return changes->type;
     if (attribute.name == "id" && node.tag == "ref") {
       std::string id = attribute.value;
       for (auto alias = expansion_.aliases.find(id); alias != expansion_.aliases.end();
@@ -112,7 +114,8 @@ void save_scene(const Expansion& expansion, const std::string& name,
       throw Error("cannot write '" + path + "': the scene includes it");
     }
   }
-  // All texts before any file; the scene last, so that it never names what isn't there yet.
+  // All texts are created before any file is written. The scene is written last, so that it never
+  // refers to missing files.
   PatchedScene patches(expansion, name, defines, saved);
   const auto patched_text = patches.text();
   const std::string text = patched_text ? *patched_text : generated_scene(expansion, saved);

@@ -7,13 +7,13 @@
 
 namespace kinome::loader {
 
-/// A scene as XML from its nodes alone, in an order and form of its own.
+/// Returns a scene as XML, generated from its nodes without their original text.
 std::string generated_scene(const Expansion& expansion, const SavedScene& saved);
 
-/// Writes an edited scene as the file `path`, with its includes and arrays beside it, as a patched
-/// text if that can be, otherwise as a generated one. `name`: the file that it was read from.
-/// Throws Error where that can't be, and nothing is written then; where the disk fails, files
-/// beside it may be there, but `path` is what it was.
+/// Writes an edited scene to the file `path`, and its includes and arrays beside it. The text is
+/// that of the original file, `name`, with patches if that is possible, otherwise generated. Throws
+/// Error before writing anything if the scene can't be saved. If writing fails, files beside it may
+/// have been written, but `path` is unchanged.
 void save_scene(const Expansion& expansion, const std::string& name,
                 const std::map<std::string, std::string>& defines, SavedScene& saved,
                 const std::string& path);

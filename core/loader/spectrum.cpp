@@ -12,7 +12,7 @@ namespace {
 
 using DVec3 = glm::dvec3;
 
-/// The row of a table that begins at kFirstWavelength, `step` nm to the next; linear between rows.
+/// Interpolates linearly in a table that begins at kFirstWavelength, with rows every `step` nm.
 template <class Table>
 auto interpolated(const Table& table, int step, double wavelength) {
   const double position = (wavelength - kFirstWavelength) / step;
@@ -45,8 +45,9 @@ Rgb xyz_to_rgb(const DVec3& c) {
              0.055648 * c.x - 0.204043 * c.y + 1.057311 * c.z);
 }
 
-/// XYZ relative to a constant spectrum of 1, which comes to exactly `white`, in Rec.709. Saturated
-/// colours lie outside of what that can show; as in Mitsuba 3, no channel is negative.
+/// Returns the Rec.709 colour of a spectrum, scaled so that a constant spectrum of 1 has the XYZ
+/// coordinates `white`. Saturated colours are out of gamut; as in Mitsuba 3, negative channels are
+/// clamped to 0.
 template <class Illuminant>
 Rgb color(const Spectrum& spectrum, const DVec3& white, const Illuminant& illuminant) {
   DVec3 sum(0), whole(0);
@@ -71,7 +72,7 @@ void append(Spectrum& spectrum, std::string_view wavelength, std::string_view va
   spectrum.emplace_back(*w, *v);
 }
 
-constexpr size_t kFewest = 2;
+constexpr size_t kMinWavelengths = 2;
 constexpr const char* kTooFew = "a spectrum needs at least two wavelengths";
 
 }  // namespace
@@ -82,7 +83,7 @@ Spectrum parse_spectrum(const std::string& text) {
     const size_t colon = std::min(part.find(':'), part.size());
     append(spectrum, part.substr(0, colon), part.substr(std::min(colon + 1, part.size())));
   }
-  if (spectrum.size() < kFewest) throw Error(kTooFew);
+  if (spectrum.size() < kMinWavelengths) throw Error(kTooFew);
   return spectrum;
 }
 
@@ -106,7 +107,7 @@ Spectrum parse_spectrum_file(const std::string& text, const std::string& file) {
       throw Error(where, error.message());
     }
   }
-  if (spectrum.size() < kFewest) throw Error(Location{file}, kTooFew);
+  if (spectrum.size() < kMinWavelengths) throw Error(Location{file}, kTooFew);
   return spectrum;
 }
 
@@ -118,7 +119,7 @@ Spectrum parse_spectrum_lists(const std::string& wavelengths, const std::string&
   }
   Spectrum spectrum;
   for (size_t i = 0; i < columns.size(); ++i) append(spectrum, columns[i], rows[i]);
-  if (spectrum.size() < kFewest) throw Error(kTooFew);
+  if (spectrum.size() < kMinWavelengths) throw Error(kTooFew);
   return spectrum;
 }
 
@@ -126,7 +127,7 @@ Spectrum parse_regular_spectrum(double first, double last, const std::string& va
   if (!(first < last)) throw Error("wavelengths must increase, but the last isn't above the first");
   const auto numbers = parse_reals(values);
   if (!numbers) throw Error("'" + values.substr(0, 40) + "' is not a list of numbers");
-  if (numbers->size() < kFewest) throw Error(kTooFew);
+  if (numbers->size() < kMinWavelengths) throw Error(kTooFew);
   Spectrum spectrum;
   const auto steps = static_cast<double>(numbers->size() - 1);
   for (size_t i = 0; i < numbers->size(); ++i) {
@@ -142,8 +143,8 @@ Spectrum black_body_spectrum(double temperature) {
   for (int w = kFirstWavelength; w <= kLastWavelength; ++w) {
     const double length = w * kMetre;
     const double energy = kPlanck * kLightSpeed / (length * kBoltzmann * temperature);
-    const double radiance = 2 * kPlanck * kLightSpeed * kLightSpeed /
-                            (std::pow(length, 5) * std::expm1(energy));
+    const double radiance =
+        2 * kPlanck * kLightSpeed * kLightSpeed / (std::pow(length, 5) * std::expm1(energy));
     spectrum.emplace_back(w, radiance * kMetre);
   }
   return spectrum;

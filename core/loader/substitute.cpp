@@ -9,10 +9,9 @@
 namespace kinome::loader {
 namespace {
 
-/// An end to defaults that double one another: bytes of one attribute, and of all that are
-/// substituted.
-constexpr size_t kLongestAttribute = 1 << 20;
-constexpr size_t kMostSubstituted = 64 << 20;
+/// Limits in bytes for one attribute and for all substitutions, against exponential growth.
+constexpr size_t kMaxAttributeSize = 1 << 20;
+constexpr size_t kMaxSubstituted = 64 << 20;
 
 }  // namespace
 
@@ -44,19 +43,19 @@ std::optional<std::string> Substitution::apply(const Attribute& attribute) {
     const size_t lost = longest_lost(rest);
     if (!match || lost > match->first.size()) {
       is_whole = false;
-      rest.remove_prefix(lost > 0 ? lost : tell_undefined(rest, attribute.where));
+      rest.remove_prefix(lost > 0 ? lost : report_undefined(rest, attribute.where));
       continue;
     }
     const auto& [name, value] = *match;
     result += value;
     rest.remove_prefix(name.size());
     used_.insert(name);
-    if (result.size() > kLongestAttribute) {
+    if (result.size() > kMaxAttributeSize) {
       faults_.add(attribute.where, "the value grows too long by substitution");
       return std::nullopt;
     }
     total_ += value.size();
-    if (total_ > kMostSubstituted) {
+    if (total_ > kMaxSubstituted) {
       faults_.stop(Error(attribute.where, "the scene grows too large by substitution"));
     }
   }
@@ -67,9 +66,9 @@ std::optional<std::string> Substitution::apply(const Attribute& attribute) {
 void Substitution::check_all_used(const std::string& file) const {
   if (has_lost_any_) return;
   for (const std::string& name : defines_) {
-    // Of one that is suggested it is said already that it was meant, where it is misspelt.
+    // A suggested name is already part of the error of a misspelt one.
     if (used_.count(name) || suggested_.count(name)) continue;
-    faults_.add(Location{file, 0, 0}, "nothing in the scene uses -D " + name + hint_of(name));
+    faults_.add(Location{file, 0, 0}, "the scene doesn't use -D " + name + hint_of(name));
   }
 }
 
@@ -84,7 +83,8 @@ const std::pair<const std::string, std::string>* Substitution::longest_match(
   return best;
 }
 
-/// Length of the longest name that `text` begins with and that has lost its value; 0: none has.
+/// Returns the length of the longest name at the beginning of `text` that is undefined by an error;
+/// 0 if there is none.
 size_t Substitution::longest_lost(std::string_view text) const {
   size_t longest = 0;
   for (const std::string& name : lost_) {
@@ -93,8 +93,8 @@ size_t Substitution::longest_lost(std::string_view text) const {
   return longest;
 }
 
-/// Of the name that `text` begins with; returns its length.
-size_t Substitution::tell_undefined(std::string_view text, const Location& where) {
+/// Reports the undefined name at the beginning of `text`, and returns its length.
+size_t Substitution::report_undefined(std::string_view text, const Location& where) {
   const auto is_name = [](char c) {
     return c == '_' || std::isalnum(static_cast<unsigned char>(c));
   };
@@ -108,15 +108,15 @@ size_t Substitution::tell_undefined(std::string_view text, const Location& where
   return name.size();
 }
 
-/// What the scene does use.
+/// Returns a hint at the names that the scene uses.
 std::string Substitution::hint_of(const std::string& name) const {
-  constexpr size_t kMostNamed = 12;
+  constexpr size_t kMaxNamed = 12;
   const std::string nearest = nearest_name(name, used_);
   if (!nearest.empty()) return did_you_mean(nearest);
   if (used_.empty()) return " (it uses none)";
   std::vector<std::string> some(used_.begin(), used_.end());
-  const bool has_more = some.size() > kMostNamed;
-  if (has_more) some.resize(kMostNamed);
+  const bool has_more = some.size() > kMaxNamed;
+  if (has_more) some.resize(kMaxNamed);
   return fmt::format(" (it uses {}{})", fmt::join(some, ", "), has_more ? ", …" : "");
 }
 

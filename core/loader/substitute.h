@@ -10,24 +10,24 @@
 
 namespace kinome::loader {
 
-/// What $x stands for: -D and <default>.
+/// Replaces $x in attributes by the value of -D or <default>.
 class Substitution {
  public:
   Substitution(const std::map<std::string, std::string>& defines, Faults& faults);
 
-  /// The first value of a name stays: -D beats every default.
+  /// Adds a default, unless the name has a value already, by -D or an earlier default.
   void add_default(const std::string& name, const std::string& value);
-  /// By a mistake that is told, this name has no value; "": any may have lost its own.
+  /// Marks a name as undefined because of a reported error; "" stands for any name.
   void lose(const std::string& name);
-  /// An attribute's value with what stands for its $x; nullopt: it has a mistake, which is told.
+  /// Returns an attribute's value after substitution; nullopt if an error was reported.
   std::optional<std::string> apply(const Attribute& attribute);
-  /// Adds each -D that no attribute of the scene in `file` used.
+  /// Reports an error for each -D that no attribute of the scene in `file` used.
   void check_all_used(const std::string& file) const;
 
  private:
   const std::pair<const std::string, std::string>* longest_match(std::string_view text) const;
   size_t longest_lost(std::string_view text) const;
-  size_t tell_undefined(std::string_view text, const Location& where);
+  size_t report_undefined(std::string_view text, const Location& where);
   std::string hint_of(const std::string& name) const;
 
   std::map<std::string, std::string> values_;

@@ -8,12 +8,12 @@
 namespace kinome::loader {
 namespace {
 
-constexpr uint32_t kReplacement = 0xfffd;  ///< stands for what is no character
+constexpr uint32_t kReplacement = 0xfffd;  ///< replaces invalid characters
 
 struct Encoding {
-  size_t unit = 1;  ///< bytes
+  size_t unit = 1;  ///< bytes per code unit
   bool is_big_endian = false;
-  size_t mark = 0;  ///< bytes of the byte order mark
+  size_t mark = 0;  ///< size of the byte order mark in bytes
 };
 
 void append_utf8(uint32_t code, std::string& out) {

@@ -34,9 +34,8 @@ DMat4 rotation(const Node& node) {
   if (std::abs(length - 1) > 1e-3) {
     log_warn(
         Error(node.where,
-              fmt::format("the axis of this rotation has length {:.4g}, and is taken as one of "
-                          "length 1; Mitsuba 3 takes it as it is, so that it bends what it "
-                          "turns: its picture will differ",
+              fmt::format("the axis of this rotation has length {:.4g} and is normalised; Mitsuba "
+                          "3 doesn't normalise it, which distorts objects: its image differs",
                           length))
             .what());
   }
@@ -50,13 +49,13 @@ DMat4 look_at(const Node& node) {
   const Attribute* const up_attribute = node.find("up");
   Vec3 up(0);
   if (up_attribute) up = convert_triple(node, *up_attribute);
-  // Any axis will do where none is given.
+  // Without 'up', any perpendicular axis will do.
   if (glm::length(up) == 0) {
     up = Frame::from_normal(Vec3(glm::normalize(DVec3(target) - DVec3(origin)))).s;
   }
-  const auto place = kinome::look_at(origin, target, up);
-  if (!place) throw Error(up_attribute->where, "'up' is parallel to the viewing direction");
-  return *place;
+  const auto to_world = kinome::look_at(origin, target, up);
+  if (!to_world) throw Error(up_attribute->where, "'up' is parallel to the viewing direction");
+  return *to_world;
 }
 
 DMat4 matrix(const Node& node) {
@@ -64,7 +63,7 @@ DMat4 matrix(const Node& node) {
   const auto numbers = parse_reals(attribute.value);
   const size_t count = numbers ? numbers->size() : 0;
   if (count != 9 && count != 16) {
-    throw Error(attribute.where, "a <matrix> is 9 or 16 numbers" +
+    throw Error(attribute.where, "a <matrix> needs 9 or 16 numbers" +
                                      (count ? ", got " + std::to_string(count) : std::string()));
   }
   const int side = count == 9 ? 3 : 4;

@@ -6,8 +6,8 @@
 namespace kinome::loader {
 namespace {
 
-/// Returns the offset behind the markup that begins at `at` with `begin` and ends with `end`; `at`
-/// if it begins otherwise.
+/// Returns the offset after the markup that begins at `at` with `begin` and ends with `end`; `at`
+/// if there is no such markup.
 size_t skip(const std::string& text, size_t at, std::string_view begin, std::string_view end) {
   if (text.compare(at, begin.size(), begin) != 0) return at;
   const size_t found = text.find(end, at + begin.size());

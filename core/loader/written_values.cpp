@@ -1,4 +1,4 @@
-// What a value is in a scene file.
+// Text of values in scene files.
 
 #include "loader/written_values.h"
 
@@ -8,7 +8,7 @@
 
 namespace kinome::loader {
 
-/// It is read as a double first.
+// A number is read as a double first, so that the text of a float must round to the same float.
 std::string written_number(double value) {
   const auto single = static_cast<float>(value);
   const std::string text = fmt::format("{}", single);
@@ -51,7 +51,7 @@ struct ValueElement {
   std::string operator()(double value) const { return plain("float", written_number(value)); }
   std::string operator()(const std::string& value) const { return plain("string", value); }
   std::string operator()(const Vec3& value) const {
-    // Mitsuba takes either of these for places and directions.
+    // Mitsuba accepts <point> for directions, too.
     return plain(is_colour(row) ? "rgb" : "point", written_triple(value));
   }
   std::string operator()(const UniformColor& value) const {
@@ -104,10 +104,10 @@ std::string escaped(const std::string& text) {
 
 void expect_no_name(const std::string& text, const Location& where) {
   if (text.find('$') == std::string::npos) return;
-  throw Error(where, "a scene file can't say '" + text + "': a $ begins a name there");
+  throw Error(where, "can't write '" + text + "' to a scene file, where a $ begins a name");
 }
 
-std::string said_text(const std::string& text, const Location& where) {
+std::string attribute_text(const std::string& text, const Location& where) {
   expect_no_name(text, where);
   return escaped(text);
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "loader/source_places.h"
+#include "loader/source_locations.h"
 
 namespace kinome::loader {
 namespace {
@@ -12,7 +12,7 @@ constexpr const char* kBlanks = " \t\r\n";
 class SourceScanner {
  public:
   SourceScanner(const std::string& text, const std::string& file)
-      : text_(text), places_(text, file) {}
+      : text_(text), locations_(text, file) {}
 
   SourceElement root() {
     skip_to_element();
@@ -20,15 +20,14 @@ class SourceScanner {
   }
 
  private:
-  /// To the next tag, past text, comments and what else is no element.
+  /// Moves to the next tag, past text, comments and other markup.
   void skip_to_element() {
     constexpr std::pair<std::string_view, std::string_view> kOthers[] = {
         {"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<?", "?>"}, {"<!", ">"}};
     while ((at_ = text_.find('<', at_)) != std::string::npos) {
-      const auto* const other =
-          std::find_if(std::begin(kOthers), std::end(kOthers), [&](const auto& one) {
-            return text_.compare(at_, one.first.size(), one.first) == 0;
-          });
+      const auto* const other = std::find_if(
+          std::begin(kOthers), std::end(kOthers),
+          [&](const auto& one) { return text_.compare(at_, one.first.size(), one.first) == 0; });
       if (other == std::end(kOthers)) return;
       const size_t end = text_.find(other->second, at_ + other->first.size());
       if (end == std::string::npos) break;
@@ -40,7 +39,7 @@ class SourceScanner {
   SourceElement element() {
     SourceElement found;
     found.begin = at_;
-    found.where = places_.at(at_);
+    found.where = locations_.at(at_);
     const size_t name_end = text_.find_first_of(" \t\r\n/>", at_ + 1);
     found.tag = text_.substr(at_ + 1, name_end - at_ - 1);
     at_ = name_end;
@@ -64,7 +63,7 @@ class SourceScanner {
   SourceElement::Attribute attribute() {
     SourceElement::Attribute found;
     found.begin = at_;
-    found.where = places_.at(at_);
+    found.where = locations_.at(at_);
     found.name = text_.substr(at_, text_.find_first_of(" \t\r\n=", at_) - at_);
     const size_t quote = text_.find_first_of("\"'", at_);
     found.value_begin = quote + 1;
@@ -74,7 +73,7 @@ class SourceScanner {
   }
 
   const std::string& text_;
-  SourcePlaces places_;
+  SourceLocations locations_;
   size_t at_ = 0;
 };
 
@@ -93,10 +92,9 @@ SourceElement scan_source(const std::string& text, const std::string& file) {
 
 std::string patched(const std::string& text, size_t begin, size_t end,
                     std::vector<TextPatch> patches) {
-  std::stable_sort(patches.begin(), patches.end(),
-                   [](const TextPatch& a, const TextPatch& b) {
-                     return std::pair(a.begin, a.end) < std::pair(b.begin, b.end);
-                   });
+  std::stable_sort(patches.begin(), patches.end(), [](const TextPatch& a, const TextPatch& b) {
+    return std::pair(a.begin, a.end) < std::pair(b.begin, b.end);
+  });
   std::string result;
   for (const TextPatch& patch : patches) {
     result.append(text, begin, patch.begin - begin);
@@ -106,15 +104,15 @@ std::string patched(const std::string& text, size_t begin, size_t end,
   return result.append(text, begin, end - begin);
 }
 
-bool begins_line(const std::string& text, size_t place) {
-  const size_t last = place == 0 ? std::string::npos : text.find_last_not_of(" \t", place - 1);
+bool begins_line(const std::string& text, size_t offset) {
+  const size_t last = offset == 0 ? std::string::npos : text.find_last_not_of(" \t", offset - 1);
   return last == std::string::npos || text[last] == '\n';
 }
 
-std::string indentation_at(const std::string& text, size_t place) {
-  const size_t line = place == 0 ? std::string::npos : text.rfind('\n', place - 1);
+std::string indentation_at(const std::string& text, size_t offset) {
+  const size_t line = offset == 0 ? std::string::npos : text.rfind('\n', offset - 1);
   const size_t begin = line == std::string::npos ? 0 : line + 1;
-  return begins_line(text, place) ? text.substr(begin, place - begin) : "";
+  return begins_line(text, offset) ? text.substr(begin, offset - begin) : "";
 }
 
 }  // namespace kinome::loader

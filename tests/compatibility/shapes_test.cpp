@@ -77,10 +77,10 @@ TEST(SmallInstance, IsRenderedOrAnError) {
   };
   // The determinant leaves the range of float.
   for (const char* scale : {"1e-13", "1e-17", "1e-30", "1e13"}) {
-    expect_error(scale, "scales too far up or down");
+    expect_error(scale, "scales by too much");
   }
   // Rays from the camera leave that of the ray tracer.
-  expect_error("1e-18, 1, 1", "scaled down so far that rays from 6 units away");
+  expect_error("1e-18, 1, 1", "scaled down too far: rays from 6 units away");
 }
 
 std::string shape_xml(const std::string& type, const std::string& to_world,

@@ -213,19 +213,19 @@ class EditingTest(SessionTest):
         first = kinome.render(self.scene)
         bitmap = {"type": "bitmap", "filename": "parts/wood.ppm"}
         for path, value, message in (
-                ("camera.fov", bitmap, "no texture can stand for it"),
-                ("shiny.alpha", {"type": "diffuse"}, "only a texture can be put there"),
-                ("shiny", bitmap, "only a bsdf can be put there"),
+                ("camera.fov", bitmap, "can't be a texture"),
+                ("shiny.alpha", {"type": "diffuse"}, "must be a texture, got <bsdf>"),
+                ("shiny", bitmap, "must be a bsdf, got <texture>"),
                 ("shiny", {"type": "diffuse"}, "takes no bsdf"),
-                ("shiny.alpha", {"type": "ref", "id": "wod"}, "nothing has the id 'wod'"),
+                ("shiny.alpha", {"type": "ref", "id": "wod"}, "unknown id 'wod'"),
                 ("shiny.alpha", {"type": "ref", "id": "shiny"}, "."),
-                ("shiny.alpha", {**bitmap, "id": "own"}, "has no id"),
+                ("shiny.alpha", {**bitmap, "id": "own"}, "can't have an id"),
                 ("shiny.alpha", {**bitmap, "filename": "nowhere.png"}, "nowhere.png"),
-                ("mesh.faces", bitmap, "arrays")):
+                ("mesh.faces", bitmap, "an array")):
             with self.assertRaisesRegex(kinome.Error, message):
                 self.parameters.update({path: value})
             self.assertEqual(self.parameters.update(), ([], 0, False), path)
-        with self.assertRaisesRegex(kinome.Error, "there is no parameter"):
+        with self.assertRaisesRegex(kinome.Error, "unknown parameter"):
             self.parameters.unset("mesh")
         np.testing.assert_array_equal(kinome.render(self.scene), first)
 

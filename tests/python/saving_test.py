@@ -164,7 +164,7 @@ class SavingTest(SessionTest):
         self.expect_refused("a \\$ begins a name", self.folder / "new.xml")
 
     def test_what_a_scene_file_takes_for_a_name_is_refused(self):
-        message = "can't say '.*': a \\$ begins a name"
+        message = "can't write '.*' to a scene file, where a \\$ begins a name"
         # Where files are, as seen from the saved scene.
         (self.folder / "a$b").mkdir()
         self.path.rename(self.folder / "a$b/scene.xml")

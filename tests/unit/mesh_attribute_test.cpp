@@ -219,7 +219,7 @@ TEST_F(Attributes, ThatAreMissingOrOfAnotherSizeAreErrors) {
            make<Emitter>("<emitter type='projector'>" + texture("vertex_color", "irradiance") +
                          "</emitter>");
          }),
-         "is no surface of a mesh");
+         "isn't part of a mesh");
   // What reads a number is known when it does.
   const auto scene = scene_from(shape(ply({"r", "g", "b"}), material("vertex_color")));
   const auto number = make<Texture>(texture("vertex_color"));

@@ -167,7 +167,7 @@ TEST(Scene, WhatNobodyRefersToIsNotMade) {
       &stats);
   std::vector<std::string> skipped;
   for (const Skipped& s : stats.skipped) skipped.push_back(s.what + ": " + s.why);
-  EXPECT_EQ(skipped, (std::vector<std::string>{"texture 'wood': only what is unused refers to it",
+  EXPECT_EQ(skipped, (std::vector<std::string>{"texture 'wood': only unused objects refer to it",
                                                "bsdf 'floor': nothing refers to it",
                                                "texture without id: nothing refers to it"}));
   EXPECT_EQ(std::count(stats.plugins.begin(), stats.plugins.end(), "texture/bitmap"), 0);
@@ -189,7 +189,7 @@ TEST(Scene, MistakesInWhatNobodyRefersToAreFound) {
       unused_error("<bsdf type='diffuse'><bsdf type='diffuse'/></bsdf>").find("takes no bsdf"),
       std::string::npos);
   EXPECT_NE(unused_error("<bsdf type='diffuse'><ref name='reflectance' id='no'/></bsdf>")
-                .find("nothing has the id 'no'"),
+                .find("unknown id 'no'"),
             std::string::npos);
   EXPECT_NE(unused_error("<bsdf type='twosided' id='a'><bsdf type='twosided'><ref id='a'/></bsdf>"
                          "</bsdf>")

@@ -272,7 +272,7 @@ TEST_F(SceneEdits, ThatCantBeLeaveTheSceneAsItWas) {
   EXPECT_EQ(message("red.bsdf.reflectance", 2.0),
             "scene.xml:15:26: 'reflectance' is outside [0,1]: 2");
   EXPECT_EQ(message("sensor.fovv", 2.0),
-            "scene.xml: there is no parameter 'sensor.fovv' (did you mean 'sensor.fov'?)");
+            "scene.xml: unknown parameter 'sensor.fovv' (did you mean 'sensor.fov'?)");
   EXPECT_EQ(message("ball.radius", -1.0).substr(0, 35), "scene.xml:18:46: 'radius' must be p");
   EXPECT_EQ(message("mesh.vertex_positions", std::vector<float>(5)),
             "scene.xml:21:3: 'vertex_positions' must have 3 numbers for each vertex, got 5");
@@ -350,7 +350,8 @@ TEST_F(SceneEdits, ThatAFileCantSayAreNotSaved) {
     editor->save(folder_.path("new.xml"));
     ADD_FAILURE() << "it was saved";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("can't say 'a$b.ply': a $ begins a name"),
+    EXPECT_NE(std::string(error.what())
+                  .find("can't write 'a$b.ply' to a scene file, where a $ begins a name"),
               std::string::npos)
         << error.what();
   }

@@ -35,7 +35,7 @@ std::string marker(const std::string& id) {
 
 TEST(Files, MissingAndUnreadable) {
   const TemporaryFolder folder;
-  EXPECT_EQ(load_error(folder.path("no.xml")), folder.path("no.xml") + ": there is no such file");
+  EXPECT_EQ(load_error(folder.path("no.xml")), folder.path("no.xml") + ": no such file");
   EXPECT_EQ(load_error(folder.folder()), folder.folder() + ": it is a folder, not a file");
 }
 
@@ -91,7 +91,7 @@ TEST(Files, MayBeLatin1) {
   const std::string file = folder.write(
       "a.xml", "<?xml version='1.0' encoding='ISO-8859-1'?>\n<scene version='3.0.0'>"
                "<shape type='sphere'><ref id='\xe4'/></shape></scene>");
-  EXPECT_EQ(load_error(file), file + ":2:50: nothing has the id '\xc3\xa4'");
+  EXPECT_EQ(load_error(file), file + ":2:50: unknown id '\xc3\xa4'");
 }
 
 TEST(Files, AnUnclosedElementIsNamed) {
@@ -195,7 +195,7 @@ TEST(Include, FaultsOfAllFilesAreNamedInTheOrderOfTheScene) {
       check_scene(folder.write("good.xml", scene("<shape type='sphere'/>")), {}, probe_registry())
           .empty());
   EXPECT_EQ(check_scene(folder.path("no.xml"), {}, probe_registry()).at(0).what(),
-            folder.path("no.xml") + ": there is no such file");
+            folder.path("no.xml") + ": no such file");
 }
 
 TEST(Include, ErrorsOfItsParametersAreNotThoseOfAnAsset) {

@@ -31,7 +31,7 @@ const Several kSeveral[] = {
     {"RefsBesideOthers",
      "<shape type='sphere'><ref ^id='rad'/></shape>\n<bsdf type='diffuse' id='red'/>^<float "
      "value='1'/>",
-     {"nothing has the id 'rad' (did you mean 'red'?)", "<float> needs an attribute 'name'"}},
+     {"unknown id 'rad' (did you mean 'red'?)", "<float> needs an attribute 'name'"}},
     // What has a mistake is not missed where it stands.
     {"BsdfOfAWrongType",
      "<bsdf type='twosided' id='a'><bsdf ^type='difuse'/></bsdf>",
@@ -77,7 +77,7 @@ const Several kSeveral[] = {
      {"there is no file 'no.xml'"}},
     {"RefToALostAlias",
      "<alias ^id='a' as='b'/><shape type='sphere'><ref id='b'/></shape>",
-     {"nothing above has the id 'a'"}},
+     {"no earlier object has the id 'a'"}},
     // Names of lost values.
     {"DefaultOfALostInclude",
      "<include ^filename='no.xml'/><shape type='sphere'><float name='radius' value='$r'/></shape>",
@@ -93,7 +93,7 @@ const Several kSeveral[] = {
      {{"samples", "1"}}},
     {"LostPath",
      "<path ^value='maps'/><shape type='ply'><string name='filename' value='a.ply'/></shape>",
-     {"there is no folder 'maps'"}},
+     {"no such folder: 'maps'"}},
     {"UnknownTagInPlaceOfADefault",
      "^<defualt name='r' value='2'/><shape type='sphere'><float name='radius' value='$r'/></shape>",
      {"unknown tag <defualt> (did you mean 'default'?)"}},
@@ -110,7 +110,7 @@ const Several kSeveral[] = {
      {"<bsdf> has no attribute 'idd' (did you mean 'id'?)"}},
     {"EmptyIdThatIsNone",
      "<bsdf type='diffuse' id=''/><shape type='sphere'><ref ^id='a'/></shape>",
-     {"nothing has the id 'a'"}},
+     {"unknown id 'a'"}},
     {"MisspeltAlias",
      "<bsdf type='diffuse' id='a'/><alias id='a' ^ass='b'/><shape type='sphere'><ref "
      "id='b'/></shape>",
@@ -154,7 +154,7 @@ const Several kSeveral[] = {
       "bsdf 'diffuse' has no parameter 'x'"}},
     {"UnusedDefines",
      "!<bsdf type='diffuse'/>",
-     {"nothing in the scene uses -D a (it uses none)", "nothing in the scene uses -D b"},
+     {"the scene doesn't use -D a (it uses none)", "the scene doesn't use -D b"},
      {{"a", "1"}, {"b", "1"}}},
 };
 

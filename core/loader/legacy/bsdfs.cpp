@@ -15,11 +15,11 @@ struct Renaming {
   std::string_view old_name;
   const char* new_name;
 };
-constexpr Renaming kTypes[] = {{"lambertian", "diffuse"},      {"bump", "bumpmap"},
+constexpr Renaming kTypes[] = {{"lambertian", "diffuse"},        {"bump", "bumpmap"},
                                {"roughmetal", "roughconductor"}, {"roughglass", "roughdielectric"},
                                {"microfacet", "roughplastic"},   {"composite", "mixturebsdf"}};
-constexpr Renaming kParameters[] = {{"alpha_b", "alpha"}, {"alpha_x", "alpha_u"},
-                                    {"alpha_y", "alpha_v"}, {"ior", "eta"}};
+constexpr Renaming kParameters[] = {
+    {"alpha_b", "alpha"}, {"alpha_x", "alpha_u"}, {"alpha_y", "alpha_v"}, {"ior", "eta"}};
 
 bool is_any_of(const std::string& type, std::initializer_list<std::string_view> types) {
   return std::find(types.begin(), types.end(), type) != types.end();
@@ -30,21 +30,24 @@ void limit_reflectance(Node& child, Warnings& warnings) {
   constexpr double kLimit = 0.99;
   const std::string name = child.value("name");
   const bool is_color = child.tag == "rgb" || child.tag == "float" || child.tag == "spectrum";
-  const bool is_share = name.find("reflectance") != name.npos || name.find("transmittance") != name.npos;
+  const bool is_reflectance =
+      name.find("reflectance") != name.npos || name.find("transmittance") != name.npos;
   Attribute* const value = child.find("value");
-  if (!is_color || !is_share || !value) return;
+  if (!is_color || !is_reflectance || !value) return;
   auto numbers = parse_reals(value->value);
   if (!numbers || numbers->empty()) return;
   const double largest = *std::max_element(numbers->begin(), numbers->end());
   if (!(largest > 1) || !std::isfinite(largest)) return;
-  warnings.add(child.where, fmt::format("'{}' is scaled to a maximum of 0.99, because it exceeds 1", name));
+  warnings.add(child.where,
+               fmt::format("'{}' is scaled to a maximum of 0.99, because it exceeds 1", name));
   value->value.clear();
   for (const double n : *numbers) {
     value->value += fmt::format("{}{:.9g}", value->value.empty() ? "" : " ", n * kLimit / largest);
   }
 }
 
-/// Microfacet distributions that Mitsuba 3 doesn't have. Their alpha is comparable with Beckmann's.
+/// Replaces microfacet distributions that Mitsuba 3 doesn't have. Their alpha is comparable with
+/// Beckmann's.
 void translate_distribution(Node& node, Warnings& warnings) {
   Node* const distribution = find_child(node, "distribution");
   Attribute* const value = distribution ? distribution->find("value") : nullptr;
@@ -80,13 +83,13 @@ void average_alpha(Node& node, Warnings& warnings) {
 void drop_alpha_texture(Node& node, Warnings& warnings) {
   const Node* const alpha = find_child(node, "alpha");
   if (!alpha || (alpha->tag != "texture" && alpha->tag != "ref")) return;
-  warnings.add(alpha->where, fmt::format("the texture 'alpha' of '{}' is replaced by 0.1",
-                                         node.value("type")));
+  warnings.add(alpha->where,
+               fmt::format("the texture 'alpha' of '{}' is replaced by 0.1", node.value("type")));
   remove_children(node, "alpha");
 }
 
-/// Replaces a diffuse transmitter by `principledthin`. `share` is its diff_trans: 2 if all light goes
-/// through, 1 if half of it does.
+/// Replaces a diffuse transmitter by `principledthin`. `share` is its diff_trans: 2 if all light
+/// goes through, 1 if half of it does.
 void translate_translucent(Node& node, double share, Warnings& warnings) {
   const std::string type = node.value("type");
   rename_child(node, type == "hk" ? "albedo" : "transmittance", "base_color");
@@ -95,8 +98,9 @@ void translate_translucent(Node& node, double share, Warnings& warnings) {
   if (color) node.children.push_back(std::move(*color));
   add_number(node, "diff_trans", share);
   if (type == "hk") {
-    warnings.add(node.where, "'hk' is replaced by a diffuse sheet, half of whose light goes through; "
-                             "its thickness and its coefficients are ignored");
+    warnings.add(node.where,
+                 "'hk' is replaced by a diffuse sheet, half of whose light goes through; "
+                 "its thickness and its coefficients are ignored");
   }
   set_type(node, "principledthin");
 }
@@ -118,7 +122,7 @@ class Mixture {
       if (child.tag == "bsdf" || child.tag == "ref") parts.push_back(std::move(child));
     }
     if (weights->size() != parts.size() || parts.empty()) {
-      return fail("mixturebsdf needs as many weights as BSDFs, and one at least");
+      return fail("mixturebsdf needs as many weights as BSDFs, and at least one");
     }
     if (!normalize(*weights, parts)) return;
     blend(*weights, std::move(parts));
@@ -137,14 +141,16 @@ class Mixture {
     constexpr double kRounding = 1e-6;
     double sum = 0;
     for (const double w : weights) sum += w;
-    const bool is_negative = std::any_of(weights.begin(), weights.end(), [](double w) { return w < 0; });
+    const bool is_negative =
+        std::any_of(weights.begin(), weights.end(), [](double w) { return w < 0; });
     if (!(sum > 0) || !std::isfinite(sum) || is_negative) {
       fail("the weights of mixturebsdf must not be negative, and one must be positive");
       return false;
     }
     if (sum > 1 + kRounding) {
       warnings_.add(where_, fmt::format("the weights of mixturebsdf add up to {:.4g}, and are "
-                                        "scaled to add up to 1", sum));
+                                        "scaled to add up to 1",
+                                        sum));
       for (double& w : weights) w /= sum;
     }
     if (sum < 1 - kRounding || parts.size() == 1) {

@@ -25,14 +25,12 @@ void turn_axes(Node& node) {
     to_world->children.insert(to_world->children.begin(), std::move(axes));
     return;
   }
-  node.children.push_back({"transform",
-                           {{"name", "to_world", node.where}},
-                           {std::move(axes)},
-                           node.where,
-                           nullptr});
+  node.children.push_back(
+      {"transform", {{"name", "to_world", node.where}}, {std::move(axes)}, node.where, nullptr});
 }
 
-/// `sun` and `sky` have one scale. That of `sunsky` is the default of its two.
+/// Translates scales to `sun_scale` and `sky_scale`. `sun` and `sky` have one scale each; that of
+/// `sunsky` is the default of both.
 void translate_scales(Node& node, const std::string& type) {
   const double scale = number_of(node, "scale", 1);
   remove_children(node, "scale");

@@ -11,8 +11,8 @@ namespace kinome::loader::legacy {
 namespace {
 
 /// Parameters that `hdrfilm` shares with the films that it replaces.
-constexpr std::string_view kShared[] = {"width",         "height",     "crop_offset_x",
-                                        "crop_offset_y", "crop_width", "crop_height",
+constexpr std::string_view kShared[] = {"width",         "height",      "crop_offset_x",
+                                        "crop_offset_y", "crop_width",  "crop_height",
                                         "sample_border", "pixel_format"};
 
 /// Mitsuba 0.6 wrote "luminanceAlpha", one format for each integrator of `multichannel`, and
@@ -45,9 +45,10 @@ void translate_film(Node& node, Warnings& warnings) {
   const bool is_encoded = type == "ldrfilm" || type == "pngfilm";
   if (!is_encoded && type != "mfilm" && type != "tiledhdrfilm") return;
   if (is_encoded) {
-    warnings.add(node.where, fmt::format("'{}' is replaced by 'hdrfilm', which writes linear colours: "
-                                         "--png also writes them as sRGB",
-                                         type));
+    warnings.add(node.where,
+                 fmt::format("'{}' is replaced by 'hdrfilm', which writes linear colours: "
+                             "--png also writes them as sRGB",
+                             type));
   }
   if (type == "mfilm") {
     warnings.add(node.where, "'mfilm' is replaced by 'hdrfilm', which writes an image, not text");
@@ -57,9 +58,8 @@ void translate_film(Node& node, Warnings& warnings) {
     if (!find_child(node, "pixel_format")) add_value(node, "string", "pixel_format", "luminance");
   }
   std::erase_if(node.children, [](const Node& child) {
-    return kind_of(child) == TagKind::kValue &&
-           std::find(std::begin(kShared), std::end(kShared), child.value("name")) ==
-               std::end(kShared);
+    return kind_of(child) == TagKind::kValue && std::find(std::begin(kShared), std::end(kShared),
+                                                          child.value("name")) == std::end(kShared);
   });
   set_type(node, "hdrfilm");
 }
@@ -67,11 +67,12 @@ void translate_film(Node& node, Warnings& warnings) {
 void translate_sensor(Node& node, Warnings& warnings) {
   const std::string type = node.value("type");
   rename_child(node, "focus_depth", "focus_distance");
-  // It had no effect then.
+  // Without fov, fov_axis had no effect in Mitsuba 0.x.
   if (!find_child(node, "fov")) remove_children(node, "fov_axis");
   if (type == "perspective_rdist") {
-    warnings.add(node.where, "'perspective_rdist' is replaced by 'perspective': the lens doesn't "
-                             "distort the image");
+    warnings.add(node.where,
+                 "'perspective_rdist' is replaced by 'perspective': the lens doesn't "
+                 "distort the image");
     remove_children(node, "kc");
     set_type(node, "perspective");
   }

@@ -12,15 +12,15 @@ namespace kinome::loader::legacy {
 namespace {
 
 /// Integrators that converge to the same image as `path`.
-constexpr std::string_view kSameImage[] = {"bdpt",   "erpt", "mlt", "photonmapper", "ppm",
-                                           "pssmlt", "sppm", "vpl"};
+constexpr std::string_view kSameImage[] = {"bdpt", "erpt",   "mlt",  "photonmapper",
+                                           "ppm",  "pssmlt", "sppm", "vpl"};
 constexpr std::string_view kKept[] = {"max_depth", "rr_depth", "hide_emitters"};
 
 /// Values of a `field` integrator, and the variables of `aov` that replace them.
 constexpr std::pair<std::string_view, std::string_view> kFields[] = {
-    {"position", "position"},      {"relPosition", "position"},    {"distance", "depth"},
-    {"geoNormal", "geo_normal"},   {"shNormal", "sh_normal"},      {"uv", "uv"},
-    {"albedo", "albedo"},          {"shapeIndex", "shape_index"},  {"primIndex", "prim_index"},
+    {"position", "position"},    {"relPosition", "position"},   {"distance", "depth"},
+    {"geoNormal", "geo_normal"}, {"shNormal", "sh_normal"},     {"uv", "uv"},
+    {"albedo", "albedo"},        {"shapeIndex", "shape_index"}, {"primIndex", "prim_index"},
 };
 
 template <class Names>
@@ -39,8 +39,9 @@ void warn_of_undefined(Node& field, Warnings& warnings) {
   const bool is_zero = numbers && std::all_of(numbers->begin(), numbers->end(),
                                               [](double number) { return number == 0; });
   if (is_zero) return;
-  warnings.add(undefined->where, "'undefined' of the integrator 'field' is ignored: pixels without "
-                                 "a surface are 0");
+  warnings.add(undefined->where,
+               "'undefined' of the integrator 'field' is ignored: pixels without "
+               "a surface are 0");
 }
 
 /// Returns "name:type" for `aov`; "" if it has no such variable.
@@ -49,7 +50,7 @@ std::string aov_of(const Node& field, size_t number, Warnings& warnings) {
   const auto found = std::find_if(std::begin(kFields), std::end(kFields),
                                   [&](const auto& one) { return one.first == name; });
   if (found == std::end(kFields)) {
-    warnings.add(field.where, fmt::format("the field '{}' is unknown, and is left out", name));
+    warnings.add(field.where, fmt::format("unknown field '{}' is left out", name));
     return "";
   }
   if (name == "relPosition") {
@@ -89,8 +90,8 @@ bool replace_by_nested(Node& node, Warnings& warnings) {
   const auto inner = std::find_if(node.children.begin(), node.children.end(),
                                   [](const Node& child) { return child.tag == "integrator"; });
   if (inner == node.children.end()) return false;
-  warnings.add(node.where, fmt::format("'{}' is replaced by the integrator in it, which finds the "
-                                       "same light",
+  warnings.add(node.where, fmt::format("'{}' is replaced by its nested integrator, which converges "
+                                       "to the same image",
                                        node.value("type")));
   Node other = std::move(*inner);
   node = std::move(other);
@@ -109,7 +110,8 @@ void translate_integrator(Node& node, Warnings& warnings) {
   if (type == "multichannel" || type == "field") return translate_channels(node, warnings);
   if (type == "volpath_simple") return set_type(node, "volpath");
   if (std::find(std::begin(kSameImage), std::end(kSameImage), type) == std::end(kSameImage)) return;
-  warnings.add(node.where, fmt::format("'{}' is replaced by 'path', which finds the same light", type));
+  warnings.add(node.where,
+               fmt::format("'{}' is replaced by 'path', which converges to the same image", type));
   set_type(node, "path");
   keep_only(node, kKept);
 }
@@ -120,8 +122,9 @@ void translate_ambient_occlusion(Node& scene, Warnings& warnings) {
   });
   if (ao == scene.children.end()) return;
   const Location where = ao->where;
-  warnings.add(where, "'ao' is replaced by direct light on white surfaces under a white sky; "
-                      "'ray_length' is ignored, and so are the scene's materials and emitters");
+  warnings.add(where,
+               "'ao' is replaced by direct light on white surfaces under a white sky; "
+               "'ray_length' is ignored, and so are the scene's materials and emitters");
   set_type(*ao, "direct");
   ao->children.clear();
   add_value(*ao, "boolean", "hide_emitters", "true");

@@ -66,8 +66,8 @@ Node make_object(const std::string& tag, const std::string& type, const Location
   return {tag, {{"type", type, where}}, {}, where, nullptr};
 }
 
-double number_of(const Node& node, std::string_view name, double otherwise) {
-  return parse_real(child_value(node, name)).value_or(otherwise);
+double number_of(const Node& node, std::string_view name, double fallback) {
+  return parse_real(child_value(node, name)).value_or(fallback);
 }
 
 }  // namespace kinome::loader::legacy

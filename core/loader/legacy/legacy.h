@@ -41,9 +41,9 @@ void add_number(Node& node, const std::string& name, double value);
 void set_type(Node& node, const std::string& type);
 /// Returns an object of a plugin without parameters.
 Node make_object(const std::string& tag, const std::string& type, const Location& where);
-/// Returns the number of a child; `otherwise` if there is none, or if it isn't a number, which is
+/// Returns the number of a child; `fallback` if there is none, or if it isn't a number, which is
 /// reported when the object's parameters are read.
-double number_of(const Node& node, std::string_view name, double otherwise);
+double number_of(const Node& node, std::string_view name, double fallback);
 
 void translate_integrator(Node& node, Warnings& warnings);
 void translate_film(Node& node, Warnings& warnings);

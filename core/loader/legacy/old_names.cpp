@@ -22,8 +22,7 @@ struct Renaming {
   std::string_view new_name;
 };
 
-constexpr Renaming kTags[] = {
-    {"lookAt", "lookat"}, {"camera", "sensor"}, {"luminaire", "emitter"}};
+constexpr Renaming kTags[] = {{"lookAt", "lookat"}, {"camera", "sensor"}, {"luminaire", "emitter"}};
 
 /// Elements that describe nothing that can be rendered here.
 constexpr std::string_view kIgnoredTags[] = {"subsurface", "null"};
@@ -38,8 +37,8 @@ void add_operation(Node& transform, const char* tag, const char* axis, const cha
       Node{tag, {{axis, value, transform.where}}, {}, transform.where, nullptr});
 }
 
-/// Translates cameras from before 0.4, which were mirrored, and whose fov spanned the film's smaller
-/// side.
+/// Translates cameras from before 0.4, which were mirrored, and whose fov spanned the film's
+/// smaller side.
 void rename_camera(Node& node, const Version& version) {
   if (node.tag != "camera" || !is_older_than(version, 0, 4)) return;
   Node* fov_axis = nullptr;
@@ -52,8 +51,11 @@ void rename_camera(Node& node, const Version& version) {
   }
   if (!has_fov) return;
   if (!fov_axis) {
-    node.children.push_back({"string", {{"name", "", node.where}, {"value", "true", node.where}},
-                             {}, node.where, nullptr});
+    node.children.push_back({"string",
+                             {{"name", "", node.where}, {"value", "true", node.where}},
+                             {},
+                             node.where,
+                             nullptr});
     fov_axis = &node.children.back();
   }
   fov_axis->tag = "string";
@@ -134,8 +136,8 @@ std::optional<std::array<double, 3>> parse_hex(const std::string& text) {
   return color;
 }
 
-/// <srgb>, <rgb> in hexadecimal, and <spectrum> of one or three numbers become <rgb>. (One number
-/// is a grey to Mitsuba 0.6; to Mitsuba 3 it is a spectrum, which isn't white as light.)
+/// Converts <srgb>, hexadecimal <rgb>, and <spectrum> of one or three numbers to <rgb>. (One number
+/// is grey in Mitsuba 0.6; in Mitsuba 3 it is a constant spectrum, whose emission isn't white.)
 void rename_color(Node& node, Faults& faults) {
   const bool is_encoded = node.tag == "srgb";
   if (!is_encoded && node.tag != "rgb" && node.tag != "spectrum") return;
@@ -168,7 +170,7 @@ void rename_color(Node& node, Faults& faults) {
                              linear((*color)[2]));
 }
 
-/// <blackbody name="…" temperature="5000K" scale="2"/>
+/// Converts <blackbody name="…" temperature="5000K" scale="2"/> to a texture.
 void rename_blackbody(Node& node) {
   if (node.tag != "blackbody") return;
   Node light{"texture", {{"type", "blackbody", node.where}}, {}, node.where, nullptr};
@@ -178,12 +180,12 @@ void rename_blackbody(Node& node) {
     }
     if (attribute.name == "multiplier") attribute.name = "scale";
     if (attribute.name == "temperature" || attribute.name == "scale") {
-      light.children.push_back({"float",
-                                {{"name", attribute.name, attribute.where},
-                                 {"value", attribute.value, attribute.where}},
-                                {},
-                                attribute.where,
-                                nullptr});
+      light.children.push_back(
+          {"float",
+           {{"name", attribute.name, attribute.where}, {"value", attribute.value, attribute.where}},
+           {},
+           attribute.where,
+           nullptr});
     } else {
       light.attributes.push_back(attribute);
     }

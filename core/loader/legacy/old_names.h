@@ -10,9 +10,9 @@ namespace kinome::loader {
 /// Major, minor and patch number of a scene's format.
 using Version = std::array<int64_t, 3>;
 
-/// Gives a node of a file older than 2.0.0 the tags, attributes and colours of Mitsuba 3. Names are
-/// in snake case already. Mitsuba 3 itself refuses most of the old ones. Plugins and their
-/// parameters follow after substitution, see legacy.h.
+/// Translates tags, attributes and colours of a node from a file older than 2.0.0. Names must be in
+/// snake case already. Mitsuba 3 itself refuses most of the old ones. Plugins and their parameters
+/// are translated after substitution, see legacy.h.
 void rename_old(Node& node, const Version& version, Faults& faults);
 
 }  // namespace kinome::loader

@@ -40,8 +40,9 @@ void translate_coordinates(Node& texture) {
 void translate_wrap_mode(Node& node, Warnings& warnings) {
   const std::string u = child_value(node, "wrap_mode_u"), v = child_value(node, "wrap_mode_v");
   if (!u.empty() && !v.empty() && u != v) {
-    warnings.add(node.where, "'wrap_mode_u' is used for both coordinates, and 'wrap_mode_v' is "
-                             "ignored");
+    warnings.add(node.where,
+                 "'wrap_mode_u' is used for both coordinates, and 'wrap_mode_v' is "
+                 "ignored");
   }
   rename_child(node, "wrap_mode_u", "wrap_mode");
   rename_child(node, "wrap_mode_v", "wrap_mode");
@@ -53,7 +54,8 @@ void translate_wrap_mode(Node& node, Warnings& warnings) {
   value->value = "clamp";
 }
 
-/// Translates `gamma`, where 1 marks raw numbers, and filters of mip maps, which Mitsuba 3 lacks.
+/// Translates `gamma`, whose value 1 means raw data, and filters of mip maps, which Mitsuba 3
+/// lacks.
 void translate_bitmap(Node& node, Warnings& warnings) {
   translate_wrap_mode(node, warnings);
   if (Node* const filter = find_child(node, "filter_type")) {
@@ -92,8 +94,9 @@ void translate_texture(Node& node, Warnings& warnings) {
   std::string type = node.value("type");
   if (type == "ldrtexture" || type == "exrtexture") set_type(node, type = "bitmap");
   if (type == "vertexcolors") {
-    warnings.add(node.where, "'vertexcolors' is replaced by 'mesh_attribute', which takes the "
-                             "colours for numbers from 0 to 255");
+    warnings.add(node.where,
+                 "'vertexcolors' is replaced by 'mesh_attribute', and colours are read "
+                 "as numbers between 0 and 255");
     set_type(node, "mesh_attribute");
     add_value(node, "string", "name", "vertex_color");
     add_number(node, "scale", 1. / 255);

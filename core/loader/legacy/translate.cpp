@@ -1,4 +1,4 @@
-// The pass over all objects of old files.
+// Translates all objects of old files.
 
 #include <algorithm>
 #include <cctype>
@@ -75,7 +75,8 @@ class Translation {
           child.is_old && !child.is_broken &&
           (kind_of(child) == TagKind::kValue || kind_of(child) == TagKind::kTransform);
       if (is_value) {
-        warnings_.add(child.where, fmt::format("'{}' of the scene is ignored", child.value("name")));
+        warnings_.add(child.where,
+                      fmt::format("'{}' of the scene is ignored", child.value("name")));
       }
       return is_value;
     });
@@ -108,7 +109,8 @@ class Translation {
     }
   }
 
-  /// Renames parameters from before 0.3, and keeps one BSDF of an OBJ file's, as Mitsuba 3 requires.
+  /// Renames parameters from before 0.3, and keeps one BSDF of an OBJ file's, as Mitsuba 3
+  /// requires.
   void translate_shape(Node& node) {
     const std::string type = node.value("type");
     if (type == "sphere") rename_child(node, "inverted", "flip_normals");
@@ -131,7 +133,8 @@ class Translation {
       const Node& child = node.children[i];
       const std::string name = child.value("name");
       if (name.empty() || kind_of(child) != TagKind::kValue || seen.insert(name).second) continue;
-      warnings_.add(child.where, fmt::format("'{}' is given twice, and the last value is used", name));
+      warnings_.add(child.where,
+                    fmt::format("'{}' is given twice, and the last value is used", name));
       node.children.erase(node.children.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }
@@ -174,9 +177,9 @@ class Translation {
   }
 
   static bool is_without_effect(const Node& node, const std::string& name) {
-    return std::any_of(
-        std::begin(kWithoutEffect), std::end(kWithoutEffect),
-        [&](const auto& one) { return node.tag == one.first && name == one.second; });
+    return std::any_of(std::begin(kWithoutEffect), std::end(kWithoutEffect), [&](const auto& one) {
+      return node.tag == one.first && name == one.second;
+    });
   }
 
   static std::string unused_message(const Node& node, const PluginDescriptor& plugin,

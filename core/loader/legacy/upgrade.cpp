@@ -4,8 +4,8 @@
 #include <array>
 
 #include "base/numbers.h"
-#include "loader/node.h"
 #include "loader/legacy/old_names.h"
+#include "loader/node.h"
 
 namespace kinome::loader {
 namespace {
@@ -57,7 +57,7 @@ bool upgrade(Node& root, bool required, Faults& faults) {
   if (!found) {
     if (!required) return false;
     for (const Attribute& attribute : root.attributes) {
-      // That it is none of the root's is told when the root is checked.
+      // A misspelt version is reported when the root is checked.
       if (!nearest_name(attribute.name, std::array{"version"}).empty()) return false;
     }
     faults.add(root.where, quoted_tag(root) + " needs an attribute 'version', such as '3.0.0'");

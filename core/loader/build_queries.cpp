@@ -1,4 +1,4 @@
-// What is asked of a scene's nodes and objects once it is built.
+// Queries about a scene's nodes and objects after it was built.
 
 #include <functional>
 
@@ -36,25 +36,25 @@ std::string Builder::file_of(const Node& node, const std::string& name) {
 
 std::map<const Node*, std::vector<const Node*>> Builder::holders() const {
   std::map<const Node*, std::vector<const Node*>> all;
-  const std::function<void(const Node&)> look_at = [&](const Node& node) {
+  const std::function<void(const Node&)> visit = [&](const Node& node) {
     for_each_part(node, [&](const Node& child) {
       if (!is_object(child)) return;
       if (const Node* const part = resolved(child)) all[part].push_back(&node);
-      look_at(child);
+      visit(child);
     });
   };
-  look_at(expansion_.root);
+  visit(expansion_.root);
   return all;
 }
 
 void Builder::forget_gone() {
-  std::set<const Node*> there;
-  const std::function<void(const Node&)> look_at = [&](const Node& node) {
-    there.insert(&node);
-    for_each_part(node, look_at);
+  std::set<const Node*> current;
+  const std::function<void(const Node&)> visit = [&](const Node& node) {
+    current.insert(&node);
+    for_each_part(node, visit);
   };
-  look_at(expansion_.root);
-  std::erase_if(objects_, [&](const auto& made) { return !there.count(made.first); });
+  visit(expansion_.root);
+  std::erase_if(objects_, [&](const auto& made) { return !current.count(made.first); });
 }
 
 std::shared_ptr<Object> Builder::made_of(const Node& node) const {

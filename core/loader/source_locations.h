@@ -6,11 +6,11 @@
 
 namespace kinome::loader {
 
-/// Turns offsets into lines and columns. Offsets must grow, so that one pass is enough.
-class SourcePlaces {
+/// Converts offsets to lines and columns. Offsets must increase, so that one pass is enough.
+class SourceLocations {
  public:
-  SourcePlaces(const std::string& text, const std::string& file) : text_(text), file_(file) {
-    if (text.starts_with("\xEF\xBB\xBF")) offset_ = 3;  // a byte order mark is no column
+  SourceLocations(const std::string& text, const std::string& file) : text_(text), file_(file) {
+    if (text.starts_with("\xEF\xBB\xBF")) offset_ = 3;  // skips the byte order mark
   }
 
   Location at(size_t offset) {
