@@ -17,8 +17,8 @@ glm::dvec3 rotated(const glm::dvec3& v, double angle, const glm::dvec3& axis) {
   return glm::dvec3(glm::rotate(glm::dmat4(1), angle, axis) * glm::dvec4(v, 0));
 }
 
-/// Returns the slope at `key` of the parabola through three keys: a mean of the slopes on both
-/// sides, in which the shorter side has the greater weight.
+/// Returns the slope at `key` of the parabola through three keys. This is a mean of the slopes on
+/// both sides, weighted toward the shorter side.
 glm::dvec3 slope_at(const KeyedCurve::Key& before, const KeyedCurve::Key& key,
                     const KeyedCurve::Key& after) {
   const double left = key.time - before.time, right = after.time - key.time;
@@ -28,7 +28,7 @@ glm::dvec3 slope_at(const KeyedCurve::Key& before, const KeyedCurve::Key& key,
 }
 
 /// Limits a tangent so that the cubics on both sides stay between their ends (Fritsch and Carlson
-/// 1980): to three times the slopes on both sides, and to 0 if these differ in sign.
+/// 1980). The limit is three times the slopes on both sides, and 0 if these differ in sign.
 double limited_tangent(double tangent, double slope_left, double slope_right) {
   if (slope_left * slope_right <= 0) return 0;
   const double limit = 3 * std::min(std::abs(slope_left), std::abs(slope_right));

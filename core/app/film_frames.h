@@ -13,9 +13,10 @@ namespace kinome::app {
 /// animation.
 class FilmFrames {
  public:
-  /// `output` is a video such as film.mp4, whose frames are film-frames/%04d.png until it is
-  /// encoded; a pattern of names such as frames/%04d.exr or .png; or "" for a video beside the
-  /// scene file. Throws Error for any other name.
+  /// `output` is one of these; any other name throws Error:
+  /// - a video such as film.mp4, whose frames are film-frames/%04d.png until it is encoded;
+  /// - a pattern of names such as frames/%04d.exr or .png;
+  /// - "" for a video beside the scene file.
   FilmFrames(const std::string& output, const std::string& scene);
 
   const std::string& pattern() const { return pattern_; }

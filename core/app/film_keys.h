@@ -16,8 +16,8 @@ namespace kinome::app {
 ///                     "sky.to_world": {"axis": [0, 1, 0], "degrees": [[0, 0], [2, 90]]}}}
 class FilmKeys {
  public:
-  /// Throws Error if the file is invalid: with line and column for a syntax error, otherwise with
-  /// the path within the file, such as "keys.json: camera[1].position: expected three numbers".
+  /// Throws Error if the file is invalid. The message has line and column for a syntax error,
+  /// otherwise the path within the file: "keys.json: camera[1].position: expected three numbers".
   explicit FilmKeys(const std::string& path);
 
   /// "orbit" or "ellipse" if `camera` is one of these names, otherwise "".

@@ -142,9 +142,9 @@ Node node_of(const ObjectDescription& description, Faults& faults, const Node* p
 
 /// Returns the scene's folder, those of -a, and kWorkingDirectory unless it is the scene's folder.
 std::vector<std::string> base_folders(const std::string& scene_file, const LoadOptions& options);
-/// Returns all folders that are searched, in their order: those of the includes that name the file,
-/// the innermost first (`includes` may be nullptr); the scene's own; those of <path>; the others of
-/// base_folders().
+/// Returns all folders that are searched, in this order: those of the includes that contain the
+/// node, the innermost first (`includes` may be nullptr); the scene's own; those of <path>; then
+/// the rest of base_folders().
 std::vector<std::string> search_folders(const std::vector<std::string>* includes,
                                         const std::vector<std::string>& paths,
                                         const std::vector<std::string>& base);

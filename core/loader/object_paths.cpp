@@ -16,8 +16,8 @@ std::string numbered(const std::string& name, int i) {
   return i == 0 ? name : name + "_" + std::to_string(i);
 }
 
-/// Returns the objects inside of a node, with unique names: the parameter's name for textures, the
-/// category for other objects, and the id for objects of the scene itself.
+/// Returns the objects inside of a node, with unique names. Objects of the scene itself are named
+/// by their id, textures by their parameter, and other objects by their category.
 std::vector<PartOfNode> parts_of(const Node& node, const Builder& builder) {
   const bool is_scene = node.tag == "scene";
   std::vector<PartOfNode> parts;

@@ -20,9 +20,9 @@ class PatchedScene {
   /// `name` is the file from which the scene was read.
   PatchedScene(const Expansion& expansion, const std::string& name,
                const std::map<std::string, std::string>& defines, SavedScene& saved);
-  /// Returns the text of the scene's file. Returns nullopt if the edits can't be written as
-  /// patches, for instance in a file that is included twice or of an old version, or for the
-  /// replacement of an unsupported plugin.
+  /// Returns the text of the scene's file, or nullopt if the edits can't be written as patches.
+  /// Reasons are a file that is included twice or has an old version, and the replacement of an
+  /// unsupported plugin.
   std::optional<std::string> text();
   /// Texts of the changed includes, by path; valid after text().
   const std::map<std::string, std::string>& includes() const { return includes_; }
