@@ -19,7 +19,7 @@ namespace kinome {
 namespace {
 
 constexpr int64_t kMaxSide = 1 << 16;
-/// Of the rendered window: the renderer counts its pixels in int.
+/// Maximum number of pixels of the rendered window, which the renderer counts in int.
 constexpr int64_t kMaxPixels = std::numeric_limits<int>::max();
 
 enum class FileFormat { kExr, kPfm, kRgbe };
@@ -33,23 +33,23 @@ constexpr int kFirstRgb = 2, kFirstXyz = 4;
 constexpr const char* kComponentFormats[] = {"float16", "float32", "uint32"};  // by ExrNumber
 
 const Parameter kTable[] = {
-    {"width", ParameterType::kInteger, "768", "pixels of the full film"},
-    {"height", ParameterType::kInteger, "576", "pixels of the full film"},
-    {"crop_offset_x", ParameterType::kInteger, "0", "left edge of the rendered window"},
-    {"crop_offset_y", ParameterType::kInteger, "0", "upper edge of the rendered window"},
-    {"crop_width", ParameterType::kInteger, nullptr, "its width; the film's if not given"},
-    {"crop_height", ParameterType::kInteger, nullptr, "its height; the film's if not given"},
-    choice_of("file_format", kFileFormats, "openexr", "openexr, pfm or rgbe"),
+    {"width", ParameterType::kInteger, "768", "width of the full film in pixels"},
+    {"height", ParameterType::kInteger, "576", "height of the full film in pixels"},
+    {"crop_offset_x", ParameterType::kInteger, "0", "left edge of the crop window in pixels"},
+    {"crop_offset_y", ParameterType::kInteger, "0", "upper edge of the crop window in pixels"},
+    {"crop_width", ParameterType::kInteger, nullptr, "width of the crop window; default: width"},
+    {"crop_height", ParameterType::kInteger, nullptr, "height of the crop window; default: height"},
+    choice_of("file_format", kFileFormats, "openexr", "openexr (or exr), pfm or rgbe"),
     choice_of("pixel_format", kPixelFormats, "rgb",
               "luminance, luminance_alpha, rgb, rgba, xyz or xyza"),
     choice_of("component_format", kComponentFormats, "float16",
-              "float16, float32 or uint32 (of which the largest is 1); pfm is always float32"),
+              "float16, float32 or uint32 (whose largest value is 1); pfm is always float32"),
     {"sample_border", ParameterType::kBoolean, "false",
-     "also sample the border that the filter reaches, so that pixels at the edge are as good"},
+     "also sample the border within the filter's radius, so that edge pixels have no more noise"},
     ignored_row("compensate", ParameterType::kBoolean, "sums are precise enough without it"),
     ignored_row("banner", ParameterType::kBoolean, "images have no banner"),
-    {"rfilter", ParameterType::kObject, nullptr, "reconstruction filter; gaussian if not given",
-     false, Category::kReconstructionFilter},
+    {"rfilter", ParameterType::kObject, nullptr, "reconstruction filter; default: gaussian", false,
+     Category::kReconstructionFilter},
 };
 
 /// Linear Rec.709 to CIE XYZ.
@@ -57,7 +57,7 @@ constexpr float kToXyz[3][3] = {{0.412453f, 0.357580f, 0.180423f},
                                 {0.212671f, 0.715160f, 0.072169f},
                                 {0.019334f, 0.119193f, 0.950227f}};
 
-/// The picture with X, Y and Z in place of R, G and B, which come first.
+/// Converts R, G and B, the first three channels, to X, Y and Z.
 Image to_xyz(Image image) {
   const char* const names[] = {"X", "Y", "Z"};
   for (size_t c = 0; c < 3; ++c) image.channels[c] = names[c];
@@ -71,7 +71,7 @@ Image to_xyz(Image image) {
   return image;
 }
 
-/// Like Properties::choice, in any case, as Mitsuba takes them.
+/// Like Properties::choice, but case-insensitive as in Mitsuba.
 int choice(const Properties& props, const char* name, std::span<const char* const> choices) {
   std::string given = props.string(name);
   std::transform(given.begin(), given.end(), given.begin(),
@@ -90,11 +90,11 @@ class HdrFilm : public Film {
     read_crop(props);
     format_ = kFormatOfName[choice(props, "file_format", kFileFormats)];
     int pixel_format = choice(props, "pixel_format", kPixelFormats);
-    const bool is_held = format_ == FileFormat::kExr || pixel_format == kFirstRgb ||
-                         (format_ == FileFormat::kPfm && pixel_format == 0);
-    if (!is_held) {
+    const bool is_supported = format_ == FileFormat::kExr || pixel_format == kFirstRgb ||
+                              (format_ == FileFormat::kPfm && pixel_format == 0);
+    if (!is_supported) {
       props.warn("pixel_format",
-                 "asks for what such a file can't hold: as in Mitsuba 3, it is rgb");
+                 "is unsupported by this file_format: using rgb, as Mitsuba 3 does");
       pixel_format = kFirstRgb;
     }
     is_luminance_ = pixel_format < kFirstRgb;
@@ -115,7 +115,7 @@ class HdrFilm : public Film {
     } else if (format_ == FileFormat::kRgbe) {
       write_rgbe(file.string(), image);
     } else {
-      // Variances span more than a half can hold.
+      // Variances exceed the range of half floats.
       const bool has_variance =
           std::any_of(image.channels.begin(), image.channels.end(),
                       [](const std::string& name) { return name.rfind("variance.", 0) == 0; });
@@ -146,22 +146,22 @@ class HdrFilm : public Film {
   }
   static void check_crop(const Properties& props, const char* name, int64_t offset, int64_t size,
                          int full) {
-    // In this order, no sum can overflow.
+    // This order of operations can't overflow.
     if (offset >= 0 && offset < full && size <= full - offset) return;
     throw props.error(name, "must keep the crop window within the film's " + std::to_string(full) +
                                 " pixels, got " + std::to_string(size) + " pixels from " +
                                 std::to_string(offset));
   }
-  /// Of a larger film, a window can be rendered all the same.
+  /// Only the crop window is limited; the film may be larger.
   static void check_pixels(const Properties& props, int64_t w, int64_t h) {
     if (w * h <= kMaxPixels) return;
-    // Where the longer side comes from is where to make it shorter.
+    // Reports the parameter that sets the longer side.
     const bool by_width = w >= h;
     const char* name = by_width ? "crop_width" : "crop_height";
     if (!props.has(name)) name = by_width ? "width" : "height";
-    throw props.error(name, "makes the picture " + std::to_string(w) + " x " + std::to_string(h) +
-                                " pixels: no more than " + std::to_string(kMaxPixels) +
-                                " can be rendered at once");
+    throw props.error(name, "makes the image too large: must have at most " +
+                                std::to_string(kMaxPixels) + " pixels, got " + std::to_string(w) +
+                                " x " + std::to_string(h));
   }
 
   FileFormat format_ = FileFormat::kExr;
@@ -173,4 +173,4 @@ class HdrFilm : public Film {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::HdrFilm, kinome::Category::kFilm, "hdrfilm",
-              "Film of linear radiance, written as OpenEXR or PFM.", kinome::kTable);
+              "Film of linear radiance, written as OpenEXR, PFM or RGBE.", kinome::kTable);

@@ -1,5 +1,5 @@
-// Box of one pixel: a sample counts for the pixel that holds it, and for no other. The fastest
-// filter, and the one to compare variances with, since pixels stay independent.
+// Box of one pixel: each sample contributes only to its own pixel. The fastest filter. Pixels stay
+// independent, so use it to compare variances.
 //
 //   <rfilter type="box"/>
 
@@ -24,4 +24,4 @@ class BoxFilter final : public wide::FormulaFilter<BoxFilter> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::BoxFilter, kinome::Category::kReconstructionFilter, "box",
-              "Box of one pixel: every sample counts for its own pixel alone.", {});
+              "Box of one pixel: each sample contributes only to its own pixel.", {});

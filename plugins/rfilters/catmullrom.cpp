@@ -1,5 +1,5 @@
-// The cubics of Catmull and Rom: sharper than Mitchell and Netravali's choice, with more ringing.
-// Partly negative.
+// Catmull-Rom cubics: sharper than Mitchell and Netravali's choice, with more ringing. Has negative
+// lobes.
 //
 //   <rfilter type="catmullrom"/>
 
@@ -26,4 +26,4 @@ class CatmullRomFilter final : public wide::FormulaFilter<CatmullRomFilter> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::CatmullRomFilter, kinome::Category::kReconstructionFilter, "catmullrom",
-              "Cubics that interpolate: sharper than mitchell, with more ringing.", {});
+              "Catmull-Rom cubics: sharper than mitchell, with more ringing.", {});

@@ -4,8 +4,8 @@
 
 namespace kinome {
 
-/// Piecewise cubics of radius 2 (Mitchell and Netravali 1988, eq. 8), by their parameters B, how
-/// much they blur, and C, how much they ring. Beyond 1 they are negative where C is positive.
+/// Piecewise cubics of radius 2 (Mitchell and Netravali 1988, eq. 8). B controls blur, and C
+/// ringing. Beyond 1 they are negative if C is positive.
 class CubicWeights {
  public:
   CubicWeights(float b, float c)
@@ -25,8 +25,8 @@ class CubicWeights {
   }
 
  private:
-  float inner_[3];  ///< of x³, x² and 1
-  float outer_[4];  ///< of x³, x², x and 1
+  float inner_[3];  ///< coefficients of x³, x² and 1
+  float outer_[4];  ///< coefficients of x³, x², x and 1
 };
 
 }  // namespace kinome

@@ -11,22 +11,23 @@
 namespace kinome {
 namespace {
 
-/// The filter ends after this many standard deviations.
+/// Radius in standard deviations.
 constexpr float kCutoff = 4;
-/// Narrower ones would miss the samples on a pixel's edges, and leave it black where it has no
-/// others.
+/// Narrower filters would miss samples at a pixel's edges. A pixel without other samples would be
+/// black.
 constexpr float kMinStddev = 0.13f, kMaxStddev = 16;
 
 const Parameter kTable[] = {
     {"stddev", ParameterType::kFloat, "0.5",
-     "standard deviation in pixels, from 0.13 to 16; the filter's radius is four of them"},
+     "standard deviation in pixels, from 0.13 to 16; the radius is four times as large"},
 };
 
 class GaussianFilter final : public wide::FormulaFilter<GaussianFilter> {
  public:
   explicit GaussianFilter(const Properties& props) : stddev_(props.real("stddev")) {
     if (!(stddev_ >= kMinStddev && stddev_ <= kMaxStddev)) {
-      throw props.error("stddev", "must lie in [0.13, 16] pixels, got " + std::to_string(stddev_));
+      throw props.error("stddev",
+                        "must be between 0.13 and 16 pixels, got " + std::to_string(stddev_));
     }
     radius_ = kCutoff * stddev_;
   }
@@ -46,4 +47,4 @@ class GaussianFilter final : public wide::FormulaFilter<GaussianFilter> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::GaussianFilter, kinome::Category::kReconstructionFilter, "gaussian",
-              "Windowed Gaussian: the usual choice, smooth and without ringing.", kinome::kTable);
+              "Windowed Gaussian, smooth and without ringing; the default.", kinome::kTable);

@@ -1,4 +1,4 @@
-// Windowed sinc: the sharpest, with visible ringing at strong edges. Partly negative.
+// Windowed sinc: the sharpest filter, with visible ringing at strong edges. Has negative lobes.
 //
 //     sinc(x) sinc(x / lobes),   sinc(x) = sin(pi x) / (pi x)
 //
@@ -13,25 +13,25 @@
 namespace kinome {
 namespace {
 
-constexpr uint32_t kMostLobes = 32;
+constexpr uint32_t kMaxLobes = 32;
 
 const Parameter kTable[] = {
     {"lobes", ParameterType::kInteger, "3",
-     "of the sinc, from 1 to 32: the filter's radius in pixels"},
+     "number of lobes of the sinc, from 1 to 32; also the radius in pixels"},
 };
 
 class LanczosFilter final : public wide::FormulaFilter<LanczosFilter> {
  public:
   explicit LanczosFilter(const Properties& props) {
-    radius_ = static_cast<float>(props.integer("lobes", 1, kMostLobes));
+    radius_ = static_cast<float>(props.integer("lobes", 1, kMaxLobes));
   }
 
   template <class F>
   F weight(F position) const {
     using namespace wide::formulas;
-    // Nearer to 0, both sines lie within rounding of their arguments.
-    constexpr float kNearest = 1e-4f;
-    const F x = kPi * max(abs(position), F(kNearest));
+    // Below this, both sines equal their arguments up to rounding.
+    constexpr float kMinPosition = 1e-4f;
+    const F x = kPi * max(abs(position), F(kMinPosition));
     const F value = sin(x) * sin(x / radius_) * radius_ / (x * x);
     return select(abs(position) < radius_, value, F(0.f));
   }
@@ -41,4 +41,4 @@ class LanczosFilter final : public wide::FormulaFilter<LanczosFilter> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::LanczosFilter, kinome::Category::kReconstructionFilter, "lanczos",
-              "Windowed sinc: the sharpest, with visible ringing.", kinome::kTable);
+              "Windowed sinc: the sharpest filter, with visible ringing.", kinome::kTable);

@@ -1,5 +1,5 @@
-// Mitchell and Netravali's cubics: sharp, with a little ringing, by default in the middle between
-// blur and ringing. Partly negative.
+// Mitchell and Netravali's cubics: sharp, with a little ringing. By default a compromise between
+// blur and ringing. Has negative lobes.
 //
 //   <rfilter type="mitchell"><float name="B" value="0.33"/><float name="C" value="0.33"/></rfilter>
 
@@ -9,12 +9,12 @@
 namespace kinome {
 namespace {
 
-/// Far beyond use; the filter's integral is 1 whatever they are.
-constexpr float kLeast = -1, kMost = 2;
+/// Bounds of B and C, far beyond practical values. The filter's integral is 1 for any B and C.
+constexpr float kMinParameter = -1, kMaxParameter = 2;
 
 const Parameter kTable[] = {
-    {"B", ParameterType::kFloat, "0.33333333", "how much it blurs, from -1 to 2"},
-    {"C", ParameterType::kFloat, "0.33333333", "how much it rings, from -1 to 2"},
+    {"B", ParameterType::kFloat, "0.33333333", "amount of blur, from -1 to 2"},
+    {"C", ParameterType::kFloat, "0.33333333", "amount of ringing, from -1 to 2"},
 };
 
 class MitchellFilter final : public wide::FormulaFilter<MitchellFilter> {
@@ -32,8 +32,8 @@ class MitchellFilter final : public wide::FormulaFilter<MitchellFilter> {
  private:
   static float read(const Properties& props, const char* name) {
     const float value = props.real(name);
-    if (value >= kLeast && value <= kMost) return value;
-    throw props.error(name, "must lie in [-1, 2], got " + std::to_string(value));
+    if (value >= kMinParameter && value <= kMaxParameter) return value;
+    throw props.error(name, "must be between -1 and 2, got " + std::to_string(value));
   }
 
   CubicWeights weights_;

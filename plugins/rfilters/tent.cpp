@@ -8,12 +8,12 @@
 namespace kinome {
 namespace {
 
-/// Narrower ones would miss the samples on a pixel's edges, and leave it black where it has no
-/// others.
+/// Narrower filters would miss samples at a pixel's edges. A pixel without other samples would be
+/// black.
 constexpr float kMinRadius = 0.51f, kMaxRadius = 64;
 
 const Parameter kTable[] = {
-    {"radius", ParameterType::kFloat, "1", "half width in pixels, from 0.51 to 64"},
+    {"radius", ParameterType::kFloat, "1", "radius in pixels, from 0.51 to 64"},
 };
 
 class TentFilter final : public wide::FormulaFilter<TentFilter> {
@@ -21,7 +21,8 @@ class TentFilter final : public wide::FormulaFilter<TentFilter> {
   explicit TentFilter(const Properties& props) {
     radius_ = props.real("radius");
     if (!(radius_ >= kMinRadius && radius_ <= kMaxRadius)) {
-      throw props.error("radius", "must lie in [0.51, 64] pixels, got " + std::to_string(radius_));
+      throw props.error("radius",
+                        "must be between 0.51 and 64 pixels, got " + std::to_string(radius_));
     }
   }
 
@@ -36,4 +37,4 @@ class TentFilter final : public wide::FormulaFilter<TentFilter> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::TentFilter, kinome::Category::kReconstructionFilter, "tent",
-              "Tent: linear fall-off to zero at its radius.", kinome::kTable);
+              "Tent: decreases linearly to zero at its radius.", kinome::kTable);

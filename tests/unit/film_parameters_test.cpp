@@ -61,8 +61,7 @@ TEST(Film, RefusesWhatItCannotBe) {
 TEST(Film, RefusesMorePixelsThanItCanCount) {
   const std::string window =
       "<integer name=\"crop_width\" value=\"65536\"/><integer name=\"crop_height\" value=\"";
-  expect_error(film_size(65536, 65536),
-               "'width' makes the picture 65536 x 65536 pixels: no more than");
+  expect_error(film_size(65536, 65536), "'width' makes the image too large: must have at most");
   expect_error(film_size(46341, 46341), "'width'");  // just beyond
   expect_error(film_size(32768, 65536), "'height'");
   expect_error(film_size(65536, 65536) + window + "32768\"/>", "'crop_width'");
