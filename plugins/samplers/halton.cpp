@@ -1,8 +1,9 @@
-// Halton points, Owen-scrambled in each pixel: dimension d is the radical inverse of the sample's
-// index in the base of the d-th prime b. Every digit is scrambled depending on the digits before it
-// (Owen 1995, "Randomly permuted (t,m,s)-nets"); the permutations are random linear ones, a digit +
-// c modulo b, which give pairs of points the same distribution and thus the same variance
-// (Matoušek 1998). Any prefix is evenly spread; b^k samples stratify a dimension perfectly.
+// Halton points, Owen-scrambled in each pixel. Dimension d is the radical inverse of the sample's
+// index in base b, the d-th prime. The permutation of a digit depends on the digits before it (Owen
+// 1995, "Randomly permuted (t,m,s)-nets"). Permutations are random linear ones, (a digit + c)
+// modulo b, which give pairs of points the same distribution as random permutations, and thus the
+// same variance (Matoušek 1998). Any prefix is evenly spread; b^k samples stratify a dimension
+// perfectly.
 //
 //   <sampler type="halton"><integer name="sample_count" value="64"/></sampler>
 
@@ -18,14 +19,14 @@ namespace {
 
 const Parameter kTable[] = {KINOME_SAMPLER_PARAMETERS};
 
-/// Dimensions beyond these are drawn at random: a base as large as the hundredth prime does no
-/// better at any practical number of samples.
+/// Higher dimensions are random: with practical numbers of samples, bases as large as the hundredth
+/// prime are no better.
 constexpr uint32_t kBaseCount = 128;
 
 /// A prime, and the weights of digits in it.
 struct Base {
   constexpr explicit Base(uint32_t prime) : modulus(prime), factors(prime - 1) {
-    // As many digits as 32 bits have. Base 2, which has more, is not scrambled digit by digit.
+    // Enough digits for 32 bits, except for base 2, which isn't scrambled digit by digit.
     uint64_t weight = ~uint64_t{0} / prime;
     for (size_t i = 0; i < weights.size(); ++i, weight /= prime) weights[i] = weight;
   }
@@ -52,10 +53,10 @@ constexpr std::array<Base, kBaseCount> make_bases(std::index_sequence<i...> /*of
 }
 constexpr std::array<Base, kBaseCount> kBases = make_bases(std::make_index_sequence<kBaseCount>());
 
-/// Radical inverse of `index`, Owen-scrambled, times 2^32. The digits so far, from the lowest on,
-/// have two random words: `offset` is what 0 becomes, as a fraction of which all further digits of
-/// the result are those that zeros become; `bits` chooses the factor of a linear permutation.
-/// Digits end with the index, because the rest is the offset.
+/// Returns the Owen-scrambled radical inverse of `index`, times 2^32. Two random words depend on
+/// the digits so far, from the lowest on. `bits` chooses the factor of the next linear permutation.
+/// `offset` is a fraction whose digits are the images of zeros: the next one, and all after it if
+/// the remaining index is 0. The loop therefore ends with the index, and adds the offset.
 template <class U>
 KINOME_WIDE U scrambled_radical_inverse(U index, const Base& base, const PixelKey<U>& key) {
   using namespace wide::formulas;
@@ -74,7 +75,7 @@ KINOME_WIDE U scrambled_radical_inverse(U index, const Base& base, const PixelKe
     const U next_offset = select(at.remainder == U(0u), offset * prime, bits * U(0x915f77f5u));
     const U upper(static_cast<uint32_t>(next_weight >> 32));
     U part = digit * upper;
-    if (base.modulus.number() > 16) {  // of smaller digits, all that is cut off is below 2^-25
+    if (base.modulus.number() > 16) {  // for smaller digits, the truncated sum is below 2^-25
       const U lower(static_cast<uint32_t>(next_weight) >> 10);  // digits are below 2^10
       part += wide::shift_right<22>(digit * lower);
     }
@@ -139,4 +140,4 @@ class Halton : public Sampler {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Halton, kinome::Category::kSampler, "halton",
-              "Owen-scrambled Halton points: good at any number of samples.", kinome::kTable);
+              "Owen-scrambled Halton points: good for any number of samples.", kinome::kTable);

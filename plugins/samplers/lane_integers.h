@@ -1,6 +1,6 @@
 #pragma once
 
-// Integers as samplers need them, for uint32_t and wide::Uint.
+// Integer functions of samplers, for uint32_t and wide::Uint.
 
 #include <algorithm>
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace kinome {
 
-/// As owen.h has it, by looking up halves of bytes: a third of the instructions.
+/// Same as in owen.h, by table lookups of 4 bits: a third of the instructions.
 KINOME_WIDE wide::Uint reverse_bits(wide::Uint v) {
 #if HWY_TARGET == HWY_SCALAR
   return kinome::reverse_bits(wide::hn::GetLane(v.v));
@@ -28,7 +28,7 @@ KINOME_WIDE wide::Uint reverse_bits(wide::Uint v) {
   const auto half = hn::Set(bytes, uint8_t{15});
   const auto low = hn::And(hn::BitCast(bytes, v.v), half);
   const auto high = hn::And(hn::BitCast(bytes, hn::ShiftRight<4>(v.v)), half);
-  // A lookup's shift by 4 stays within its byte.
+  // Looked-up values have 4 bits, so the shift stays within the byte.
   const auto of_low = hn::BitCast(
       bytes, hn::ShiftLeft<4>(hn::BitCast(wide::UintTag(), hn::TableLookupBytes(reversed, low))));
   const auto both = hn::Or(of_low, hn::TableLookupBytes(reversed, high));
@@ -37,7 +37,7 @@ KINOME_WIDE wide::Uint reverse_bits(wide::Uint v) {
 #endif
 }
 
-/// The upper 32 bits of the product.
+/// Returns the upper 32 bits of the product.
 inline uint32_t multiply_high(uint32_t a, uint32_t b) {
   return static_cast<uint32_t>(static_cast<uint64_t>(a) * b >> 32);
 }
@@ -62,7 +62,7 @@ struct Division {
   U quotient, remainder;
 };
 
-/// Arithmetic modulo a fixed number between 1 and 2^24, without dividing.
+/// Arithmetic modulo a fixed number from 1 to 2^24, without division instructions.
 class Modulus {
  public:
   constexpr explicit Modulus(uint32_t number)
@@ -77,21 +77,21 @@ class Modulus {
   KINOME_WIDE Division<U> divide(U a) const {
     return corrected(a, multiply_high(a, U(reciprocal_)));
   }
-  /// The same in half the time, for a < 2^31 with a quotient below 2^20.
+  /// Same as divide(), in half the time, for a < 2^31 with a quotient below 2^20.
   template <class U>
   KINOME_WIDE Division<U> divide_small(U a) const {
     using namespace wide::formulas;
     return corrected(a, as_uint(to_int(to_float(as_int(a)) * inverse_)));
   }
-  /// The sum of two numbers below this one.
+  /// Adds two numbers below number(), modulo number().
   template <class U>
   KINOME_WIDE U add(U a, U b) const {
     using namespace wide::formulas;
     const U sum = a + b;
-    return min(sum, sum - U(number_));  // the difference wraps around if the sum is less
+    return min(sum, sum - U(number_));  // the difference wraps around if sum < number_
   }
-  /// A number below this one from 32 random bits; none is likelier than another by more than
-  /// number() / 2^24.
+  /// Returns a random number below number(), from 32 random bits. Probabilities differ relatively
+  /// by at most number() / 2^24.
   template <class U>
   KINOME_WIDE U random(U bits) const {
     using namespace wide::formulas;
@@ -99,13 +99,13 @@ class Modulus {
   }
 
  private:
-  /// `quotient` is right, or too small by 1: reciprocals are rounded down.
+  /// `quotient` is correct or too small by 1, because reciprocals are rounded down.
   template <class U>
   KINOME_WIDE Division<U> corrected(U a, U quotient) const {
     using namespace wide::formulas;
     const U remainder = a - quotient * U(number_);
-    const U less = remainder - U(number_);  // wraps around if the quotient is right
-    return {select(less < remainder, quotient + U(1u), quotient), min(remainder, less)};
+    const U reduced = remainder - U(number_);  // wraps around if the quotient is correct
+    return {select(reduced < remainder, quotient + U(1u), quotient), min(remainder, reduced)};
   }
 
   uint32_t number_;

@@ -1,6 +1,6 @@
-// Multi-jittered sampling (Chiu et al. 1994), its orders being permutations that need no table
-// (Kensler 2013): sample_count = m n samples, jittered in m x n strata of the square such that each
-// coordinate alone is stratified m n times. After these, others follow that are as evenly spread.
+// Multi-jittered sampling (Chiu et al. 1994; Kensler 2013). sample_count = m n samples are jittered
+// in m x n strata of the square, such that each coordinate alone has m n strata, too. Further
+// samples form sets of the same kind.
 //
 //   <sampler type="multijitter"><integer name="sample_count" value="64"/></sampler>
 
@@ -17,7 +17,7 @@ const Parameter kTable[] = {
     kJitter,
 };
 
-/// Nearly as many columns as rows.
+/// Returns a grid of at least `count` cells that is nearly square.
 Grid grid_for(uint32_t count) {
   uint32_t rows = 1;
   while ((rows + 1) * (rows + 1) <= count) ++rows;
@@ -31,13 +31,13 @@ struct Jitters : GridSet {
   template <class U>
   KINOME_WIDE Pair<U> square(U within, const PixelKey<U>& key) const {
     const PermutedCell<U> cell = order.cell(within, key);
-    const Pair<U> place = jitter.two(within, key);
-    // Each sample of a column takes another one of the column's finer strata, and so in the rows.
-    // The order of these is independent of where columns and rows are, and begins at a random
-    // stratum in each column: with one order for all, as Kensler has it, errors of the columns add
-    // up, and the variance falls like count^-1.5 instead of count^-2.
-    return {in_stratum(columns.place(cell.column, cell.row, column_bits(key)), place.x, size),
-            in_stratum(rows.place(cell.row, cell.column, row_bits(key)), place.y, size)};
+    const Pair<U> offset = jitter.two(within, key);
+    // The samples of a column use different fine strata of the column; the same holds for rows.
+    // Their order is independent of the order of columns and rows, and begins at a random stratum
+    // in each column. With one order for all columns, as in Kensler's method, their errors add up,
+    // and the variance decreases like count^-1.5 instead of count^-2.
+    return {in_stratum(columns.part(cell.column, cell.row, column_bits(key)), offset.x, size),
+            in_stratum(rows.part(cell.row, cell.column, row_bits(key)), offset.y, size)};
   }
 };
 

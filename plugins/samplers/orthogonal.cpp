@@ -1,7 +1,8 @@
-// Orthogonal array sampling (Jarosz et al. 2019): p² samples, p a prime, that are jittered in p x p
-// strata of *any* two dimensions, and in p² strata of each. The array is Bose's of strength 2:
-// digits a and b of a sample's number give its stratum a in the first dimension and b + a k modulo
-// p in the others. It has p + 1 dimensions; those after them have an array of their own.
+// Orthogonal array sampling (Jarosz et al. 2019): p² samples, where p is prime, are jittered in
+// p x p strata of *any* two dimensions, and in p² strata of each dimension. The array is Bose's of
+// strength 2: with digits a and b of the sample's number, the stratum is a in the first dimension
+// and (b + a k) modulo p in the others. An array has p + 1 dimensions; further dimensions use
+// further arrays.
 //
 //   <sampler type="orthogonal"><integer name="sample_count" value="49"/></sampler>
 
@@ -25,7 +26,7 @@ bool is_prime(uint32_t n) {
   }
   return n >= 2;
 }
-/// The smallest prime whose square is no less.
+/// Returns the smallest prime whose square is at least `count`.
 uint32_t prime_for(uint32_t count) {
   uint32_t p = 2;
   while (p * p < count || !is_prime(p)) ++p;
@@ -37,8 +38,8 @@ class Orthogonal : public Sampler {
 
   uint32_t array_of(uint32_t dimension) const { return dimension / (prime_.number() + 1); }
 
-  /// Returns the keys of a dimension's array and of the dimension itself. Pairs and single numbers
-  /// have different keys.
+  /// Returns the keys of a dimension's array and of the dimension itself. Keys of single numbers
+  /// differ from those of pairs.
   auto one(uint32_t dimension) const {
     return [dimension, array = array_of(dimension)](const SampleKey& key, uint32_t set) {
       return std::array<uint64_t, 2>{hash_key(key, set, array ^ kArrays),
@@ -105,8 +106,8 @@ class Orthogonal : public Sampler {
   }
 
  private:
-  /// Digits b (the column) and a (the row) of a sample's number in an array: the order of samples
-  /// is random.
+  /// Returns the digits b (column) and a (row) of a sample's number in an array. Samples have a
+  /// random order.
   template <class U>
   KINOME_WIDE PermutedCell<U> digits(U within, const PixelKey<U>& array) const {
     return numbers_.cell(within, array);
@@ -115,14 +116,14 @@ class Orthogonal : public Sampler {
   KINOME_WIDE Real<U> value(const PermutedCell<U>& digits, uint32_t dimension, const PixelKey<U>& key,
                             Real<U> jitter) const {
     const uint32_t column = dimension % (prime_.number() + 1);
-    // Each sample of a stratum takes another of its p parts: samples of the first dimension's
-    // strata differ in b, and those of all others in a.
+    // The samples of a stratum use different ones of its p parts: in the first dimension, they
+    // differ in b; in the others, in a.
     U stratum = digits.row, part = digits.column;
     if (column > 0) {
       stratum = prime_.divide_small(digits.column + digits.row * U(column - 1)).remainder;
       part = digits.row;
     }
-    return in_stratum(strata_.place(stratum, part, key.low), jitter, size_);
+    return in_stratum(strata_.part(stratum, part, key.low), jitter, size_);
   }
   template <class U>
   KINOME_WIDE Pair<U> values(U within, uint32_t dimension,
@@ -139,7 +140,7 @@ class Orthogonal : public Sampler {
   LineOrder strata_;
   Jitter jitter_;
   SampleSets sets_;
-  float size_;  ///< of a dimension's strata
+  float size_;  ///< width of a dimension's p² strata
 };
 
 }  // namespace

@@ -11,13 +11,13 @@
 
 namespace kinome {
 
-/// A cell of a grid.
+/// Cell of a grid.
 template <class U>
 struct PermutedCell {
   U column, row;
 };
 
-/// A grid of cells, which are numbered row by row.
+/// Grid of cells, numbered row by row.
 struct Grid {
   Grid(uint32_t column_count, uint32_t row_count) : columns(column_count), rows(row_count) {}
 
@@ -32,13 +32,13 @@ struct Grid {
   Modulus columns, rows;
 };
 
-/// Random permutations of 0 … count - 1, the same ones in each run.
+/// Random permutations of 0 … count - 1, the same in each run.
 class PermutationTable {
  public:
-  /// As many permutations as `most_entries` hold: a power of two, at least 1.
-  PermutationTable(uint32_t count, uint32_t most_entries) : stride_(std::bit_ceil(count)) {
+  /// Builds as many permutations as fit in `max_entries`: a power of two, at least 1.
+  PermutationTable(uint32_t count, uint32_t max_entries) : stride_(std::bit_ceil(count)) {
     const uint32_t permutations =
-        std::clamp(std::bit_floor(most_entries / stride_), 1u, kMostPermutations);
+        std::clamp(std::bit_floor(max_entries / stride_), 1u, kMaxPermutations);
     mask_ = (permutations - 1) * stride_;
     entries_.resize(size_t{permutations} * stride_);
     for (size_t first = 0; first < entries_.size(); first += stride_) {
@@ -56,7 +56,7 @@ class PermutationTable {
     for (uint32_t& entry : entries_) entry = value(entry, random_bits());
   }
 
-  /// The entry of i in the permutation that random bits choose: by those above the bits of `count`.
+  /// Returns entry i of the permutation that the random bits above those of `count` choose.
   template <class U>
   KINOME_WIDE U at(U i, U bits) const {
     using namespace wide::formulas;
@@ -64,7 +64,7 @@ class PermutationTable {
   }
 
  private:
-  static constexpr uint32_t kMostPermutations = 256;
+  static constexpr uint32_t kMaxPermutations = 256;
 
   uint32_t random_bits() {
     return static_cast<uint32_t>(scatter(0x2545f4914f6cdd1du + ++counter_ * 0x9e3779b97f4a7c15u));
@@ -76,22 +76,22 @@ class PermutationTable {
   std::vector<uint32_t> entries_;
 };
 
-/// Random permutations of a grid's cells: from a table that is read from a random entry on, or, of
-/// larger grids, by a Feistel network.
+/// Random permutations of a grid's cells. Small grids use a table, read from a random entry on;
+/// larger ones use a Feistel network.
 class CellOrder {
  public:
   explicit CellOrder(const Grid& grid)
       : grid_(grid),
         numbers_(has_table() ? grid.count() : 1),
-        table_(numbers_.number(), kMostEntries) {
+        table_(numbers_.number(), kMaxEntries) {
     table_.transform([&](uint32_t number, uint32_t) {
       const PermutedCell<uint32_t> cell = grid.cell(number);
       return cell.column | cell.row << 16;
     });
   }
 
-  /// The cell to which the permutation that `key` names moves a number below grid().count(). Every
-  /// cell is equally likely.
+  /// Maps a number below grid().count() to a cell, by the permutation that `key` chooses. All cells
+  /// are equally likely.
   template <class U>
   KINOME_WIDE PermutedCell<U> cell(U number, const PixelKey<U>& key) const {
     if (!has_table()) return feistel(grid_.cell(number), key);
@@ -101,12 +101,12 @@ class CellOrder {
   const Grid& grid() const { return grid_; }
 
  private:
-  static constexpr uint32_t kMostEntries = 4096;  ///< 16 KiB
+  static constexpr uint32_t kMaxEntries = 4096;  ///< 16 KiB
 
-  bool has_table() const { return grid_.count() <= kMostEntries; }
+  bool has_table() const { return grid_.count() <= kMaxEntries; }
 
-  /// Each round rotates rows, or columns, by random amounts, and thus is a permutation for any
-  /// number of them.
+  /// Each round rotates the rows or columns by random amounts, which is a permutation for grids of
+  /// any size.
   template <class U>
   KINOME_WIDE PermutedCell<U> feistel(PermutedCell<U> cell, const PixelKey<U>& key) const {
     const Modulus &columns = grid_.columns, &rows = grid_.rows;
@@ -125,31 +125,31 @@ class CellOrder {
   PermutationTable table_;
 };
 
-/// Random permutations of lines, each of which has its parts rotated by a random number.
+/// Random permutations of lines, combined with a random rotation of each line's parts.
 class LineOrder {
  public:
   LineOrder(uint32_t lines, uint32_t parts)
-      : parts_(parts), table_(lines, std::max(kMostEntries, 16 * std::bit_ceil(lines))) {
+      : parts_(parts), table_(lines, std::max(kMinEntries, 16 * std::bit_ceil(lines))) {
     table_.transform([&](uint32_t line, uint32_t bits) {
       return line | static_cast<uint32_t>(uint64_t{bits} * parts >> 32) << 16;
     });
   }
 
-  /// The line to which the permutation that random bits choose moves `line`.
+  /// Maps `line` to a line, by the permutation that random bits choose.
   template <class U>
   KINOME_WIDE U line(U line, U bits) const {
     return table_.at(line, bits) & U(0xffffu);
   }
-  /// The same for a part of a line, as a number in [0, lines * parts).
+  /// Maps a part of a line to a number in [0, lines * parts).
   template <class U>
-  KINOME_WIDE U place(U line, U part, U bits) const {
+  KINOME_WIDE U part(U line, U part, U bits) const {
     const U entry = table_.at(line, bits);
     return (entry & U(0xffffu)) * U(parts_.number()) +
            parts_.add(part, wide::shift_right<16>(entry));
   }
 
  private:
-  static constexpr uint32_t kMostEntries = 4096;
+  static constexpr uint32_t kMinEntries = 4096;
 
   Modulus parts_;
   PermutationTable table_;

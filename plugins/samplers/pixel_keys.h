@@ -19,7 +19,7 @@ inline PixelKey<uint32_t> to_key(uint64_t bits) {
   return {static_cast<uint32_t>(bits), static_cast<uint32_t>(bits >> 32)};
 }
 
-/// 32 random bits, and a pair of them, for each `index` under a key.
+/// Returns 32 random bits, or a pair of them, for an `index` under a key.
 template <class U>
 KINOME_WIDE U random_bits(U index, PixelKey<U> key) {
   return mix_32(mix_32(index + key.low) + key.high);
@@ -31,11 +31,11 @@ struct BitsPair {
 template <class U>
 KINOME_WIDE BitsPair<U> random_bits_pair(U index, PixelKey<U> key) {
   const U bits = mix_32(index + key.low);
-  // The sums differ by a number that depends on the key, and that is never 0.
+  // The two sums differ by an amount that depends on the key and is never 0.
   return {mix_32(bits + key.high), mix_32(bits + (key.high ^ U(0x5bd1e995u)))};
 }
 
-/// n keys for each of a column of pixels.
+/// n keys for each pixel of a column.
 template <size_t n>
 class KeyColumns {
  public:
@@ -51,7 +51,7 @@ class KeyColumns {
       columns_[2 * k + 1][i] = key.high;
     }
   }
-  /// The keys that `read` finds in the columns: read(const uint32_t*) is one vector of a column.
+  /// Returns a vector of keys. read(const uint32_t*) must load one vector from a column.
   template <class Read>
   KINOME_WIDE std::array<PixelKey<wide::Uint>, n> keys(const Read& read) const {
     std::array<PixelKey<wide::Uint>, n> keys;
@@ -65,9 +65,9 @@ class KeyColumns {
   std::array<std::vector<uint32_t>, 2 * n> columns_;
 };
 
-/// Calls fn(i, sample, read) for each vector of a block's samples: i is the number of the first one
-/// in the block, `sample` their indices within their pixels (wide::Uint), and read(column) their
-/// pixels' values in a column over pixels, which is padded by kBlockLanes.
+/// Calls fn(i, sample, read) for each vector of a block's samples. i is the block index of the
+/// first sample, and `sample` has the indices within their pixels (wide::Uint). read(column) loads
+/// their pixels' values from a column over pixels, which must be padded by kBlockLanes.
 template <class Function>
 KINOME_WIDE void for_each_vector(const PixelSamples& samples, const Function& fn) {
   using wide::Uint, wide::kLanes;
@@ -82,7 +82,7 @@ KINOME_WIDE void for_each_vector(const PixelSamples& samples, const Function& fn
         fn(i, lane + Uint(samples.first_sample + s), read);
       }
     }
-  } else if (per_pixel > kLanes) {  // in one pixel or two
+  } else if (per_pixel > kLanes) {  // each vector is within one or two pixels
     size_t p = 0;
     uint32_t s = 0;
     for (size_t i = 0; i < count; i += kLanes) {
@@ -95,7 +95,7 @@ KINOME_WIDE void for_each_vector(const PixelSamples& samples, const Function& fn
       s += kLanes;
       if (s >= per_pixel) s -= per_pixel, ++p;
     }
-  } else {  // in several pixels
+  } else {  // each vector is in several pixels
     const Modulus samples_of_pixel(per_pixel);
     size_t p = 0;
     uint32_t s = 0;
@@ -112,8 +112,8 @@ KINOME_WIDE void for_each_vector(const PixelSamples& samples, const Function& fn
   }
 }
 
-/// Calls fn(i, sample, keys) for each vector of a block's samples, where keys_of(pixel) are the n
-/// keys of a pixel: of its SampleKey, whose `sample` is 0.
+/// Calls fn(i, sample, keys) for each vector of a block's samples. keys_of(key) must return the n
+/// keys of a pixel, given its SampleKey with `sample` 0.
 template <size_t n, class KeysOf, class Function>
 KINOME_WIDE void for_each_vector(const PixelSamples& samples, const KeysOf& keys_of,
                                  const Function& fn) {

@@ -7,16 +7,15 @@
 
 namespace kinome {
 
-/// The samples of a pixel as sets of `count`, which follow one another without end. Each set has
-/// keys of its own.
+/// Divides the unlimited samples of a pixel into sets of `count`. Each set has its own keys.
 class SampleSets {
  public:
   explicit SampleSets(uint32_t count) : count_(count) {}
 
   uint32_t count() const { return count_; }
 
-  /// fn(within, keys) of one sample: its index within its set, and the keys that keys_of(key, set)
-  /// returns, a std::array<uint64_t, n>.
+  /// Returns fn(within, keys) for one sample. `within` is its index in its set, and `keys` are from
+  /// keys_of(key, set), a std::array<uint64_t, n>.
   template <size_t n, class KeysOf, class Function>
   auto at(const SampleKey& key, const KeysOf& keys_of, const Function& fn) const {
     const std::array<uint64_t, n> bits = keys_of(key, key.sample / count_);
@@ -25,8 +24,8 @@ class SampleSets {
     return fn(key.sample % count_, keys);
   }
 
-  /// Calls fn(i, within, keys) for each vector of a block's samples: i is the number of the first
-  /// one in the block.
+  /// Calls fn(i, within, keys) for each vector of a block's samples; i is the block index of the
+  /// first sample.
   template <size_t n, class KeysOf, class Function>
   KINOME_WIDE void for_each_vector(PixelSamples samples, const KeysOf& keys_of,
                                    const Function& fn) const {
@@ -41,7 +40,8 @@ class SampleSets {
   }
 
  private:
-  /// For pixels whose samples are in several sets. `samples.first_sample` is within `first_set`.
+  /// Handles pixels whose samples are in several sets. `samples.first_sample` is relative to
+  /// `first_set`.
   template <size_t n, class KeysOf, class Function>
   void for_each_vector_of_sets(const PixelSamples& samples, uint32_t first_set,
                                const KeysOf& keys_of, const Function& fn) const {

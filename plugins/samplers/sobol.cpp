@@ -1,13 +1,13 @@
-// Owen-scrambled Sobol points: the first two dimensions of Sobol's sequence, a (0, 2)-sequence in
-// base 2, used anew for each pair of dimensions (padding; Kollig and Keller 2002) with its own
-// scramble and order. The first 2^k samples of a pixel, and every aligned block of 2^k, are a
+// Owen-scrambled Sobol points. The first two dimensions of Sobol's sequence, a (0, 2)-sequence in
+// base 2, are reused for each pair of dimensions with another scramble and order (padding; Kollig
+// and Keller 2002). The first 2^k samples of a pixel, and every aligned block of 2^k, are a
 // (0, k, 2)-net in each pair and a (0, k, 1)-net in each single dimension.
 //
 //   <sampler type="sobol"><integer name="sample_count" value="64"/></sampler>
 //
 // Scrambles and orders are hashes (Burley 2020, "Practical hash-based Owen scrambling"). The order
-// of a pair's points is scrambled, too, as a number: that keeps every aligned block of 2^k together
-// and makes pairs independent of one another.
+// of a pair's points is an Owen scramble of the index, which keeps every aligned block of 2^k
+// together and makes pairs independent of one another.
 
 #include <memory>
 
@@ -31,8 +31,8 @@ constexpr uint32_t kTwoDimensions = 2;
 constexpr uint64_t kSaltX = 0x2545f4914f6cdd1du;
 constexpr uint64_t kSaltY = 0x9e6c63d0876a9a47u;
 
-/// The keys that all of a pixel's samples share: of their order and of their coordinates'
-/// scrambles.
+/// Return keys that all samples of a pixel share: for their order and for the scramble of each
+/// coordinate.
 auto keys_of_one(uint32_t dimension) {
   return [dimension](const SampleKey& key) {
     const uint64_t order = hash_key(key, dimension, kOneDimension);
@@ -49,9 +49,9 @@ auto keys_of_two(uint32_t dimension) {
 class Sobol : public Sampler {
  public:
   explicit Sobol(const Properties& props) {
-    const uint32_t wanted = read_sample_count(props);
-    sample_count_ = round_to_power_of_four(wanted);
-    warn_if_rounded(props, wanted, sample_count_);
+    const uint32_t requested = read_sample_count(props);
+    sample_count_ = round_to_power_of_four(requested);
+    warn_if_rounded(props, requested, sample_count_);
     seed_ = static_cast<uint64_t>(props.integer("seed"));
   }
   Sobol(uint32_t count, uint64_t seed) {
@@ -82,7 +82,7 @@ class Sobol : public Sampler {
                          first(sobol_second_reversed(index), keys[2]).store(out.y + i);
                        });
   }
-  /// Only powers of two are needed for nets; those of four are Mitsuba's rule for scenes.
+  /// Rounds to powers of two, which suffice for nets; powers of four are Mitsuba's rule for scenes.
   std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
     uint32_t rounded = 1;
     while (rounded < count && rounded < kMaxSampleCount) rounded *= 2;
@@ -90,7 +90,7 @@ class Sobol : public Sampler {
   }
 
  private:
-  /// owen_scramble and owen_sobol_first of a vector of samples.
+  /// Vector versions of owen_scramble and owen_sobol_first.
   KINOME_WIDE static wide::Uint reorder(wide::Uint sample, const PixelKey<wide::Uint>& key) {
     return reverse_bits(scramble_reversed(reverse_bits(sample), key.low, key.high));
   }
@@ -103,5 +103,5 @@ class Sobol : public Sampler {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Sobol, kinome::Category::kSampler, "sobol",
-              "Owen-scrambled Sobol points: the best choice. Mitsuba's name for it is ldsampler.",
+              "Owen-scrambled Sobol points: the best choice. Called ldsampler in Mitsuba.",
               kinome::kTable);

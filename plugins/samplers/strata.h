@@ -7,14 +7,14 @@
 
 namespace kinome {
 
-/// Distinguish the keys of single numbers from those of pairs at the same dimension.
+/// Salts that distinguish the keys of single numbers from those of pairs at the same dimension.
 inline constexpr uint32_t kOneDimension = 0, kTwoDimensions = 1u << 31;
 
-/// The row of the tables of samplers that may do without jitter.
+/// Parameter of samplers with optional jitter.
 inline constexpr Parameter kJitter{"jitter", ParameterType::kBoolean, "true",
-                                   "false: each sample in the middle of its stratum"};
+                                   "jitter samples in their strata; false: use the centres"};
 
-/// A number in [0,1), or a pair.
+/// A number in [0,1), or a pair of them.
 template <class U>
 using Real = decltype(to_unit_float(U()));
 template <class U>
@@ -24,8 +24,7 @@ struct Pair {
 
 /// Random positions of samples within their strata.
 struct Jitter {
-  /// False: each sample is in the middle of its stratum.
-  bool is_random;
+  bool is_random;  ///< if false, each sample is at the centre of its stratum
 
   template <class U>
   KINOME_WIDE Real<U> one(U within, const PixelKey<U>& key) const {
@@ -54,7 +53,7 @@ KINOME_WIDE Real<U> in_stratum(U stratum, Real<U> jitter, float size) {
   return min((to_float(as_int(stratum)) + jitter) * size, Real<U>(kOneMinusEpsilon));
 }
 
-/// A set of samples, one in each cell of a grid, in random order.
+/// Set of samples, one in each cell of a grid, in random order.
 struct GridSet {
   GridSet(const Grid& grid, bool jitters)
       : order(grid),
@@ -74,21 +73,21 @@ struct GridSet {
   KINOME_WIDE static U row_bits(const PixelKey<U>& key) {
     return key.high;
   }
-  /// A number of its own stratum of count() for each sample.
+  /// Returns a number for each sample, each in another one of count() strata.
   template <class U>
   KINOME_WIDE Real<U> line(U within, const PixelKey<U>& key) const {
     const PermutedCell<U> cell = order.cell(within, key);
-    return in_stratum(rows.place(cell.row, cell.column, row_bits(key)), jitter.one(within, key),
+    return in_stratum(rows.part(cell.row, cell.column, row_bits(key)), jitter.one(within, key),
                       size);
   }
 
   CellOrder order;
   LineOrder columns, rows;
-  float size;  ///< of a stratum of count()
+  float size;  ///< width of a stratum, 1 / count()
   Jitter jitter;
 };
 
-/// A sampler of sets of strata. Method has these functions, for uint32_t and for wide::Uint:
+/// Sampler of stratified sets. Method must have these functions, for uint32_t and for wide::Uint:
 ///   uint32_t count() const;                              number of samples in a set
 ///   Real<U> line(U within, const PixelKey<U>& key) const;     a number
 ///   Pair<U> square(U within, const PixelKey<U>& key) const;   a pair

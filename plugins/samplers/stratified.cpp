@@ -1,7 +1,7 @@
-// Stratified sampling: sample_count = n² strata in a pixel, a sample each, jittered. The order of
-// the strata is a random permutation for each dimension and pixel, so that dimensions stay
-// independent. After n² samples another stratification follows. Without `jitter`, each lies in the
-// middle of its stratum.
+// Stratified sampling: one jittered sample in each of the sample_count = n² strata of a pixel. The
+// strata have a random order for each dimension and pixel, so that dimensions are independent.
+// After n² samples, another stratified set follows. Without `jitter`, each sample is at the centre
+// of its stratum.
 //
 //   <sampler type="stratified"><integer name="sample_count" value="64"/></sampler>
 
@@ -29,12 +29,12 @@ struct Squares : GridSet {
   template <class U>
   KINOME_WIDE Pair<U> square(U within, const PixelKey<U>& key) const {
     const PermutedCell<U> cell = order.cell(within, key);
-    const Pair<U> place = jitter.two(within, key);
-    return {in_stratum(columns.line(cell.column, column_bits(key)), place.x, width),
-            in_stratum(rows.line(cell.row, row_bits(key)), place.y, width)};
+    const Pair<U> offset = jitter.two(within, key);
+    return {in_stratum(columns.line(cell.column, column_bits(key)), offset.x, width),
+            in_stratum(rows.line(cell.row, row_bits(key)), offset.y, width)};
   }
 
-  float width;  ///< of a stratum in the square
+  float width;  ///< side of a stratum in the square
 };
 
 class Stratified : public StratifyingSampler<Squares> {
