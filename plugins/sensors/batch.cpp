@@ -1,5 +1,5 @@
-// Pictures of several sensors, side by side on one film. As in Mitsuba, what a sensor's own film
-// says counts for its field of view alone, and its sampler for nothing.
+// Images of several sensors, side by side on one film. As in Mitsuba, the film of a nested sensor
+// only affects its field of view, and its sampler is ignored.
 //
 //   <sensor type="batch">
 //     <sensor type="perspective"> … </sensor>
@@ -16,11 +16,11 @@
 namespace kinome {
 namespace {
 
-constexpr int kMostSensors = 4096;
+constexpr int kMaxSensors = 4096;
 
 const Parameter kTable[] = {
-    {"sensor", ParameterType::kObject, nullptr, "one for each part of the picture, from the left",
-     true, Category::kSensor, kMostSensors},
+    {"sensor", ParameterType::kObject, nullptr, "sensors of the image's parts, from left to right",
+     true, Category::kSensor, kMaxSensors},
     ignored_row("to_world", ParameterType::kTransform, "each nested sensor has its own"),
     KINOME_SENSOR_PARAMETERS,
 };
@@ -33,16 +33,17 @@ class Batch final : public Sensor {
     sampler_ = read_part<Sampler>(props, "sampler");
     const auto count = static_cast<int>(sensors_.size());
     if (film_->width() % count != 0) {
-      throw props.error("film", "must have a width that its " + std::to_string(count) +
-                                    " sensors divide, got " + std::to_string(film_->width()));
+      throw props.error("film", "must have a width that is a multiple of " + std::to_string(count) +
+                                    ", the number of sensors, got " +
+                                    std::to_string(film_->width()));
     }
     part_ = Vec2(film_->width() / count, film_->height());
     for (const auto& sensor : sensors_) {
       if (sensor->is_surface()) {
-        throw props.error("sensor", "can't be one that must be part of a shape");
+        throw props.error("sensor", "must not be one that has to be nested in a shape");
       }
       const Vec2 size(sensor->film().width(), sensor->film().height());
-      // Of its picture as wide as the part, the height that it has there.
+      // Scales the sensor's image to the width of the part.
       scale_.emplace_back(size.x / part_.x, size.x / part_.x);
       centre_.push_back(0.5f * size);
     }
@@ -67,13 +68,13 @@ class Batch final : public Sensor {
 
  private:
   std::vector<std::shared_ptr<Sensor>> sensors_;
-  std::vector<Vec2> scale_;   ///< of a pixel of the part, in pixels of the sensor's film
-  std::vector<Vec2> centre_;  ///< of the sensors' films
-  Vec2 part_{1.f};            ///< of the film, for one sensor
+  std::vector<Vec2> scale_;   ///< size of a pixel of the part, in pixels of the sensor's film
+  std::vector<Vec2> centre_;  ///< centres of the sensors' films
+  Vec2 part_{1.f};            ///< size of one sensor's part of the film
 };
 
 }  // namespace
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Batch, kinome::Category::kSensor, "batch",
-              "Pictures of several sensors, side by side.", kinome::kTable);
+              "Images of several sensors, side by side on one film.", kinome::kTable);

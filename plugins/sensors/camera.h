@@ -8,32 +8,36 @@
 #include "kinome/sensor.h"
 #include "kinome/wide/vectors.h"
 
-/// What the cameras have in common. They look along +Z of their own frame, with +X to the picture's
-/// left and +Y up.
+/// Helpers that cameras share. Cameras look along +Z of their own frame, with +X to the left of the
+/// image and +Y up.
 namespace kinome {
 
-/// Rows of a parameter table that every camera has.
+/// Parameters of every camera.
 #define KINOME_CAMERA_PARAMETERS                                                                   \
-  {"to_world", ParameterType::kTransform, "identity", "camera to world; looks along +Z"},          \
+  {"to_world", ParameterType::kTransform, "identity",                                              \
+   "transform from camera to world; the camera looks along +Z"},                                   \
       {"near_clip", ParameterType::kFloat, "0.01", "depth of the nearest visible point"},          \
       {"far_clip", ParameterType::kFloat, "10000", "depth of the farthest visible point"},         \
       {"shutter_open", ParameterType::kFloat, "0",                                                 \
-       "start of the exposure; matters only for timed_sunsky"},                        \
-      {"shutter_close", ParameterType::kFloat, "0", "its end"},                                    \
-      {"film", ParameterType::kObject, nullptr, "hdrfilm if not given", false, Category::kFilm}, { \
-    "sampler", ParameterType::kObject, nullptr, "independent if not given", false,                 \
+       "start of the exposure; only affects timed_sunsky"},                                        \
+      {"shutter_close", ParameterType::kFloat, "0",                                                \
+       "end of the exposure; only affects timed_sunsky"},                                          \
+      {"film", ParameterType::kObject, nullptr, "film; default: hdrfilm", false, Category::kFilm}, \
+  {                                                                                                \
+    "sampler", ParameterType::kObject, nullptr, "sampler; default: independent", false,            \
         Category::kSampler                                                                         \
   }
 
 inline constexpr const char* kFovAxes[] = {"x", "y", "diagonal", "smaller", "larger"};
 
-/// Rows for cameras with a field of view.
-#define KINOME_FOV_PARAMETERS                                                                   \
-  {"fov", ParameterType::kFloat, nullptr,                                                       \
-   "field of view in degrees along fov_axis; in place of focal_length"},                        \
-      {"focal_length", ParameterType::kString, "50mm", "of a 36 x 24 mm camera, such as 50mm"}, \
-      choice_of("fov_axis", kFovAxes, "x",                                                      \
-                "x, y, diagonal, smaller or larger: the film's side that fov spans")
+/// Parameters of cameras with a field of view.
+#define KINOME_FOV_PARAMETERS                                               \
+  {"fov", ParameterType::kFloat, nullptr,                                   \
+   "field of view in degrees along fov_axis; alternative to focal_length"}, \
+      {"focal_length", ParameterType::kString, "50mm",                      \
+       "focal length for a film of 36 x 24 mm, such as 50mm"},              \
+      choice_of("fov_axis", kFovAxes, "x",                                  \
+                "side of the film that fov spans: x, y, diagonal, smaller or larger")
 
 struct ClipRange {
   float near = 0;
@@ -55,7 +59,7 @@ inline ClipRange read_clip_range(const Properties& props) {
 inline Shutter read_shutter(const Properties& props) {
   const Shutter shutter{props.real("shutter_open"), props.real("shutter_close")};
   if (shutter.close < shutter.open) {
-    throw props.error("shutter_close", "must not come before shutter_open (" +
+    throw props.error("shutter_close", "must not be before shutter_open (" +
                                            std::to_string(shutter.open) + "), got " +
                                            std::to_string(shutter.close));
   }
@@ -66,12 +70,13 @@ inline Transform read_camera_transform(const Properties& props, bool scale_allow
   const Transform to_world = props.transform("to_world");
   if (!to_world.is_invertible()) throw props.error("to_world", "must be invertible");
   if (!scale_allowed && to_world.has_scale()) {
-    throw props.error("to_world", "must not scale: it would change what fov and distances mean");
+    throw props.error("to_world",
+                      "must not scale: fov, clip distances and focus distance would change");
   }
   return to_world;
 }
 
-/// The camera's film or sampler, which the loader supplies where the scene doesn't.
+/// Reads the camera's film or sampler, which the loader adds if the scene has none.
 template <class T>
 std::shared_ptr<T> read_part(const Properties& props, const char* name) {
   auto part = props.object<T>();
@@ -84,8 +89,8 @@ inline float aspect_ratio(const Film& film) {
   return static_cast<float>(film.width()) / static_cast<float>(film.height());
 }
 
-/// Half the width of the picture at depth 1, from fov and fov_axis or focal_length. `aspect` is the
-/// full film's width / height.
+/// Returns half of the image's width at depth 1, from fov and fov_axis or from focal_length.
+/// `aspect` is width / height of the full film.
 inline float read_half_width(const Properties& props, float aspect) {
   const auto from_diagonal = [aspect](double diagonal) {
     return static_cast<float>(diagonal / std::sqrt(1 + 1 / (double{aspect} * aspect)));
@@ -107,7 +112,7 @@ inline float read_half_width(const Properties& props, float aspect) {
     return from_diagonal(kHalfDiagonal / focal_length);
   }
   if (props.has("focal_length")) {
-    throw props.error("focal_length", "can't be given together with fov");
+    throw props.error("focal_length", "can't be combined with 'fov': remove one of them");
   }
   const float fov = props.real("fov");
   if (!(fov > 0 && fov < 180)) {
@@ -122,13 +127,15 @@ inline float read_half_width(const Properties& props, float aspect) {
   return static_cast<float>(along_y ? tangent * aspect : tangent);
 }
 
-/// Maps film positions to the plane at depth 1 (perspective) or to the picture's plane itself.
+/// Maps film positions to the image plane: at depth 1 for perspective cameras, at depth 0 for
+/// orthographic ones.
 struct FilmPlane {
-  Vec2 origin{0.f};  ///< of film position (0, 0), the picture's upper left corner
-  Vec2 step{0.f};    ///< of one pixel
+  Vec2 origin{0.f};  ///< point of film position (0, 0), the image's upper left corner
+  Vec2 step{0.f};    ///< step from pixel to pixel
 
   FilmPlane() = default;
-  /// `half_width` of the full film; `offset` moves the picture's centre, in units of its size.
+  /// `half_width` is that of the full film; `offset` moves the image's centre, in units of its
+  /// size.
   FilmPlane(const Film& film, float half_width, const Vec2& offset = Vec2(0.f)) {
     const double w = film.width();
     const double h = film.height();
@@ -136,7 +143,7 @@ struct FilmPlane {
     origin = Vec2(half_width * (1 - 2.0 * offset.x), half_height * (1 - 2.0 * offset.y));
     step = Vec2(-2 * half_width / w, -2 * half_height / h);
   }
-  /// V is Vec2, or a vector of such (wide::Vec2).
+  /// V is Vec2 or wide::Vec2.
   template <class V>
   V at(const V& film_position) const {
     return V(origin) + V(step) * film_position;
@@ -146,11 +153,11 @@ struct FilmPlane {
   V film_position(const V& p) const {
     return (p - V(origin)) / V(step);
   }
-  /// Of one pixel, on the plane.
+  /// Area of a pixel on the plane.
   float pixel_area() const { return std::abs(step.x * step.y); }
 };
 
-/// Of F: one ray, or a vector of rays.
+/// One ray (F is float) or a vector of rays (F is wide::Float).
 template <class F>
 struct CameraRay {
   wide::VecOf<F> o, d;
@@ -164,22 +171,22 @@ struct CameraRay {
   }
 };
 
-/// The linear part of a camera's transform, and the whole.
-inline Vec3 turn(const Transform& to_world, const Vec3& v) {
+/// Transform a vector or a point, or several (wide::Vec3).
+inline Vec3 transform_vector(const Transform& to_world, const Vec3& v) {
   return to_world.vector(v);
 }
-inline Vec3 place(const Transform& to_world, const Vec3& p) {
+inline Vec3 transform_point(const Transform& to_world, const Vec3& p) {
   return to_world.point(p);
 }
-inline wide::Vec3 turn(const Transform& to_world, const wide::Vec3& v) {
+inline wide::Vec3 transform_vector(const Transform& to_world, const wide::Vec3& v) {
   const Mat4& m = to_world.matrix();
   return wide::Vec3(Vec3(m[0])) * v.x + wide::Vec3(Vec3(m[1])) * v.y + wide::Vec3(Vec3(m[2])) * v.z;
 }
-inline wide::Vec3 place(const Transform& to_world, const wide::Vec3& p) {
-  return turn(to_world, p) + wide::Vec3(Vec3(to_world.matrix()[3]));
+inline wide::Vec3 transform_point(const Transform& to_world, const wide::Vec3& p) {
+  return transform_vector(to_world, p) + wide::Vec3(Vec3(to_world.matrix()[3]));
 }
 
-/// Sensor::sample_ray_block by camera.ray(film_position, aperture) of wide numbers.
+/// Implements Sensor::sample_ray_block by camera.ray(film_position, aperture) with wide::Float.
 template <class Camera>
 void make_rays(const Camera& camera, const Columns2& film_position, const Columns2& aperture,
                size_t count, RayHit16* out) {
@@ -195,7 +202,7 @@ void make_rays(const Camera& camera, const Columns2& film_position, const Column
   });
 }
 
-/// Of F: SensorConnection, one or a vector of them.
+/// One SensorConnection (F is float) or a vector of them (F is wide::Float).
 template <class F>
 struct Connection {
   wide::Vec2Of<F> film_position;
@@ -209,7 +216,7 @@ struct Connection {
   }
 };
 
-/// Sensor::connect_block by camera.connection(p, aperture) of wide numbers.
+/// Implements Sensor::connect_block by camera.connection(p, aperture) with wide::Float.
 template <class Camera>
 void make_connections(const Camera& camera, const Columns3& p, const Columns2& aperture,
                       size_t count, const ConnectionBlock& out) {
@@ -229,8 +236,9 @@ auto contains(const Rect& pixels, const V2& p) {
          p.y >= static_cast<float>(pixels.y0) && p.y < static_cast<float>(pixels.y1);
 }
 
-/// Sensor::connect by a point of the lens, at depth 0; p and the lens in the camera's frame. The
-/// picture shows p at `on_plane`. A pixel's solid angle is its area on the plane times cos³.
+/// Implements Sensor::connect for a point of the lens, at depth 0. `p` and `lens` are in the
+/// camera's frame, and `on_plane` is the image of p on the plane at depth 1. A pixel's solid angle
+/// is its area on the plane times cos³.
 template <class V, class V2>
 Connection<wide::NumberOf<V>> connect_to_lens(const V& p, const V& lens, const V2& on_plane,
                                               const FilmPlane& plane, const ClipRange& clip,
@@ -242,13 +250,14 @@ Connection<wide::NumberOf<V>> connect_to_lens(const V& p, const V& lens, const V
   const F distance2 = dot(to_lens, to_lens);
   const F distance = sqrt(distance2);
   const F cosine = p.z / distance;
-  return {film_position, normalize(turn(to_world, to_lens)), distance - clip.near / cosine,
+  return {film_position, normalize(transform_vector(to_world, to_lens)),
+          distance - clip.near / cosine,
           1.f / (plane.pixel_area() * cosine * cosine * cosine * distance2),
           p.z >= clip.near && p.z <= clip.far && contains(film.sampled(), film_position)};
 }
 
-/// Base of cameras that are formulas over numbers F, float or wide::Float: it makes of them the
-/// functions for points and for blocks. Self has
+/// Base of cameras that are formulas over a number type F, float or wide::Float. Implements the
+/// scalar and the block functions of Sensor. Self must provide
 ///
 ///     template <class F>
 ///     CameraRay<F> ray(const wide::Vec2Of<F>& position, const wide::Vec2Of<F>& aperture) const;

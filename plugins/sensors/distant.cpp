@@ -1,5 +1,5 @@
-// What leaves the scene in one direction, averaged: over the cross section of the sphere around it,
-// at one point, or over a shape that is no part of the scene.
+// Mean radiance that leaves the scene in one direction: over the cross section of the scene's
+// bounding sphere, at one point, or over a shape that isn't part of the scene.
 //
 //   <sensor type="distant">
 //     <vector name="direction" x="0" y="0" z="-1"/>
@@ -17,11 +17,14 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"to_world", ParameterType::kTransform, "identity", "sensor to world; looks along +Z"},
-    {"direction", ParameterType::kVector, nullptr, "of the rays, in place of to_world"},
-    {"target", ParameterType::kVector, nullptr, "point that all rays go to; or the nested shape"},
-    {"shape", ParameterType::kObject, nullptr, "that rays go to, evenly over its area", false,
-     Category::kShape},
+    {"to_world", ParameterType::kTransform, "identity",
+     "transform from sensor to world; rays travel along +Z"},
+    {"direction", ParameterType::kVector, nullptr,
+     "direction in which rays travel; alternative to to_world"},
+    {"target", ParameterType::kVector, nullptr,
+     "point that all rays go through; alternative to the nested shape"},
+    {"shape", ParameterType::kObject, nullptr,
+     "shape that rays go through, uniformly over its area", false, Category::kShape},
     KINOME_SENSOR_PARAMETERS,
 };
 
@@ -34,14 +37,14 @@ class Distant final : public Sensor {
     check_film_of_one_pixel(props, *film_);
     if (props.has("direction")) {
       if (props.has("to_world")) {
-        throw props.error("direction", "can't be given together with to_world");
+        throw props.error("direction", "can't be combined with 'to_world': remove one of them");
       }
       frame_ = Frame::from_normal(read_direction(props, "direction"));
     } else {
       const Transform to_world = read_camera_transform(props, true);
       frame_ = Frame::from_normal(glm::normalize(to_world.vector(Vec3(0, 0, 1))));
     }
-    // The shape may be called target, too; a point beside it is left unread, which is an error.
+    // The shape may be named target, too. A point in addition to it isn't read, and thus an error.
     if (!shape_ && props.has("target")) target_ = props.vector("target");
   }
 
@@ -59,8 +62,8 @@ class Distant final : public Sensor {
     ray.tmin = 0;
     ray.tmax = kInfinity;
     if (shape_ || target_) {
-      const Vec3 place = shape_ ? shape_->sample_surface(aperture).p : *target_;
-      ray.o = place - ray.d * (2 * radius_);  // outside of the scene, if the place is in it
+      const Vec3 target = shape_ ? shape_->sample_surface(aperture).p : *target_;
+      ray.o = target - ray.d * (2 * radius_);  // outside the scene if the target is inside
     } else {
       const Vec2 p = square_to_disk_concentric(aperture) * radius_;
       ray.o = centre_ + frame_.s * p.x + frame_.t * p.y - ray.d * radius_;
@@ -72,7 +75,7 @@ class Distant final : public Sensor {
   Frame frame_;
   std::shared_ptr<Shape> shape_;
   std::optional<Vec3> target_;
-  Vec3 centre_{0.f};  ///< of the sphere around the scene
+  Vec3 centre_{0.f};  ///< centre of the scene's bounding sphere
   float radius_ = 1;
 };
 
@@ -80,4 +83,4 @@ class Distant final : public Sensor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Distant, kinome::Category::kSensor, "distant",
-              "What leaves the scene in one direction.", kinome::kTable);
+              "Mean radiance that leaves the scene in one direction.", kinome::kTable);

@@ -1,5 +1,5 @@
-// Irradiance of a shape, which it is nested in: power that arrives, per area, averaged over it. A
-// film of several pixels divides the square that the shape's points are made of.
+// Mean irradiance of the shape in which it is nested: incident power per area. If the film has
+// several pixels, they divide the unit square from which points of the shape are sampled.
 //
 //   <shape type="rectangle">
 //     <sensor type="irradiancemeter">
@@ -27,13 +27,13 @@ class IrradianceMeter final : public Sensor {
     shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
-    // Directions are drawn by their cosine: density cosine / pi.
+    // Directions are sampled with density cosine / pi.
     film_->set_response(std::numbers::pi_v<float>);
   }
 
   bool is_surface() const override { return true; }
   void attach(const Shape& shape) override {
-    if (shape_) throw Error("an irradiancemeter can be part of one shape alone");
+    if (shape_) throw Error("an irradiancemeter must be nested in a single shape");
     shape_ = &shape;
   }
   bool needs_aperture_sample() const override { return true; }
@@ -51,11 +51,11 @@ class IrradianceMeter final : public Sensor {
   }
 
  private:
-  const Shape* shape_ = nullptr;  ///< it is part of; set before it is used
+  const Shape* shape_ = nullptr;  ///< the enclosing shape; set by attach()
 };
 
 }  // namespace
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::IrradianceMeter, kinome::Category::kSensor, "irradiancemeter",
-              "Irradiance of the shape that it is nested in.", kinome::kTable);
+              "Mean irradiance of the shape in which it is nested.", kinome::kTable);

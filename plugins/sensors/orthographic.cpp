@@ -1,5 +1,5 @@
-// Camera with parallel rays. The picture spans [-1, 1] in x of the camera's frame, and as much of y
-// as its aspect ratio gives; to_world may scale it.
+// Camera with parallel rays. The image spans [-1, 1] in x of the camera's frame; its extent in y
+// follows from the aspect ratio. to_world may scale it.
 //
 //   <sensor type="orthographic">
 //     <transform name="to_world">
@@ -31,11 +31,12 @@ class Orthographic final : public FormulaSensor<Orthographic> {
     const Vec3 axis = to_world_.vector(Vec3(0, 0, 1));
     scale_ = glm::length(axis);
     direction_ = axis / scale_;
-    // Across the rays, whatever to_world does to the picture's plane.
+    // The area perpendicular to the rays, because to_world may shear the image plane.
     const Vec3 x = to_world_.vector(Vec3(1, 0, 0)), y = to_world_.vector(Vec3(0, 1, 0));
     inverse_pixel_area_ =
         1 / (plane_.pixel_area() * std::abs(glm::dot(glm::cross(x, y), direction_)));
-    // As in Mitsuba, to_world scales the near plane's depth, and not the distance between both.
+    // As in Mitsuba, to_world scales the depth of the near plane, but not the distance between both
+    // planes.
     near_ = clip.near * scale_;
     far_ = near_ + (clip.far - clip.near);
   }
@@ -44,13 +45,14 @@ class Orthographic final : public FormulaSensor<Orthographic> {
   CameraRay<F> ray(const wide::Vec2Of<F>& film_position, const wide::Vec2Of<F>&) const {
     using wide::VecOf;
     const auto p = plane_.at(film_position);
-    return {place(to_world_, VecOf<F>(p.x, p.y, F(0.f))), VecOf<F>(direction_), F(near_), F(far_)};
+    return {transform_point(to_world_, VecOf<F>(p.x, p.y, F(0.f))), VecOf<F>(direction_), F(near_),
+            F(far_)};
   }
 
   template <class F>
   Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>&) const {
     using namespace wide::formulas;
-    const VecOf<F> local = place(to_camera_, p);
+    const VecOf<F> local = transform_point(to_camera_, p);
     const F distance = local.z * scale_;
     const auto film_position = plane_.film_position(Vec2Of<F>(local.x, local.y));
     return {film_position, VecOf<F>(-direction_), distance - near_, F(inverse_pixel_area_),
@@ -62,7 +64,7 @@ class Orthographic final : public FormulaSensor<Orthographic> {
   Transform to_camera_;
   FilmPlane plane_;
   Vec3 direction_{0, 0, 1};
-  float scale_ = 1;  ///< length of a unit of depth
+  float scale_ = 1;  ///< length of a unit of depth in the world
   float inverse_pixel_area_ = 1;
   float near_ = 0;
   float far_ = 0;

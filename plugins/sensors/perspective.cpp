@@ -17,8 +17,9 @@ const Parameter kTable[] = {
     KINOME_CAMERA_PARAMETERS,
     KINOME_FOV_PARAMETERS,
     {"principal_point_offset_x", ParameterType::kFloat, "0",
-     "moves the picture's centre, in units of its width"},
-    {"principal_point_offset_y", ParameterType::kFloat, "0", "the same, of its height"},
+     "horizontal offset of the image's centre, in units of the width"},
+    {"principal_point_offset_y", ParameterType::kFloat, "0",
+     "vertical offset of the image's centre, in units of the height"},
     ignored_row("focus_distance", ParameterType::kFloat, "a pinhole camera is sharp everywhere"),
 };
 
@@ -42,14 +43,14 @@ class Perspective final : public FormulaSensor<Perspective> {
     using namespace wide::formulas;
     const auto p = plane_.at(film_position);
     const F length = sqrt(p.x * p.x + p.y * p.y + 1.f);
-    return {VecOf<F>(origin_), normalize(turn(to_world_, VecOf<F>(p.x, p.y, F(1.f)))),
+    return {VecOf<F>(origin_), normalize(transform_vector(to_world_, VecOf<F>(p.x, p.y, F(1.f)))),
             clip_.near * length, clip_.far * length};
   }
 
   template <class F>
   Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>&) const {
     using namespace wide::formulas;
-    const VecOf<F> local = place(to_camera_, p);
+    const VecOf<F> local = transform_point(to_camera_, p);
     return connect_to_lens(local, VecOf<F>(F(0.f)),
                            Vec2Of<F>(local.x / local.z, local.y / local.z), plane_, clip_,
                            *film_, to_world_);

@@ -14,9 +14,10 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"to_world", ParameterType::kTransform, "identity", "sensor to world; looks along +Z"},
-    {"origin", ParameterType::kVector, nullptr, "of the ray, in place of to_world"},
-    {"direction", ParameterType::kVector, nullptr, "of the ray, in place of to_world"},
+    {"to_world", ParameterType::kTransform, "identity",
+     "transform from sensor to world; the ray travels along +Z"},
+    {"origin", ParameterType::kVector, nullptr, "origin of the ray; alternative to to_world"},
+    {"direction", ParameterType::kVector, nullptr, "direction of the ray; alternative to to_world"},
     KINOME_SENSOR_PARAMETERS,
 };
 
@@ -31,11 +32,12 @@ class RadianceMeter final : public Sensor {
     ray_.tmax = kInfinity;
     if (props.has("origin") != props.has("direction")) {
       throw props.error(props.has("origin") ? "origin" : "direction",
-                        "needs the other one of origin and direction");
+                        "requires both origin and direction");
     }
     if (props.has("origin")) {
       if (props.has("to_world")) {
-        throw props.error("to_world", "can't be given together with origin and direction");
+        throw props.error("to_world",
+                          "can't be combined with 'origin' and 'direction'");
       }
       ray_.o = props.vector("origin");
       ray_.d = read_direction(props, "direction");

@@ -1,4 +1,4 @@
-// Camera with a thin lens: what lies at the depth `focus_distance` is sharp.
+// Camera with a thin lens: points at the depth `focus_distance` are in focus.
 //
 //   <sensor type="thinlens">
 //     <float name="fov" value="40"/>
@@ -17,9 +17,9 @@ namespace {
 const Parameter kTable[] = {
     KINOME_CAMERA_PARAMETERS,
     KINOME_FOV_PARAMETERS,
-    {"aperture_radius", ParameterType::kFloat, nullptr, "of the lens, scene units", true},
+    {"aperture_radius", ParameterType::kFloat, nullptr, "radius of the lens, in scene units", true},
     {"focus_distance", ParameterType::kFloat, nullptr,
-     "depth that is sharp; far_clip if not given"},
+     "depth of the plane in focus; default: far_clip"},
 };
 
 class ThinLens final : public FormulaSensor<ThinLens> {
@@ -43,8 +43,8 @@ class ThinLens final : public FormulaSensor<ThinLens> {
     const auto lens = aperture_radius_ * warp::square_to_disk_concentric(aperture);
     const auto sharp = focus_distance_ * plane_.at(film_position);
     const VecOf<F> d = normalize(VecOf<F>(sharp.x - lens.x, sharp.y - lens.y, F(focus_distance_)));
-    return {place(to_world_, VecOf<F>(lens.x, lens.y, F(0.f))), normalize(turn(to_world_, d)),
-            clip_.near / d.z, clip_.far / d.z};
+    return {transform_point(to_world_, VecOf<F>(lens.x, lens.y, F(0.f))),
+            normalize(transform_vector(to_world_, d)), clip_.near / d.z, clip_.far / d.z};
   }
   bool needs_aperture_sample() const override { return true; }
 
@@ -52,9 +52,9 @@ class ThinLens final : public FormulaSensor<ThinLens> {
   Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>& aperture) const {
     using namespace wide::formulas;
     using V2 = Vec2Of<F>;
-    const VecOf<F> local = place(to_camera_, p);
+    const VecOf<F> local = transform_point(to_camera_, p);
     const V2 lens = aperture_radius_ * warp::square_to_disk_concentric(aperture);
-    // At depth 1, of the ray from the lens's centre that is sharp at the same place.
+    // The intersection with depth 1 of the ray from the lens's centre to the same point in focus.
     const V2 on_plane = (V2(local.x, local.y) - lens) / local.z + lens / focus_distance_;
     return connect_to_lens(local, VecOf<F>(lens.x, lens.y, F(0.f)), on_plane, plane_, clip_,
                            *film_, to_world_);

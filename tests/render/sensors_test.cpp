@@ -148,10 +148,10 @@ TEST(Sensors, OfTheWrongKindOrFilmAreRefused) {
   refuses("<sensor type=\"distant\">" + film_xml(2, 2) + "</sensor>", "must have one pixel");
   refuses("<sensor type=\"radiancemeter\"><point name=\"origin\" value=\"1\"/>" + film_xml(1, 1) +
               "</sensor>",
-          "needs the other one");
+          "requires both origin and direction");
   refuses("<sensor type=\"batch\"><sensor type=\"perspective\"/><sensor type=\"perspective\"/>" +
               film_xml(3, 2) + "</sensor>",
-          "must have a width that its 2 sensors divide, got 3");
+          "must have a width that is a multiple of 2, the number of sensors, got 3");
   refuses("<sensor type=\"batch\"/>", "needs a nested sensor");
 }
 

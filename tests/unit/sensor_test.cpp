@@ -85,7 +85,8 @@ TEST(Sensor, RefusesWhatItCannotBe) {
   const std::string scale = "<transform name=\"to_world\"><scale value=\"2\"/></transform>";
   expect_error("perspective", number("fov", "0"), "fov");
   expect_error("perspective", number("fov", "180"), "fov");
-  expect_error("perspective", number("fov", "30") + text("focal_length", "50mm"), "together");
+  expect_error("perspective", number("fov", "30") + text("focal_length", "50mm"),
+               "can't be combined with 'fov'");
   expect_error("perspective", text("focal_length", "wide"), "focal_length");
   expect_error("perspective", text("focal_length", "-3mm"), "focal_length");
   expect_error("perspective", number("fov", "30") + text("fov_axis", "z"), "fov_axis");
