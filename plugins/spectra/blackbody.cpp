@@ -1,5 +1,5 @@
-// Light of a glowing body, by Planck's law. Mitsuba's RGB variants refuse to render with it; here
-// it becomes the colour that its spectral variants show, in W / (m² sr nm).
+// Emission of a black body, by Planck's law. Converted to the colour that Mitsuba's spectral
+// variants show, in W / (m² sr nm). (Mitsuba's RGB variants don't support it.)
 //
 //   <spectrum type="blackbody" name="radiance"><float name="temperature" value="5000"/></spectrum>
 
@@ -9,10 +9,12 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"temperature", ParameterType::kFloat, nullptr, "kelvin, from 100 to 1e6", true},
-    {"scale", ParameterType::kFloat, "1", "factor; not negative, as in Mitsuba 0.6"},
-    {"wavelength_min", ParameterType::kFloat, "360", "nm; shorter waves are left out"},
-    {"wavelength_max", ParameterType::kFloat, "830", "nm; longer waves are left out"},
+    {"temperature", ParameterType::kFloat, nullptr, "temperature in kelvin, from 100 to 1e6", true},
+    {"scale", ParameterType::kFloat, "1", "factor on the radiance; not negative"},
+    {"wavelength_min", ParameterType::kFloat, "360",
+     "shortest wavelength in nm; there is no emission below it"},
+    {"wavelength_max", ParameterType::kFloat, "830",
+     "longest wavelength in nm; there is no emission above it"},
 };
 
 class BlackBody final : public SpectrumColor {
@@ -24,7 +26,7 @@ class BlackBody final : public SpectrumColor {
     const float temperature = props.real("temperature");
     if (!(temperature >= 100 && temperature <= 1e6f)) {
       throw props.error("temperature",
-                        "must lie in [100, 1e6] kelvin, got " + std::to_string(temperature));
+                        "must be between 100 and 1e6 kelvin, got " + std::to_string(temperature));
     }
     const float shortest = props.real("wavelength_min"), longest = props.real("wavelength_max");
     if (!(shortest < longest)) {
@@ -45,4 +47,4 @@ class BlackBody final : public SpectrumColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::BlackBody, kinome::Category::kTexture, "blackbody",
-              "Light of a glowing body.", kinome::kTable);
+              "Emission of a black body of a given temperature.", kinome::kTable);

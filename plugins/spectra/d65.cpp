@@ -1,6 +1,5 @@
-// Daylight (D65): in RGB white, times a factor and a colour; or the texture that is nested in it,
-// whose colours are meant to be seen as light of that white. As in Mitsuba 3, `scale` means nothing
-// to a nested texture.
+// Daylight (D65), which is white in RGB, times a factor and a colour. With a nested texture, its
+// colours are used unchanged as emission relative to D65. As in Mitsuba 3, `scale` is ignored then.
 //
 //   <spectrum type="d65" name="radiance"><float name="scale" value="2"/></spectrum>
 
@@ -10,9 +9,9 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"color", ParameterType::kColorTexture, "1", "linear Rec.709"},
-    {"scale", ParameterType::kFloat, "1", "factor of the colour; not negative"},
-    {"texture", ParameterType::kObject, nullptr, "in place of color and scale", false,
+    {"color", ParameterType::kColorTexture, "1", "colour in linear Rec.709"},
+    {"scale", ParameterType::kFloat, "1", "factor on the colour; not negative"},
+    {"texture", ParameterType::kObject, nullptr, "texture; alternative to color and scale", false,
      Category::kTexture},
 };
 
@@ -24,7 +23,7 @@ class Daylight final : public OneColor {
   static std::shared_ptr<Texture> read(const Properties& props) {
     const float scale = not_negative(props, "scale", Rgb(props.real("scale"))).x;
     if (const auto texture = props.object<Texture>()) {
-      if (scale != 1) props.warn("scale", "means nothing beside a texture, as in Mitsuba 3");
+      if (scale != 1) props.warn("scale", "is ignored with a texture, as in Mitsuba 3");
       return texture;
     }
     const Rgb color = props.texture("color")->mean();
@@ -36,4 +35,4 @@ class Daylight final : public OneColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Daylight, kinome::Category::kTexture, "d65",
-              "Daylight: white, times a colour; or a texture as light.", kinome::kTable);
+              "Daylight: white times a colour, or a texture used as emission.", kinome::kTable);

@@ -1,5 +1,5 @@
-// A spectrum given by values at any wavelengths. Mitsuba's RGB variants read it, but refuse to render
-// with it; here it becomes the colour that a <spectrum> by wavelengths becomes.
+// A spectrum given by values at arbitrary wavelengths. Converted to a colour like a <spectrum> with
+// wavelengths. (Mitsuba's RGB variants read it, but can't render with it.)
 //
 //   <spectrum type="irregular" name="radiance">
 //     <string name="wavelengths" value="400, 500, 700"/>
@@ -12,8 +12,9 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"wavelengths", ParameterType::kString, nullptr, "two or more numbers that increase, nm", true},
-    {"values", ParameterType::kString, nullptr, "as many numbers", true},
+    {"wavelengths", ParameterType::kString, nullptr,
+     "two or more wavelengths in nm, in increasing order", true},
+    {"values", ParameterType::kString, nullptr, "values at these wavelengths", true},
 };
 
 class IrregularSpectrum final : public SpectrumColor {
@@ -32,4 +33,4 @@ class IrregularSpectrum final : public SpectrumColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::IrregularSpectrum, kinome::Category::kTexture, "irregular",
-              "A spectrum given by values at any wavelengths.", kinome::kTable);
+              "A spectrum given by values at arbitrary wavelengths.", kinome::kTable);

@@ -7,12 +7,12 @@
 
 namespace kinome {
 
-/// Base of textures that are one colour everywhere, or another texture. What Mitsuba calls spectra
-/// are such textures: in RGB, nothing else is left of them.
+/// Base of textures that are a single colour, or forward to another texture. Mitsuba's spectra are
+/// such textures, because they reduce to colours in RGB.
 class OneColor : public Texture {
  public:
   explicit OneColor(const Rgb& color) : OneColor(color, color) {}
-  /// A spectrum, by its colours as a reflectance and as light.
+  /// A spectrum, given by its colours as a reflectance and as emission.
   OneColor(const Rgb& reflectance, const Rgb& emission)
       : color_(make_uniform_texture(reflectance)), emission_(emission) {}
   explicit OneColor(std::shared_ptr<Texture> other)
@@ -52,11 +52,11 @@ class OneColor : public Texture {
   Rgb emission_;
 };
 
-/// A number, or a colour, that is not negative.
+/// Returns a number or colour, or throws if it is negative.
 inline Rgb not_negative(const Properties& props, const char* name, const Rgb& value) {
-  const float least = std::min({value.x, value.y, value.z});
-  if (least >= 0) return value;
-  throw props.error(name, "must not be negative, got " + std::to_string(least));
+  const float min_value = std::min({value.x, value.y, value.z});
+  if (min_value >= 0) return value;
+  throw props.error(name, "must not be negative, got " + std::to_string(min_value));
 }
 
 }  // namespace kinome

@@ -1,4 +1,4 @@
-// One number or three, which are taken as they are, whatever they measure.
+// One number or three, used without any conversion.
 //
 //   <texture type="rawconstant" name="alpha"><float name="value" value="0.3"/></texture>
 //   <texture type="rawconstant" name="eta"><vector name="value" value="0.2 0.9 1.1"/></texture>
@@ -9,7 +9,7 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"value", ParameterType::kColorTexture, nullptr, "a float, or a vector of three", true},
+    {"value", ParameterType::kColorTexture, nullptr, "a float, or a vector of three floats", true},
 };
 
 class RawConstant final : public OneColor {
@@ -19,7 +19,9 @@ class RawConstant final : public OneColor {
  private:
   static Rgb read(const Properties& props) {
     const auto value = props.texture("value");
-    if (!value->is_uniform()) throw props.error("value", "must be numbers, got a texture");
+    if (!value->is_uniform()) {
+      throw props.error("value", "must be one number or three, got a texture");
+    }
     return value->mean();
   }
 };
@@ -28,4 +30,4 @@ class RawConstant final : public OneColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::RawConstant, kinome::Category::kTexture, "rawconstant",
-              "One number or three, taken as they are.", kinome::kTable);
+              "One number or three, used without conversion.", kinome::kTable);

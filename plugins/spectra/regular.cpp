@@ -1,5 +1,5 @@
-// A spectrum given by values at equally spaced wavelengths. Mitsuba's RGB variants read it, but refuse to render
-// with it; here it becomes the colour that a <spectrum> by wavelengths becomes.
+// A spectrum given by values at equally spaced wavelengths. Converted to a colour like a <spectrum>
+// with wavelengths. (Mitsuba's RGB variants read it, but can't render with it.)
 //
 //   <spectrum type="regular" name="radiance">
 //     <float name="wavelength_min" value="400"/>
@@ -13,9 +13,10 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"wavelength_min", ParameterType::kFloat, nullptr, "of the first value, nm", true},
-    {"wavelength_max", ParameterType::kFloat, nullptr, "of the last, nm", true},
-    {"values", ParameterType::kString, nullptr, "two or more numbers", true},
+    {"wavelength_min", ParameterType::kFloat, nullptr, "wavelength of the first value, in nm",
+     true},
+    {"wavelength_max", ParameterType::kFloat, nullptr, "wavelength of the last value, in nm", true},
+    {"values", ParameterType::kString, nullptr, "two or more values", true},
 };
 
 class RegularSpectrum final : public SpectrumColor {

@@ -6,20 +6,20 @@
 
 namespace kinome {
 
-/// Base of spectra by wavelengths.
+/// Base of spectra that are given by wavelengths.
 class SpectrumColor : public OneColor {
  public:
   explicit SpectrumColor(const Spectrum& spectrum)
       : OneColor(reflectance_color(spectrum), emission_color(spectrum)) {}
 };
 
-/// What `read` returns; its Error gets the place of parameter `name`.
+/// Returns read(). If it throws an Error, rethrows it with the location of parameter `name`.
 template <class Read>
 Spectrum read_spectrum(const Properties& props, const char* name, const Read& read) {
   try {
     return read();
   } catch (const Error& error) {
-    throw props.error(name, "is no spectrum: " + error.message());
+    throw props.error(name, "is not a valid spectrum: " + error.message());
   }
 }
 

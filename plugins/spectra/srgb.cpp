@@ -1,4 +1,4 @@
-// A colour of linear Rec.709, as <rgb> gives it.
+// A colour in linear Rec.709, like <rgb>.
 //
 //   <spectrum type="srgb" name="reflectance"><rgb name="color" value="0.2 0.5 0.8"/></spectrum>
 
@@ -8,8 +8,8 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"color", ParameterType::kColorTexture, nullptr, "linear Rec.709", true},
-    {"unbounded", ParameterType::kBoolean, "false", "allows more than 1"},
+    {"color", ParameterType::kColorTexture, nullptr, "colour in linear Rec.709", true},
+    {"unbounded", ParameterType::kBoolean, "false", "allow values above 1"},
 };
 
 class SrgbSpectrum final : public OneColor {
@@ -19,10 +19,10 @@ class SrgbSpectrum final : public OneColor {
  private:
   static Rgb read(const Properties& props) {
     const auto color = props.texture("color");
-    if (!color->is_uniform()) throw props.error("color", "must be a color, got a texture");
+    if (!color->is_uniform()) throw props.error("color", "must be a colour, got a texture");
     const Rgb value = not_negative(props, "color", color->mean());
     if (!props.boolean("unbounded") && color->max() > 1) {
-      throw props.error("color", "must lie in [0, 1], got " + std::to_string(color->max()));
+      throw props.error("color", "must be between 0 and 1, got " + std::to_string(color->max()));
     }
     return value;
   }
@@ -32,4 +32,4 @@ class SrgbSpectrum final : public OneColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::SrgbSpectrum, kinome::Category::kTexture, "srgb",
-              "A colour of linear Rec.709.", kinome::kTable);
+              "A colour in linear Rec.709.", kinome::kTable);

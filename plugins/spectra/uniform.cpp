@@ -1,5 +1,5 @@
-// A spectrum that is the same at all wavelengths: in RGB white times its value, also where it is
-// light, unlike <spectrum value="1"/>, which as light is of equal energy.
+// A spectrum that is the same at all wavelengths: in RGB, white times its value. That holds for
+// emission, too, unlike <spectrum value="1"/>, whose emission is the colour of equal energy.
 //
 //   <spectrum type="uniform" name="reflectance"><float name="value" value="0.3"/></spectrum>
 
@@ -9,7 +9,7 @@ namespace kinome {
 namespace {
 
 const Parameter kTable[] = {
-    {"value", ParameterType::kFloat, nullptr, "at all wavelengths; not negative", true},
+    {"value", ParameterType::kFloat, nullptr, "value at all wavelengths; not negative", true},
     ignored_row("wavelength_min", ParameterType::kFloat, "RGB has no wavelengths"),
     ignored_row("wavelength_max", ParameterType::kFloat, "RGB has no wavelengths"),
 };
@@ -24,4 +24,4 @@ class UniformSpectrum final : public OneColor {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::UniformSpectrum, kinome::Category::kTexture, "uniform",
-              "White, times a number.", kinome::kTable);
+              "White times a number.", kinome::kTable);

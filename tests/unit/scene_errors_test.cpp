@@ -191,16 +191,17 @@ const Wrong kWrong[] = {
      "<emitter type='point'><spectrum type='irregular' name='intensity'>"
      "<string name='wavelengths' value='400 500'/>^<string name='values' value='1 2 3'/>"
      "</spectrum></emitter>",
-     "'values' is no spectrum: a spectrum needs as many values as wavelengths, got 3 and 2"},
+     "'values' is not a valid spectrum: a spectrum needs as many values as "
+     "wavelengths, got 3 and 2"},
     {"SpectrumThatShrinks",
      "<emitter type='point'><spectrum type='regular' name='intensity'>"
      "<float name='wavelength_min' value='700'/><float name='wavelength_max' value='400'/>"
      "^<string name='values' value='1 2 3'/></spectrum></emitter>",
-     "'values' is no spectrum: wavelengths must increase"},
+     "'values' is not a valid spectrum: wavelengths must increase"},
     {"SrgbAboveOne",
      "<bsdf type='diffuse' id='b'><spectrum type='srgb' name='reflectance'>"
      "^<rgb name='color' value='2 0 0'/></spectrum></bsdf><ref id='b'/>",
-     "'color' must lie in [0, 1], got 2"},
+     "'color' must be between 0 and 1, got 2"},
     {"SpectrumOfNothing", "<bsdf type='diffuse'>^<spectrum name='reflectance'/></bsdf>",
      "<spectrum> needs one of the attributes 'value' and 'filename'"},
     {"SpectrumOfBoth",
