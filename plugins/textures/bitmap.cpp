@@ -8,10 +8,10 @@
 #include "stored_image.h"
 #include "to_uv.h"
 
-/// An image over (u, v), as Mitsuba 3's: row 0 lies at v = 0, texel (i, j) is centred at
-/// ((i + .5) / width, (j + .5) / height). 8- and 16-bit images are decoded from sRGB before any
-/// interpolation, unless `raw`. An EXR's colour is that of the part or layer which has one, in linear
-/// Rec.709 whatever its `chromaticities`, and also if it is stored as XYZ or as luminance with
+/// An image over (u, v), as in Mitsuba 3: row 0 is at v = 0, and texel (i, j) is centred at
+/// ((i + .5) / width, (j + .5) / height). 8- and 16-bit images are decoded from sRGB before
+/// interpolation, unless `raw` is set. The colour of an EXR is that of its part or layer with
+/// colour, converted to linear Rec.709 from its `chromaticities`, from XYZ, or from luminance with
 /// chroma, `raw` or not. Alpha is dropped. NaN becomes 0, with a warning.
 ///
 ///     <texture type="bitmap" name="diffuse_reflectance">
@@ -27,16 +27,17 @@ constexpr const char* kWraps[] = {"repeat", "mirror", "clamp"};
 constexpr Parameter kParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
      "OpenEXR (XYZ, luminance with chroma, and other primaries are converted to Rec.709), PFM, "
-     "PNG, JPEG, Radiance (HDR), or anything that OpenImageIO reads (TIFF, TGA, ...)",
+     "PNG, JPEG, Radiance (HDR), or any format that OpenImageIO reads (TIFF, TGA, ...)",
      true},
     {"data", ParameterType::kImage, nullptr,
-     "pixels that a program gives in place of the file: linear, of one or three channels"},
-    choice_of("filter_type", kFilters, "bilinear", "bilinear or nearest"),
-    choice_of("wrap_mode", kWraps, "repeat", "outside [0,1]: repeat, mirror or clamp"),
-    {"raw", ParameterType::kBoolean, "false", "numbers, not colours: no sRGB decoding"},
+     "pixels from a program, instead of the file: linear, with one or three channels"},
+    choice_of("filter_type", kFilters, "bilinear", "interpolation: bilinear or nearest"),
+    choice_of("wrap_mode", kWraps, "repeat", "texels outside [0,1]: repeat, mirror or clamp"),
+    {"raw", ParameterType::kBoolean, "false",
+     "use the values without sRGB decoding, for data other than colours"},
     ignored_row("format", ParameterType::kString, "texels have the precision of their file"),
-    ignored_row("accel", ParameterType::kBoolean, "it chooses texture units of graphics cards"),
-    {"to_uv", ParameterType::kTransform, "identity", "from surface to image coordinates"},
+    ignored_row("accel", ParameterType::kBoolean, "it selects texture units of graphics cards"),
+    {"to_uv", ParameterType::kTransform, "identity", "transform from surface to image coordinates"},
 };
 
 enum class Filter { kBilinear, kNearest };
@@ -61,7 +62,7 @@ class Bitmap final : public Texture {
       }
     }
     summarise();
-    // Three channels are read as four bytes.
+    // Padding, because three channels are loaded as four bytes.
     if (!image_.bytes.empty()) image_.bytes.insert(image_.bytes.end(), 3, 0);
   }
 
@@ -102,7 +103,7 @@ class Bitmap final : public Texture {
            at.wy * ((1.f - at.wx) * texel(at.i, at.j + 1) + at.wx * texel(at.i + 1, at.j + 1));
   }
 
-  /// Of four texels, the first, and how far the place lies towards the others.
+  /// The first of four texels, and the weights of the position between them.
   template <class F>
   struct Corner {
     Corner(const F& x, const F& y) {
@@ -123,11 +124,12 @@ class Bitmap final : public Texture {
     const Corner<F> at(reduced(p.x) * width, reduced(p.y) * height);
     const RgbOf<F> a = texel(at.i, at.j), b = texel(at.i + 1, at.j);
     const RgbOf<F> c = texel(at.i, at.j + 1), d = texel(at.i + 1, at.j + 1);
-    // A texel's width further.
+    // Differences per texel.
     const F along_x = number_of((1.f - at.wy) * (b - a) + at.wy * (d - c));
     const F along_y = number_of((1.f - at.wx) * (c - a) + at.wx * (d - b));
-    // Mitsuba takes the texels' size to be along u and v, which it is where to_uv doesn't turn the
-    // image, or its sides are equal; bumps are made to look right there.
+    // As in Mitsuba, width and height are applied along u and v. This is only exact if to_uv
+    // doesn't rotate the image or the image is square, but scenes are designed to look right in
+    // Mitsuba.
     const Mat4& m = to_uv_.matrix();
     return {width * (m[0][0] * along_x + m[0][1] * along_y),
             height * (m[1][0] * along_x + m[1][1] * along_y)};
@@ -138,7 +140,8 @@ class Bitmap final : public Texture {
     return image_.channels == 1 ? color.x : luminance(color);
   }
 
-  /// The coordinate in few periods around [0, 1], so that it fits an int; NaN becomes 0.
+  /// Reduces a coordinate to at most two periods, so that texel indices fit in an int. NaN becomes
+  /// 0.
   template <class F>
   F reduced(const F& u) const {
     F r = clamp(u, F(-1.f), F(2.f));
@@ -147,7 +150,7 @@ class Bitmap final : public Texture {
     return select(is_finite(u), r, F(0.f));
   }
 
-  /// Of a coordinate at most one texel outside of a reduced() one.
+  /// Wraps an index that is at most one texel outside the range of reduced() coordinates.
   template <class I>
   I wrapped(const I& i, int size) const {
     if (wrap_ == Wrap::kClamp) return clamp(i, I(0), I(size - 1));
@@ -187,12 +190,12 @@ class Bitmap final : public Texture {
                : wide::Rgb(r, decode(shift_right<8>(bytes)), decode(shift_right<16>(bytes)));
   }
 
-  /// Wide numbers have indices of 31 bits.
+  /// True if indices fit in the 31 bits of wide::Int.
   bool has_short_indices() const {
     return std::max(image_.bytes.size(), image_.floats.size()) < size_t(1) << 31;
   }
 
-  /// Mean and extremes.
+  /// Computes the mean, minimum and maximum.
   void summarise() {
     Summary summary(image_.channels);
     if (image_.bytes.empty()) {
@@ -229,7 +232,7 @@ class Bitmap final : public Texture {
     }
   }
 
-  /// By a histogram: large photographs are counted, not decoded.
+  /// Uses a histogram, so that each of 256 values is decoded once.
   void summarise_bytes(Summary& summary) const {
     const size_t channels = static_cast<size_t>(image_.channels);
     std::array<std::array<uint64_t, 256>, 3> count{};

@@ -1,8 +1,9 @@
 #include "two_colors.h"
 
-/// Two colours in squares of half a unit of (u, v), as in Mitsuba 3. As a colour it is color0 where
-/// both coordinates lie in like halves. Read as one number (a roughness, say) Mitsuba swaps the two
-/// colours; scenes are made to look right there, so the same is done here.
+/// Two colours in squares of half a unit of (u, v), as in Mitsuba 3. The colour is color0 if both
+/// coordinates are in the same half. If the texture is read as a single number (such as a
+/// roughness), Mitsuba swaps the two colours. This does the same, because scenes are designed to
+/// look right in Mitsuba.
 ///
 ///     <texture type="checkerboard" name="reflectance">
 ///       <rgb name="color0" value="0.8 0.1 0.1"/><float name="color1" value="0.1"/>
@@ -12,9 +13,10 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"color0", ParameterType::kColorTexture, "0.4", "colour of one kind of squares"},
-    {"color1", ParameterType::kColorTexture, "0.2", "colour of the other"},
-    {"to_uv", ParameterType::kTransform, "identity", "from surface to texture coordinates"},
+    {"color0", ParameterType::kColorTexture, "0.4", "first colour"},
+    {"color1", ParameterType::kColorTexture, "0.2", "second colour"},
+    {"to_uv", ParameterType::kTransform, "identity",
+     "transform from surface to texture coordinates"},
 };
 
 struct Squares {

@@ -1,6 +1,6 @@
 #include "two_colors.h"
 
-/// Lines along the whole numbers of (u, v), as in Mitsuba 0.6.
+/// Lines at integer u and v, as in Mitsuba 0.6.
 ///
 ///     <texture type="gridtexture" name="reflectance">
 ///       <rgb name="color0" value="0.8"/><rgb name="color1" value="0.1"/>
@@ -13,8 +13,9 @@ namespace {
 constexpr Parameter kParameters[] = {
     {"color0", ParameterType::kColorTexture, "0.2", "colour between the lines"},
     {"color1", ParameterType::kColorTexture, "0.4", "colour of the lines"},
-    {"line_width", ParameterType::kFloat, "0.01", "distance from a line's middle to its edge"},
-    {"to_uv", ParameterType::kTransform, "identity", "from surface to texture coordinates"},
+    {"line_width", ParameterType::kFloat, "0.01", "half of the width of a line"},
+    {"to_uv", ParameterType::kTransform, "identity",
+     "transform from surface to texture coordinates"},
 };
 
 struct Grid {
@@ -41,7 +42,9 @@ class GridTexture final : public TwoColors<Grid> {
  private:
   static float read_line_width(const Properties& props) {
     const float width = props.real("line_width");
-    if (!(width >= 0)) throw props.error("line_width", "must not be negative");
+    if (!(width >= 0)) {
+      throw props.error("line_width", "must not be negative, got " + std::to_string(width));
+    }
     return width;
   }
 };
@@ -50,4 +53,4 @@ class GridTexture final : public TwoColors<Grid> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::GridTexture, kinome::Category::kTexture, "gridtexture",
-              "Lines along the whole numbers of (u, v), as in Mitsuba 0.6.", kinome::kParameters);
+              "Lines at integer u and v, as in Mitsuba 0.6.", kinome::kParameters);

@@ -8,7 +8,7 @@
 
 #include "image_reader.h"
 
-/// Readers of single formats, which image_reader.cpp chooses from. `bytes` is a whole file. They
+/// Readers of single formats, among which image_reader.cpp chooses. `bytes` is a whole file. They
 /// throw std::runtime_error with the reason if the file is damaged or truncated.
 namespace kinome {
 
@@ -20,14 +20,15 @@ void read_radiance(const std::string& bytes, StoredImage& image);
 
 inline constexpr const char* kTruncated = "truncated: it ends within the image";
 
-/// Sets the image's size. Throws if it is absurd, or if the file is too small for `unpacked` bytes
-/// that its format compresses by at most `best_ratio`: before anything is allocated.
+/// Sets the image's size, before anything is allocated. Throws if a side is out of range, or if the
+/// file is too small for `unpacked` bytes, which its format compresses by at most `best_ratio`.
 inline void set_size(StoredImage& image, int64_t width, int64_t height, uint64_t unpacked,
                      uint64_t best_ratio, uint64_t file_size) {
   constexpr int64_t kMaxSide = 1 << 17;
   const std::string size = std::to_string(width) + " x " + std::to_string(height);
   if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
-    throw std::runtime_error("its header gives an absurd size, " + size);
+    throw std::runtime_error("its header has an invalid size: sides must be between 1 and " +
+                             std::to_string(kMaxSide) + ", got " + size);
   }
   if (unpacked / best_ratio > file_size) {
     throw std::runtime_error("truncated: " + std::to_string(file_size) + " bytes can't hold " +
@@ -37,7 +38,7 @@ inline void set_size(StoredImage& image, int64_t width, int64_t height, uint64_t
   image.height = static_cast<int>(height);
 }
 
-/// A ReadImageFunction in terms of `read`, which returns false for an unsupported format.
+/// Implements a ReadImageFunction by `read`, which returns false for an unsupported format.
 template <class Read>
 bool report_errors(std::string& error, const Read& read) {
   try {

@@ -6,16 +6,16 @@
 
 namespace kinome {
 
-/// An image as its file stores it: 8-bit values as bytes, all others as floats (integers scaled to
-/// [0, 1]); one or three channels, interleaved, rows from the top; without alpha.
+/// An image as stored in its file: 8-bit values as bytes, all others as floats (integers are scaled
+/// to [0, 1]). One or three interleaved channels without alpha; rows start at the top.
 struct StoredImage {
   int width = 0;
   int height = 0;
   int channels = 0;
-  bool is_encoded = false;  ///< integers, which stand for sRGB-encoded values
+  bool is_encoded = false;  ///< true for integers, which are sRGB-encoded
   std::vector<uint8_t> bytes;
   std::vector<float> floats;
-  std::vector<std::string> unused;  ///< channels of the file that are left out
+  std::vector<std::string> unused;  ///< channels of the file that are ignored
 };
 
 /// Reads the file at `path`, whose contents are `bytes`. Returns false with a reason in `error` if

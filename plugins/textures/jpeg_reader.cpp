@@ -11,9 +11,9 @@ namespace kinome {
 namespace {
 
 struct ErrorManager {
-  jpeg_error_mgr base;  // first: libjpeg has pointers to it
-  jmp_buf place;
-  bool is_baseline_scan = false;  ///< the header was read, and all scans hold whole coefficients
+  jpeg_error_mgr base;  // first member, because libjpeg has pointers to it
+  jmp_buf return_point;
+  bool is_baseline_scan = false;  ///< the header was read, and all scans have whole coefficients
   bool is_truncated = false;
   char message[JMSG_LENGTH_MAX] = "";
 };
@@ -21,12 +21,12 @@ struct ErrorManager {
 [[noreturn]] void fail(j_common_ptr jpeg) {
   auto* const errors = reinterpret_cast<ErrorManager*>(jpeg->err);
   errors->base.format_message(jpeg, errors->message);
-  std::longjmp(errors->place, 1);
+  std::longjmp(errors->return_point, 1);
 }
 
-/// The data's end counts as an error, because libjpeg would make up what is missing. Files that
-/// only lack the marker at their end are read: in these, no scan asks for more.
-void hear_message(j_common_ptr jpeg, int level) {
+/// Treats the end of the data as an error, because libjpeg would invent the missing data. Files
+/// that only lack the end marker are accepted: their scans are complete.
+void handle_message(j_common_ptr jpeg, int level) {
   auto* const errors = reinterpret_cast<ErrorManager*>(jpeg->err);
   const int code = errors->base.msg_code;
   if (level >= 0 || (code != JWRN_JPEG_EOF && !errors->is_truncated)) return;
@@ -34,13 +34,14 @@ void hear_message(j_common_ptr jpeg, int level) {
   if (!errors->is_baseline_scan || code == JWRN_HIT_MARKER) fail(jpeg);
 }
 
-/// libjpeg's state. Its errors jump out of `call`, which must leave nothing to destroy.
+/// State of libjpeg. Its errors jump out of `call`, which therefore must not have local objects
+/// with destructors.
 class Jpeg {
  public:
   Jpeg() {
     state_.err = jpeg_std_error(&errors_.base);
     errors_.base.error_exit = fail;
-    errors_.base.emit_message = hear_message;
+    errors_.base.emit_message = handle_message;
     run([](jpeg_decompress_struct& jpeg) { jpeg_create_decompress(&jpeg); });
   }
   ~Jpeg() { jpeg_destroy_decompress(&state_); }
@@ -59,7 +60,7 @@ class Jpeg {
  private:
   template <class Call>
   bool try_to(const Call& call) {
-    if (setjmp(errors_.place) != 0) return false;
+    if (setjmp(errors_.return_point) != 0) return false;
     call(state_);
     return true;
   }
@@ -68,7 +69,7 @@ class Jpeg {
   ErrorManager errors_{};
 };
 
-/// Adobe's CMYK, whose values are the shares of light that each ink leaves.
+/// Converts from Adobe's CMYK, whose values are the fractions of light that each ink lets through.
 void convert_from_cmyk(std::vector<uint8_t>& pixels) {
   size_t out = 0;
   for (size_t i = 0; i < pixels.size(); i += 4) {
@@ -90,12 +91,13 @@ void read_jpeg(const std::string& bytes, StoredImage& image) {
   });
   const auto channels = static_cast<size_t>(jpeg.state().output_components);
   const size_t row = size_t{jpeg.state().output_width} * channels;
-  // A single colour takes a bit for each 8x8 block of a channel, or less in a progressive file.
+  // A single colour needs one bit per 8x8 block of a channel, or less in a progressive file.
   constexpr uint64_t kBestRatio = 2000;
   set_size(image, jpeg.state().output_width, jpeg.state().output_height,
            uint64_t{row} * jpeg.state().output_height, kBestRatio, bytes.size());
   if (channels != 1 && channels != 3 && channels != 4) {
-    throw std::runtime_error("it has " + std::to_string(channels) + " channels");
+    throw std::runtime_error("it has " + std::to_string(channels) +
+                             " channels, expected 1, 3 or 4");
   }
   image.channels = channels == 1 ? 1 : 3;
   image.is_encoded = true;

@@ -8,10 +8,10 @@
 #include "kinome/wide/mesh.h"
 #include "kinome/wide/textures.h"
 
-/// Numbers that a mesh's file gives to each vertex, between which triangles interpolate, or to each
-/// face: of a PLY file `vertex_color` (its r, g, b) and all that it calls NAME_x, NAME_y, NAME_z
-/// or the like; of a glTF file its COLOR_0. Like Mitsuba's, they are taken as they are: whole
-/// numbers of 0 to 255 want a scale of 1/255.
+/// Values that a mesh file has for each vertex (interpolated over triangles) or for each face. PLY
+/// files may have `vertex_color` (from r, g, b), and any properties NAME_x, NAME_y, NAME_z or
+/// similar; glTF files may have COLOR_0. As in Mitsuba, values are not converted: integers from 0
+/// to 255 need a scale of 1/255.
 ///
 ///     <shape type="ply">
 ///       <string name="filename" value="painted.ply"/>
@@ -28,17 +28,18 @@ using namespace wide::formulas;
 
 constexpr Parameter kParameters[] = {
     {"name", ParameterType::kString, nullptr, "vertex_NAME or face_NAME", true},
-    {"scale", ParameterType::kFloat, "1", "what its numbers are multiplied by"},
+    {"scale", ParameterType::kFloat, "1", "factor on the values"},
 };
 
-/// Where a point of a triangle lies on it.
+/// Vertices of a triangle, and the barycentric coordinates of a point.
 template <class F>
 struct Corners {
-  IntOf<F> i0, i1, i2;  ///< the vertices' numbers
-  F b1, b2;             ///< shares of the second and the third
+  IntOf<F> i0, i1, i2;  ///< indices of the vertices
+  F b1, b2;             ///< barycentric coordinates of the second and third vertex
 };
 
-/// Found from the place, which points of surfaces keep; rounded ones don't leave the triangle.
+/// Computes the barycentric coordinates from the position, because surface points store it. They
+/// are clamped to the triangle.
 template <class F>
 KINOME_WIDE Corners<F> corners_of(const AttributeArrays& arrays, const IntOf<F>& triangle,
                                   const VecOf<F>& world) {
@@ -52,7 +53,7 @@ KINOME_WIDE Corners<F> corners_of(const AttributeArrays& arrays, const IntOf<F>&
   const V p0 = wide::gather3(arrays.positions, c.i0 * 3);
   const V e1 = wide::gather3(arrays.positions, c.i1 * 3) - p0;
   const V e2 = wide::gather3(arrays.positions, c.i2 * 3) - p0;
-  // Edges of about 1, whose products don't underflow.
+  // Scales edges to a length of about 1, so that products don't underflow.
   const F scale = 1.f / max(max_component(abs(e1)), max_component(abs(e2)));
   const V a = e1 * scale, b = e2 * scale, d = (p - p0) * scale;
   const V n = cross(a, b);
@@ -64,7 +65,7 @@ KINOME_WIDE Corners<F> corners_of(const AttributeArrays& arrays, const IntOf<F>&
   return c;
 }
 
-/// Number k of the attribute's.
+/// Returns value k of the attribute.
 template <class F>
 KINOME_WIDE F number_at(const MeshAttribute& attribute, const IntOf<F>& triangle,
                         const Corners<F>& c, uint32_t k) {
@@ -82,7 +83,9 @@ class AttributeTexture final : public Texture {
     if (!name_.starts_with("vertex_") && !name_.starts_with("face_")) {
       throw props.error("name", "must begin with 'vertex_' or 'face_', got '" + name_ + "'");
     }
-    if (!std::isfinite(scale_)) throw props.error("scale", "must be finite");
+    if (!std::isfinite(scale_)) {
+      throw props.error("scale", "must be finite, got " + std::to_string(scale_));
+    }
   }
 
   std::string attribute() const override { return name_; }
@@ -129,8 +132,8 @@ class AttributeTexture final : public Texture {
         [&](size_t i) { out[i] = eval_1_at(interaction_of(points, i)); });
   }
 
-  /// Without a surface there is but a guess, by which shares of lobes are chosen: attributes, most
-  /// of which are colours, lie in 0 to 1.
+  /// Without a surface, returns a guess: most attributes are colours in [0, 1]. BSDFs use it for
+  /// the sampling weights of their lobes.
   Rgb eval(const Vec2&) const override { return mean(); }
   Rgb mean() const override { return Rgb(0.5f); }
   float max() const override { return scale_ == 0 ? 0.f : 1.f; }
@@ -142,13 +145,13 @@ class AttributeTexture final : public Texture {
     if (!arrays) throw Error(where_, "the shape has no attribute '" + name_ + "'");
     if (as_number && arrays->attribute->size != 1) {
       throw Error(where_, "must be a single number here, but the mesh's attribute '" + name_ +
-                              "' has " + std::to_string(arrays->attribute->size));
+                              "' has " + std::to_string(arrays->attribute->size) + " values");
     }
     return *arrays;
   }
 
-  /// wide_fn(arrays, triangle, corners, i) for vectors of points of one shape, as most are;
-  /// point_fn(i) for the points of others.
+  /// Calls wide_fn(arrays, triangle, corners, i) for vectors whose points are all on one shape, and
+  /// point_fn(i) for each point of the other vectors.
   template <class Wide, class Point>
   void for_points(const SurfaceBlock& points, bool as_number, const Wide& wide_fn,
                   const Point& point_fn) const {
@@ -182,5 +185,5 @@ class AttributeTexture final : public Texture {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::AttributeTexture, kinome::Category::kTexture, "mesh_attribute",
-              "Numbers or colours that a mesh's file gives to its vertices or faces.",
+              "Numbers or colours from a mesh file, for its vertices or faces.",
               kinome::kParameters);

@@ -18,7 +18,7 @@ void read_pixels(OIIO::ImageInput& input, const StoredImage& image, std::vector<
 
 void read(const char* path, uint64_t file_size, StoredImage& image) {
   OIIO::attribute("threads", 1);
-  // Colours as stored, not multiplied by alpha.
+  // Colours as stored, without multiplication by alpha.
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;
   const auto input = OIIO::ImageInput::open(path, &config);
@@ -27,7 +27,8 @@ void read(const char* path, uint64_t file_size, StoredImage& image) {
   }
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.nchannels < 1) throw std::runtime_error("it has no channels");
-  // A single colour may take some bytes, of whatever size it is: such images pass up to 256 MB.
+  // An image of a single colour may need only a few bytes for any size, so images up to 256 MB
+  // pass.
   constexpr uint64_t kSmall = uint64_t{1} << 28, kBestRatio = 2000;
   const auto unpacked = static_cast<uint64_t>(spec.image_bytes(true));
   kinome::set_size(image, spec.width, spec.height, unpacked > kSmall ? unpacked : 0, kBestRatio,

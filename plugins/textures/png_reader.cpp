@@ -9,7 +9,7 @@
 namespace kinome {
 namespace {
 
-/// The bytes that libpng has yet to read, and its last error.
+/// Input of libpng, and its last error.
 struct Source {
   const std::string& bytes;
   size_t at = 0;
@@ -31,7 +31,8 @@ void read_bytes(png_structp png, png_bytep out, size_t count) {
   source.at += count;
 }
 
-/// libpng's structures. Its errors jump out of `call`, which must leave nothing to destroy.
+/// Structures of libpng. Its errors jump out of `call`, which therefore must not have local objects
+/// with destructors.
 class Png {
  public:
   explicit Png(const std::string& bytes)
@@ -85,7 +86,7 @@ void read_png(const std::string& bytes, StoredImage& image) {
     header.row_bytes = png_get_rowbytes(p, info);
     header.has_alpha =
         (header.type & PNG_COLOR_MASK_ALPHA) != 0 || png_get_valid(p, info, PNG_INFO_tRNS) != 0;
-    // All kinds become grey or RGB of 8 or 16 bits. Gamma and colour profiles are ignored.
+    // Converts all kinds to grey or RGB with 8 or 16 bits. Gamma and colour profiles are ignored.
     if (header.type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(p);
     if (header.type == PNG_COLOR_TYPE_GRAY) png_set_expand_gray_1_2_4_to_8(p);
     png_set_strip_alpha(p);
@@ -93,7 +94,7 @@ void read_png(const std::string& bytes, StoredImage& image) {
     png_set_interlace_handling(p);
     png_read_update_info(p, info);
   });
-  constexpr uint64_t kBestRatio = 1032;  // of deflate
+  constexpr uint64_t kBestRatio = 1032;  // compression ratio of deflate
   set_size(image, header.width, header.height, uint64_t{header.row_bytes} * header.height,
            kBestRatio, bytes.size());
   image.channels = (header.type & PNG_COLOR_MASK_COLOR) != 0 ? 3 : 1;

@@ -5,8 +5,8 @@
 #include "image_formats.h"
 #include "kinome/color.h"
 
-/// Radiance's image format, after the description of Radiance's "picture" file format by Ward
-/// (Graphics Gems II, "Real Pixels") and of its run lengths in Radiance's ra_rgbe.
+/// Reader of Radiance's image format. Sources: Ward's description in "Real Pixels" (Graphics Gems
+/// II), and Radiance's ra_rgbe for the run lengths.
 namespace kinome {
 namespace {
 
@@ -25,7 +25,7 @@ class Source {
     if (text.ends_with('\r')) text.pop_back();
     return text;
   }
-  /// Returns true if a scan line of `length` pixels with runs of each channel comes next.
+  /// True if the next scan line, of `length` pixels, is encoded as runs of each channel.
   bool has_runs_of_channels(size_t length) const {
     return length >= 8 && length < 0x8000 && at_ + 4 <= bytes_.size() && bytes_[at_] == 2 &&
            bytes_[at_ + 1] == 2 && (static_cast<uint8_t>(bytes_[at_ + 2]) & 0x80) == 0;
@@ -36,18 +36,18 @@ class Source {
   size_t at_ = 0;
 };
 
-/// One axis of the line that gives the size, such as "-Y 512".
+/// One axis of the header's size line, such as "-Y 512".
 struct Axis {
   char sign = 0, name = 0;
   int64_t size = 0;
   /// Returns the column, or the row from the top, of the i-th position along the axis.
-  int64_t place(int64_t i) const { return (sign == '+') == (name == 'X') ? i : size - 1 - i; }
+  int64_t position(int64_t i) const { return (sign == '+') == (name == 'X') ? i : size - 1 - i; }
 };
 
 using Pixel = std::array<uint8_t, 4>;
 
 [[noreturn]] void throw_damaged() {
-  throw std::runtime_error("damaged: a scan line has another length than the image");
+  throw std::runtime_error("damaged: a scan line has a different length than the image");
 }
 
 void read_runs_of_channels(Source& source, std::vector<Pixel>& line) {
@@ -66,8 +66,8 @@ void read_runs_of_channels(Source& source, std::vector<Pixel>& line) {
   }
 }
 
-/// Reads pixels one by one. (1, 1, 1, n) repeats the previous pixel n times; consecutive ones are the
-/// digits of n to the base 256, the lowest first.
+/// Reads pixels one by one. (1, 1, 1, n) repeats the previous pixel n times. Consecutive ones are
+/// digits of n in base 256, the lowest first.
 void read_runs_of_pixels(Source& source, std::vector<Pixel>& line) {
   int shift = 0;
   for (size_t x = 0; x < line.size();) {
@@ -108,13 +108,13 @@ void read_radiance(const std::string& bytes, StoredImage& image) {
            axis.size > 0;
   };
   if (!is_axis(first) || !is_axis(second) || first.name == second.name) {
-    throw std::runtime_error("its header gives no size, such as '-Y 512 +X 1024', but '" +
+    throw std::runtime_error("its header must have a size such as '-Y 512 +X 1024', got '" +
                              size.substr(0, 40) + "'");
   }
   const int64_t width = first.name == 'X' ? first.size : second.size;
   const int64_t height = first.name == 'X' ? second.size : first.size;
-  // Two bytes stand for at most 127 of a channel's values. (Runs of pixels can be longer, but are
-  // written by no program since 1991.)
+  // Two bytes encode at most 127 values of a channel. (Runs of pixels can be longer, but no program
+  // has written them since 1991.)
   constexpr uint64_t kBestRatio = 64;
   // Unsigned, because the product may overflow before set_size() refuses absurd sizes.
   const auto pixels = static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
@@ -132,7 +132,7 @@ void read_radiance(const std::string& bytes, StoredImage& image) {
       read_runs_of_pixels(source, line);
     }
     for (int64_t j = 0; j < second.size; ++j) {
-      const int64_t a = first.place(i), b = second.place(j);
+      const int64_t a = first.position(i), b = second.position(j);
       const int64_t x = first.name == 'X' ? a : b, y = first.name == 'X' ? b : a;
       const Rgb color = to_rgb * to_color(line[static_cast<size_t>(j)]);
       for (int c = 0; c < 3; ++c)

@@ -11,9 +11,11 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {
-    {"scale", ParameterType::kUnitlessTexture, "1", "factor, one colour; as a number, its luminance"},
-    {"value", ParameterType::kColorTexture, nullptr, "in place of a nested texture"},
-    {"texture", ParameterType::kObject, nullptr, "what is scaled", false, Category::kTexture},
+    {"scale", ParameterType::kUnitlessTexture, "1",
+     "factor, a number or a colour; single numbers are scaled by its luminance"},
+    {"value", ParameterType::kColorTexture, nullptr,
+     "scaled colour; alternative to a nested texture"},
+    {"texture", ParameterType::kObject, nullptr, "scaled texture", false, Category::kTexture},
 };
 
 class Scale final : public Texture {
@@ -57,8 +59,8 @@ class Scale final : public Texture {
   Rgb emission() const override { return scale_ * texture_->emission(); }
   float max() const override { return max_component(channel_max()); }
   float min() const override {
-    const float least = texture_->min();
-    return least * (least < 0 ? max_component(scale_) : std::min({scale_.x, scale_.y, scale_.z}));
+    const float value = texture_->min();
+    return value * (value < 0 ? max_component(scale_) : std::min({scale_.x, scale_.y, scale_.z}));
   }
   Rgb channel_max() const override { return scale_ * texture_->channel_max(); }
   bool is_uniform() const override { return texture_->is_uniform(); }
@@ -68,18 +70,22 @@ class Scale final : public Texture {
   static std::shared_ptr<const Texture> read_texture(const Properties& props) {
     const bool has_value = props.has("value");
     if (const auto nested = props.object<Texture>()) {
-      if (has_value) throw props.error("value", "can't be given together with a nested texture");
+      if (has_value) {
+        throw props.error("value", "can't be combined with a nested texture: remove one of them");
+      }
       return nested;
     }
-    if (!has_value) throw props.error("texture", "is missing: there is nothing to scale");
+    if (!has_value) throw props.error("texture", "is missing: nest a texture, or set 'value'");
     return props.texture("value");
   }
   static Rgb read_scale(const Properties& props) {
     const auto texture = props.texture("scale");
-    if (!texture->is_uniform()) throw props.error("scale", "must be one colour");
+    if (!texture->is_uniform()) {
+      throw props.error("scale", "must be a number or a colour, got a texture");
+    }
     const Rgb scale = texture->mean();
-    const bool is_fine = is_finite(scale) && std::min({scale.x, scale.y, scale.z}) >= 0;
-    if (!is_fine) throw props.error("scale", "must be finite and not negative");
+    const bool is_valid = is_finite(scale) && std::min({scale.x, scale.y, scale.z}) >= 0;
+    if (!is_valid) throw props.error("scale", "must be finite and not negative");
     return scale;
   }
 

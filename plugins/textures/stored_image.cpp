@@ -15,7 +15,7 @@
 namespace kinome {
 namespace {
 
-/// Returns R, G, B or one channel of a float image.
+/// Returns R, G and B, or a single channel, of a float image.
 StoredImage pick_channels(const Image& image, const Location& source) {
   const auto index = [&](const char* name) {
     const auto it = std::find(image.channels.begin(), image.channels.end(), name);
@@ -51,7 +51,8 @@ StoredImage pick_channels(const Image& image, const Location& source) {
   return stored;
 }
 
-/// Returns the folder of the plugin that this is linked to, without that of its instruction set.
+/// Returns the folder of the plugin that contains this code, without the subfolder of an
+/// instruction set.
 std::filesystem::path plugin_folder() {
   Dl_info info{};
   static const char anchor = 0;
@@ -66,7 +67,7 @@ ReadImageFunction open_reader(const char* name, const Properties& props) {
   void* const symbol = handle ? dlsym(handle, kReadImageSymbol) : nullptr;
   if (!symbol) {
     const char* const reason = dlerror();
-    throw props.error("filename", std::string("needs a library that can't be loaded: ") +
+    throw props.error("filename", std::string("requires a library that can't be loaded: ") +
                                       (reason ? reason : library));
   }
   return reinterpret_cast<ReadImageFunction>(symbol);
@@ -99,16 +100,16 @@ std::string texels(size_t count) {
   return std::to_string(count) + (count == 1 ? " texel" : " texels");
 }
 
-/// Warns at the file, not at its use: equal texts appear once while a scene is loaded.
+/// Warns at the file and not at its use, so that the warning appears once per scene: equal texts
+/// are suppressed.
 void warn_at(const Location& source, const std::string& message) {
   log_warn(Error(source, message).what());
 }
 
-void replace_what_is_no_number(std::vector<float>& values, size_t channels,
-                               const Location& source) {
-  float largest = 65504;
+void replace_nonfinite_values(std::vector<float>& values, size_t channels, const Location& source) {
+  float max_abs = 65504;
   for (const float v : values) {
-    if (std::isfinite(v)) largest = std::max(largest, std::abs(v));
+    if (std::isfinite(v)) max_abs = std::max(max_abs, std::abs(v));
   }
   size_t nans = 0, infinities = 0;
   for (size_t i = 0; i < values.size(); i += channels) {
@@ -117,7 +118,7 @@ void replace_what_is_no_number(std::vector<float>& values, size_t channels,
       if (std::isfinite(values[c])) continue;
       has_nan |= std::isnan(values[c]);
       is_infinite |= std::isinf(values[c]);
-      values[c] = std::isnan(values[c]) ? 0 : std::copysign(largest, values[c]);
+      values[c] = std::isnan(values[c]) ? 0 : std::copysign(max_abs, values[c]);
     }
     nans += has_nan;
     infinities += is_infinite;
@@ -125,16 +126,16 @@ void replace_what_is_no_number(std::vector<float>& values, size_t channels,
   if (nans > 0) warn_at(source, texels(nans) + " with NaN, which becomes 0");
   if (infinities > 0) {
     char text[32];
-    std::snprintf(text, sizeof text, "%.6g", double{largest});  // may exceed all integers
+    std::snprintf(text, sizeof text, "%.6g", double{max_abs});  // may exceed integer types
     warn_at(source, texels(infinities) + " with infinity, which becomes " + text);
   }
 }
 
-/// Warns of negative values if they matter: photographs of the sky often have a few values just
-/// below 0, from filtering or compression.
+/// Warns about negative values if their sum matters: photographs of the sky often have a few values
+/// just below 0, from filtering or compression.
 void warn_of_negative_values(const std::vector<float>& values, size_t channels,
                              const Location& source) {
-  constexpr double kLeastShare = 1e-3;
+  constexpr double kMinShare = 1e-3;
   double below = 0, sum = 0;
   size_t count = 0;
   for (size_t i = 0; i < values.size(); i += channels) {
@@ -146,7 +147,7 @@ void warn_of_negative_values(const std::vector<float>& values, size_t channels,
     }
     count += is_negative;
   }
-  if (!(below > kLeastShare * sum)) return;
+  if (!(below > kMinShare * sum)) return;
   char percent[32];
   std::snprintf(percent, sizeof percent, "%.2g", 100 * below / sum);
   warn_at(source, texels(count) + (count == 1 ? " is" : " are") + " negative, with " + percent +
@@ -165,7 +166,7 @@ LoadedImage::LoadedImage(const Properties& props) {
   }
   log_unused(source.file, image.unused);
   const auto channels = static_cast<size_t>(image.channels);
-  replace_what_is_no_number(image.floats, channels, source);
+  replace_nonfinite_values(image.floats, channels, source);
   warn_of_negative_values(image.floats, channels, source);
 }
 

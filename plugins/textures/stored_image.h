@@ -6,12 +6,14 @@
 
 namespace kinome {
 
-/// Pixels of a plugin with the parameters `filename` and `data`: those that a program gives, or the
-/// file's, in any format. The core reads EXR and PFM, recognised by their first bytes;
-/// ReadImageFunction reads all others. All values are finite: NaN becomes 0, and infinity 65504 (the
-/// largest value of float16, whose overflow it usually is), or the image's largest if that is more.
-/// Warns of these, and of negative values if they matter. Throws an Error at the file, or at the
-/// parameter `filename` if a library that is needed can't be opened. Thread-safe.
+/// Image of a plugin with the parameters `filename` and `data`: from a program, or from a file in
+/// any supported format. The core reads EXR and PFM, recognised by their first bytes; a
+/// ReadImageFunction reads all others.
+///
+/// All values are finite: NaN becomes 0. Infinity becomes 65504 (the largest float16, because it is
+/// usually an overflow of that type), or the image's largest value if that is larger. Warns about
+/// these, and about negative values if they matter. Throws Error at the file, or at the parameter
+/// `filename` if a required library can't be opened. Thread-safe.
 struct LoadedImage {
   explicit LoadedImage(const Properties& props);
 

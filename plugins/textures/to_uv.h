@@ -7,8 +7,8 @@ namespace kinome {
 
 using namespace wide::formulas;
 
-/// Texture coordinates of surface coordinates: what Transform::point makes of (u, v, 0), for an
-/// affine map, as all are that scenes have.
+/// Maps surface coordinates to texture coordinates, like Transform::point of (u, v, 0). Requires an
+/// affine map, which all transforms of scenes are.
 template <class F>
 Vec2Of<F> texture_coordinates(const Transform& to_uv, const Vec2Of<F>& uv) {
   const Mat4& m = to_uv.matrix();

@@ -10,12 +10,12 @@
 
 namespace kinome {
 
-/// Two colours in a pattern over (u, v). Pattern has
+/// Two colours in a pattern over (u, v). Pattern must provide
 ///
 ///     template <class F>
-///     MaskOf<F> is_first(const Vec2Of<F>& uv) const;  // where color0 is
-///     float share_of_first() const;                   // of the unit square
-///     static constexpr bool kSwapsNumbers = …;        // as one number, the colours change places
+///     MaskOf<F> is_first(const Vec2Of<F>& uv) const;  // true for color0
+///     float share_of_first() const;                   // fraction of the unit square with color0
+///     static constexpr bool kSwapsNumbers = …;        // swaps the colours if read as one number
 template <class Pattern>
 class TwoColors : public Texture {
  public:
@@ -51,7 +51,7 @@ class TwoColors : public Texture {
   void eval_1_block_at(const SurfaceBlock& points, float* out) const override {
     choose_numbers({number0_, points}, {number1_, points}, points.uv, points.count, out);
   }
-  /// Edges aside, it is flat.
+  /// The texture is constant except at edges.
   Vec2 eval_1_gradient(const Vec2&) const override { return Vec2(0); }
   Rgb mean() const override {
     const float share = pattern_.share_of_first();
@@ -83,7 +83,7 @@ class TwoColors : public Texture {
     });
   }
 
-  /// Refuses negative colours, which no use of a texture accepts. (A nested image warns of its own.)
+  /// Throws for negative colours, which no parameter accepts. (A nested image warns about its own.)
   static std::shared_ptr<Texture> read_color(const Properties& props, const std::string& name) {
     auto color = props.texture(name);
     if (color->is_uniform() && color->min() < 0) {

@@ -282,9 +282,10 @@ TEST_F(ImageFormats, RadianceRunsAndXyz) {
   EXPECT_NEAR(xyz.y, 0.9483f, 1e-3f);
   EXPECT_NEAR(xyz.z, 0.9089f, 1e-3f);
   const auto part_of_error = [&](const std::string& file) { return error_of(file); };
-  EXPECT_NE(part_of_error("#?RADIANCE\n\n-Y 1 -Y 1\nabcd").find("no size"), std::string::npos);
+  EXPECT_NE(part_of_error("#?RADIANCE\n\n-Y 1 -Y 1\nabcd").find("must have a size"),
+            std::string::npos);
   EXPECT_NE(part_of_error("#?RADIANCE\n\n-Y 1 +X 2\n" + bytes_of({1, 1, 1, 1, 1, 1, 1, 1}))
-                .find("another length"),
+                .find("a different length"),
             std::string::npos);
   EXPECT_NE(part_of_error(header + bytes_of({2, 2, 0, 10, 138, 128, 138, 64, 0, 5})).find("length"),
             std::string::npos);
