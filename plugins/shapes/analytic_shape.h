@@ -5,18 +5,17 @@
 
 namespace kinome {
 
-/// Shapes that rays meet by a formula, one ray at a time and in packets, with interactions of
-/// single points and of blocks. `Derived`, a final class, has (all may be private, with this class
-/// for a friend):
+/// Base of shapes that are intersected by a formula. Implements intersection, interactions and
+/// sampling for single points and for blocks. `Derived`, a final class, must provide these
+/// functions, which may be private if this class is a friend:
 ///
-///     F first_hit(const V& o, const V& d, F tmin, F tmax) const     infinite where there is none
+///     F first_hit(const V& o, const V& d, F tmin, F tmax) const     in [tmin, tmax], or infinity
 ///     ShapePoint<F> hit_at(const V& o, const V& d, F t) const       without wi
-///     ShapePoint<F> point_at(const V2& u) const                     uniform by area, likewise
-///     Vec3 direction_of_normal(const Ray& ray, float t) const       of any length
+///     ShapePoint<F> point_at(const V2& u) const                     uniform by area, without wi
+///     Vec3 direction_of_normal(const Ray& ray, float t) const       not normalised
 ///
-/// for F, V and V2 of one ray (float, Vec3, Vec2) and of a vector of rays (wide::Float and so on).
-/// The first hit lies in [tmin, tmax]. As seen from a point, too, places are chosen by area; a
-/// shape that knows better overrides those functions.
+/// F, V and V2 are float, Vec3 and Vec2 for one ray, or wide::Float and so on for a vector of rays.
+/// Sampling by solid angle samples uniformly by area, unless a shape overrides those functions.
 template <class Derived>
 class AnalyticShape : public Shape {
  public:

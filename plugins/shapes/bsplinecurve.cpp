@@ -1,5 +1,5 @@
-/// Smooth curves, hair for instance: uniform cubic B-splines of round cross section. They are seen
-/// from outside only, and have no caps.
+/// Smooth curves such as hair: uniform cubic B-splines with a round cross section. Only visible
+/// from outside, and without caps.
 ///
 ///     <shape type="bsplinecurve"><string name="filename" value="hair.txt"/></shape>
 
@@ -17,4 +17,4 @@ class BSplineCurve final : public CurveShape<true> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::BSplineCurve, kinome::Category::kShape, "bsplinecurve",
-              "Smooth curves of round cross section.", kinome::kCurveParameters);
+              "Smooth curves with a round cross section.", kinome::kCurveParameters);

@@ -1,5 +1,5 @@
-/// The cube [-1, 1]³. Each face has its own normals, and texture coordinates from 0 to 1 that run
-/// as in Mitsuba 3.
+/// The cube [-1, 1]³. Each face has its own normals, and texture coordinates from 0 to 1 with the
+/// orientation of Mitsuba 3.
 ///
 ///     <shape type="cube">
 ///       <transform name="to_world"><translate z="1"/></transform>
@@ -17,7 +17,7 @@ namespace {
 constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kIgnoredFaceNormals, kNestedBsdf,
                                 kNestedEmitter, kNestedSensor};
 
-/// Outward normal, and where u and v increase. u x v points inward on every face.
+/// Outward normal, and the directions of u and v. u x v points inward on every face.
 struct Face {
   Vec3 n, u, v;
 };

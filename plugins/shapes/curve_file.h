@@ -12,12 +12,12 @@
 
 namespace kinome {
 
-/// Curves as Mitsuba 3 has them in text files: a control point's x, y, z and radius a line, blank
-/// lines between curves. A radius of 0 is a pointed tip. Places go through to_world; radii stay as
-/// they are, as in Mitsuba.
+/// Reads curves from a text file in the format of Mitsuba 3: x, y, z and radius of one control
+/// point per line, with blank lines between curves. A radius of 0 is a pointed tip. As in Mitsuba,
+/// to_world transforms positions, but not radii.
 class CurveFileReader {
  public:
-  /// `is_bspline`: four control points make the first segment of a curve; else two do.
+  /// The first segment of a curve needs four control points if `is_bspline`, otherwise two.
   CurveFileReader(const std::string& file, std::string_view text, bool is_bspline)
       : file_(file), cursor_(file, text), points_of_segment_(is_bspline ? 4 : 2) {
     curves_.is_bspline = is_bspline;
@@ -34,39 +34,39 @@ class CurveFileReader {
     end_curve();
     if (curves_.segments.empty()) throw Error(Location{file_, 0, 0}, "the file has no curves");
     open_tips();
-    if (has_more_) log_unused(file_, {"what follows four numbers in a line"});
+    if (has_more_) log_unused(file_, {"text after the fourth number of a line"});
     return std::move(curves_);
   }
 
  private:
   void read_point(const Transform& to_world) {
     if (curve_size_ == 0) first_line_ = cursor_.line();
-    Vec3 place;
-    for (int i = 0; i < 3; ++i) place[i] = static_cast<float>(cursor_.number("a coordinate"));
-    if (!is_finite(place)) cursor_.fail("a control point has a position that is not finite");
+    Vec3 position;
+    for (int i = 0; i < 3; ++i) position[i] = static_cast<float>(cursor_.number("a coordinate"));
+    if (!is_finite(position)) cursor_.fail("a control point has a position that is not finite");
     const auto radius = static_cast<float>(cursor_.number("a radius"));
     if (!(radius >= 0) || !std::isfinite(radius)) {
       cursor_.fail("a radius must be finite and not negative, got " + std::to_string(radius));
     }
     has_more_ = has_more_ || !cursor_.at_line_end();
-    curves_.points.emplace_back(to_world.point(place), radius);
+    curves_.points.emplace_back(to_world.point(position), radius);
     if (++curve_size_ >= points_of_segment_) {
       curves_.segments.push_back(static_cast<uint32_t>(curves_.points.size() - points_of_segment_));
     }
-    // Numbers of floats are counted in int32_t.
+    // Counts of floats must fit in int32_t.
     if (curves_.points.size() > (size_t{1} << 29))
       cursor_.fail("there are too many control points");
   }
-  /// Gives pointed tips, whose radius is 0, a radius that can't be seen, since a curve has normals
-  /// only at a distance from its centre line.
+  /// Replaces radii of 0 (pointed tips) by an invisibly small radius, because normals are undefined
+  /// on the centre line.
   void open_tips() {
     constexpr float kTip = 1e-4f;  // in units of the largest radius
-    float largest = 0;
-    for (const glm::vec4& point : curves_.points) largest = std::max(largest, point.w);
-    if (!(largest > 0)) throw Error(Location{file_, 0, 0}, "the radii of all curves are 0");
-    const float least = std::max(kTip * largest, std::numeric_limits<float>::min());
+    float max_radius = 0;
+    for (const glm::vec4& point : curves_.points) max_radius = std::max(max_radius, point.w);
+    if (!(max_radius > 0)) throw Error(Location{file_, 0, 0}, "the radii of all curves are 0");
+    const float tip_radius = std::max(kTip * max_radius, std::numeric_limits<float>::min());
     for (glm::vec4& point : curves_.points) {
-      if (point.w == 0) point.w = least;
+      if (point.w == 0) point.w = tip_radius;
     }
   }
   void end_curve() {

@@ -9,28 +9,29 @@
 #include "local_space.h"
 #include "shape_parameters.h"
 
-/// Curves that the ray tracer meets by itself. It tells the segment and how far along it the hit
-/// is; what is seen there follows from the control points.
+/// Curves that the ray tracer intersects natively. It returns the segment and the parameter along
+/// it; interactions are computed from the control points.
 namespace kinome {
 
 inline constexpr Parameter kCurveParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "A text file: on each line x, y, z and radius of a control point; blank lines between curves.",
+     "Text file with x, y, z and radius of one control point per line; blank lines separate "
+     "curves.",
      true},
     {"to_world", ParameterType::kTransform, "identity",
-     "From object to world space; radii stay as they are."},
+     "Transform from object to world space; doesn't affect radii."},
     kNestedBsdf,
 };
 
-/// At a place along a segment: the centre line and the radius, with derivatives by the place.
+/// Centre and radius at a position along a segment, and their derivatives by this position.
 template <class F>
-struct CurvePlace {
+struct CurvePoint {
   VecOf<F> centre, d_centre, dd_centre;
   F radius, d_radius;
 };
 
 template <class F>
-KINOME_WIDE CurvePlace<F> linear_place(const float* points, const IntOf<F>& first, const F& along) {
+KINOME_WIDE CurvePoint<F> linear_point(const float* points, const IntOf<F>& first, const F& along) {
   using V = VecOf<F>;
   const V a = wide::gather3(points, first), b = wide::gather3(points, first + 4);
   const F ra = gather(points + 3, first), rb = gather(points + 7, first);
@@ -40,7 +41,7 @@ KINOME_WIDE CurvePlace<F> linear_place(const float* points, const IntOf<F>& firs
 
 /// Uniform cubic B-splines (de Boor 1978).
 template <class F>
-KINOME_WIDE CurvePlace<F> bspline_place(const float* points, const IntOf<F>& first,
+KINOME_WIDE CurvePoint<F> bspline_point(const float* points, const IntOf<F>& first,
                                         const F& along) {
   using V = VecOf<F>;
   const F u = along, v = 1.f - along;
@@ -48,22 +49,21 @@ KINOME_WIDE CurvePlace<F> bspline_place(const float* points, const IntOf<F>& fir
                         (4.f - 3.f * v * v * (1.f + u)) * (1.f / 6), u * u * u * (1.f / 6)};
   const F slopes[4] = {v * v * -0.5f, u * (1.5f * u - 2.f), v * (2.f - 1.5f * v), u * u * 0.5f};
   const F bends[4] = {v, 3.f * u - 2.f, 3.f * v - 2.f, u};
-  CurvePlace<F> place{V(F(0.f)), V(F(0.f)), V(F(0.f)), F(0.f), F(0.f)};
+  CurvePoint<F> at{V(F(0.f)), V(F(0.f)), V(F(0.f)), F(0.f), F(0.f)};
   for (int32_t k = 0; k < 4; ++k) {
     const V p = wide::gather3(points + 4 * k, first);
     const F r = gather(points + 4 * k + 3, first);
-    place.centre = place.centre + p * weights[k];
-    place.d_centre = place.d_centre + p * slopes[k];
-    place.dd_centre = place.dd_centre + p * bends[k];
-    place.radius = place.radius + r * weights[k];
-    place.d_radius = place.d_radius + r * slopes[k];
+    at.centre = at.centre + p * weights[k];
+    at.d_centre = at.d_centre + p * slopes[k];
+    at.dd_centre = at.dd_centre + p * bends[k];
+    at.radius = at.radius + r * weights[k];
+    at.d_radius = at.d_radius + r * slopes[k];
   }
-  return place;
+  return at;
 }
 
-/// u goes around a curve, from 0 to 1; v along all of the file's segments, each of the same length.
-/// Angles count from the direction that is level and to the right of the curve's, so to say, z
-/// being up.
+/// u goes around a curve, from 0 to 1. v goes along all segments of the file, in equal steps. With
+/// z up, u = 0 is the horizontal direction to the right of the curve's direction.
 template <bool is_bspline>
 class CurveShape : public Shape {
  public:
@@ -100,7 +100,7 @@ class CurveShape : public Shape {
     });
   }
 
-  /// Curves don't emit, and are not sampled, as in Mitsuba.
+  /// As in Mitsuba, curves don't emit and aren't sampled.
   float area() const override { return 0; }
   SurfaceInteraction sample_surface(const Vec2&) const override {
     SurfaceInteraction si;
@@ -114,15 +114,15 @@ class CurveShape : public Shape {
                          const VecOf<F>& d, const F& t) const {
     using V = VecOf<F>;
     const IntOf<F> first = as_int(gather(curves_.segments.data(), segment)) * 4;
-    const CurvePlace<F> at = is_bspline ? bspline_place<F>(&curves_.points[0].x, first, along)
-                                        : linear_place<F>(&curves_.points[0].x, first, along);
+    const CurvePoint<F> at = is_bspline ? bspline_point<F>(&curves_.points[0].x, first, along)
+                                        : linear_point<F>(&curves_.points[0].x, first, along);
     const V up(F(0.f), F(0.f), F(1.f));
     const V axis = safe_normalize(at.d_centre, up);
     const V viewer = wide::formulas::opposite_of(d);
     const V out = facing_out(at, axis, safe_normalize(o + d * t - at.centre, up), viewer);
 
     ShapePoint<F> point;
-    // The tracer's own error, far away or along the curve, is left behind.
+    // Computed from the centre line, which removes the ray tracer's error.
     point.p = at.centre + out * at.radius;
     point.p_error = surface_error(point.p, 0) + 2e-5f * at.radius;
     const V level = cross(axis, up);
@@ -138,7 +138,7 @@ class CurveShape : public Shape {
       const F bend = at.radius * dot(out, at.dd_centre);
       point.n = normal_of(at, axis, out);
       point.dp_du = cross(axis, out) * (2 * kPi * at.radius);
-      // The directions that angles count from turn with the curve.
+      // The reference direction of the angle rotates along the curve.
       const V d_axis = (at.dd_centre - axis * dot(axis, at.dd_centre)) / speed;
       const F twist = select(is_upright, F(0.f), dot(d_axis, right) * axis.z / sqrt(length2));
       point.dp_dv = (at.d_centre - axis * (bend / speed) + out * at.d_radius +
@@ -146,8 +146,8 @@ class CurveShape : public Shape {
                     F(per_segment_);
       point.frame = FrameOf<V>::from_normal_and_tangent(point.n, point.dp_du);
     } else {
-      // The place is that whose sphere touches the cone where the ray meets it. There are no
-      // derivatives, and frames are any, as in Mitsuba.
+      // `along` is the position of the sphere that touches the cone at the hit. As in Mitsuba,
+      // there are no derivatives, and the tangents are arbitrary.
       point.n = out;
       point.frame = FrameOf<V>::from_normal(out);
       point.dp_du = point.dp_dv = V(F(0.f));
@@ -157,26 +157,25 @@ class CurveShape : public Shape {
   }
   /// Normal of the surface in the direction `out` from the centre line.
   template <class F, class V>
-  static V normal_of(const CurvePlace<F>& at, const V& axis, const V& out) {
+  static V normal_of(const CurvePoint<F>& at, const V& axis, const V& out) {
     // Spheres touch cones at their normals.
     if constexpr (!is_bspline) return out;
     const F speed2 = dot(at.d_centre, at.d_centre);
     const F bend = at.radius * dot(out, at.dd_centre);
     return safe_normalize(out * (speed2 - bend) - axis * (sqrt(speed2) * at.d_radius), out);
   }
-  /// Returns `out` if the surface there faces the viewer, else a direction that just faces the
-  /// viewer. Rays meet thin curves beyond their rims because the tracer's error grows with the
-  /// length of the segments, not with the radius.
+  /// Returns `out` if the surface there faces the viewer, otherwise a direction that barely does.
+  /// Rays may hit thin curves beyond their silhouettes, because the ray tracer's error is
+  /// proportional to the length of the segments, not to the radius.
   template <class F, class V>
-  static V facing_out(const CurvePlace<F>& at, const V& axis, const V& out, const V& viewer) {
-    constexpr float kLeastCosine = 1e-3f;
+  static V facing_out(const CurvePoint<F>& at, const V& axis, const V& out, const V& viewer) {
+    constexpr float kMinCosine = 1e-3f;
     // Directions out of a spline are perpendicular to its axis.
     const V side =
         is_bspline ? safe_normalize(viewer - axis * dot(axis, viewer), viewer) : viewer;
     const F cosine = dot(out, side);
-    const auto faces = dot(normal_of(at, axis, out), viewer) > kLeastCosine ||
-                       cosine > kLeastCosine;
-    return select(faces, out, normalize(out + side * (kLeastCosine - cosine)));
+    const auto faces = dot(normal_of(at, axis, out), viewer) > kMinCosine || cosine > kMinCosine;
+    return select(faces, out, normalize(out + side * (kMinCosine - cosine)));
   }
   template <class F>
   static F turn_of(const F& x, const F& y) {

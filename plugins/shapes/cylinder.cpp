@@ -1,7 +1,7 @@
-/// A cylinder's side, without caps, seen from outside and inside. u is the angle around the axis
-/// over 2 pi, v goes from 0 at p0 to 1 at p1. The angle starts where Mitsuba 3 has it: at the first
-/// axis of the frame of Duff et al. 2017 around p1 - p0. A to_world that stretches it across its axis
-/// or shears it makes it elliptic or oblique, as in Mitsuba 3, with a warning.
+/// A cylinder without caps, visible from outside and inside. u is the angle around the axis divided
+/// by 2 pi; v goes from 0 at p0 to 1 at p1. As in Mitsuba 3, the angle starts at the first axis of
+/// the frame of Duff et al. 2017 around p1 - p0. A to_world that scales unevenly across the axis or
+/// shears makes the cylinder elliptic or oblique, as in Mitsuba 3, with a warning.
 ///
 ///     <shape type="cylinder">
 ///       <point name="p0" value="0, 0, -1"/>
@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "analytic_shape.h"
-#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "shape_parameters.h"
@@ -24,8 +23,8 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"p0", ParameterType::kVector, "0 0 0", "One end of the axis, before to_world."},
-    {"p1", ParameterType::kVector, "0 0 1", "The other end."},
+    {"p0", ParameterType::kVector, "0 0 0", "First end of the axis, before to_world."},
+    {"p1", ParameterType::kVector, "0 0 1", "Second end of the axis, before to_world."},
     {"radius", ParameterType::kFloat, "1", "Radius, before to_world."},
     kToWorld,
     kFlipNormals,
@@ -40,13 +39,13 @@ class Cylinder final : public AnalyticShape<Cylinder> {
       : AnalyticShape(props), space_(unit_cylinder_to_world(props)) {
     const glm::dmat3& m = space_.linear();
     if (!is_similarity(m, 2)) {
-      log_warn(props.error("to_world", "scales this cylinder unevenly across its axis, or shears it: "
-                                       "it is elliptic or oblique, as in Mitsuba 3")
-                   .what());
+      props.warn("to_world",
+                 "scales this cylinder unevenly across its axis or shears it, which makes it "
+                 "elliptic or oblique, as in Mitsuba 3");
       find_area_shares();
     }
     sign_ = props.boolean("flip_normals") ? -1 : 1;
-    // The end circles' reach along each axis, as of a disk.
+    // Extent of the end circles along each axis, as for a disk.
     const DVec3 reach = glm::sqrt(m[0] * m[0] + m[1] * m[1]);
     for (const DVec3& end : {space_.offset(), space_.offset() + m[2]}) {
       bounds_.expand(Vec3(end - reach));
@@ -98,8 +97,8 @@ class Cylinder final : public AnalyticShape<Cylinder> {
     return surface_at(DVecOf<D>(hit.x / r, hit.y / r, D(0.0)), hit.z);
   }
 
-  /// Of the point of the unit cylinder at `z` in the unit direction `radial` from its axis: all but
-  /// wi.
+  /// Returns the point of the unit cylinder at `z` in the unit direction `radial` from its axis,
+  /// without wi.
   template <class V, class D>
   ShapePoint<FloatOf<D>> surface_at(const V& radial, D z) const {
     constexpr double two_pi = 2 * std::numbers::pi;
@@ -113,13 +112,13 @@ class Cylinder final : public AnalyticShape<Cylinder> {
     point.frame = FrameOf<VecOf<FloatOf<D>>>::from_normal_and_tangent(point.n, point.dp_du);
     return point;
   }
-  /// Returns the area of a strip along the axis per radian, at this share of a turn.
+  /// Returns the area per radian of a strip along the axis, at this fraction of a turn.
   double strip_area(double turn) const {
     const double phi = 2 * std::numbers::pi * turn;
     const glm::dmat3& m = space_.linear();
     return glm::length(glm::cross(m[1] * std::cos(phi) - m[0] * std::sin(phi), m[2]));
   }
-  /// Computes the area up to each kStrips-th of a turn, by Simpson's rule.
+  /// Computes the cumulative area at multiples of 1 / kStrips of a turn, by Simpson's rule.
   void find_area_shares() {
     constexpr double step = 2 * std::numbers::pi / kStrips;
     double sum = 0;
@@ -130,9 +129,9 @@ class Cylinder final : public AnalyticShape<Cylinder> {
       area_shares_.push_back(sum);
     }
   }
-  /// Returns the share of a turn that covers a share u of the area. Between entries of the table, the
-  /// strips' area is interpolated linearly: its error is about (2 k / 1000)² / 12 at the sharpest bend
-  /// of the ellipse, where k is the ratio of its axes.
+  /// Returns the fraction of a turn that covers a fraction u of the area. Between entries of the
+  /// table, the strips' area is interpolated linearly. The error is about (2 k / 1000)² / 12 where
+  /// the ellipse has the largest curvature; k is the ratio of its axes.
   float turn_of_area(float u) const {
     if (area_shares_.empty()) return u;
     const double area = static_cast<double>(u) * area_shares_.back();
@@ -179,8 +178,8 @@ class Cylinder final : public AnalyticShape<Cylinder> {
 
   static constexpr int kStrips = 4096;
 
-  std::vector<double> area_shares_;  ///< empty if all angles have the same
-  LocalSpace space_;  ///< of the cylinder of radius 1 from z = 0 to z = 1
+  std::vector<double> area_shares_;  ///< cumulative area; empty if it is proportional to the angle
+  LocalSpace space_;                 ///< space of the cylinder of radius 1 from z = 0 to z = 1
   double sign_ = 1;
   Aabb bounds_;
   double extent_ = 1;
@@ -189,5 +188,5 @@ class Cylinder final : public AnalyticShape<Cylinder> {
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::Cylinder, kinome::Category::kShape, "cylinder",
-              "A cylinder's side, without caps.", kinome::kTable);
+KINOME_PLUGIN(kinome::Cylinder, kinome::Category::kShape, "cylinder", "A cylinder without caps.",
+              kinome::kTable);

@@ -1,5 +1,5 @@
-/// The unit disk in the plane z = 0, seen from +z. u is the distance from the centre, v the angle
-/// from the local +x axis over 2 pi. to_world may turn it into an ellipse.
+/// The unit disk in the plane z = 0, facing +z. u is the distance from the centre, v the angle from
+/// the local +x axis divided by 2 pi. to_world may make it an ellipse.
 ///
 ///     <shape type="disk">
 ///       <transform name="to_world"><scale value="3"/><translate z="2"/></transform>
@@ -25,7 +25,7 @@ class Disk final : public AnalyticShape<Disk> {
   explicit Disk(const Properties& props)
       : AnalyticShape(props), space_(glm::dmat4(to_world_of(props).matrix())) {
     n_ = Vec3(space_.normal_to_world(DVec3(0, 0, 1)) * (props.boolean("flip_normals") ? -1. : 1.));
-    // A point cos(a) x + sin(a) y reaches furthest along an axis at hypot of its components.
+    // The maximum of a component of cos(a) x + sin(a) y is the hypotenuse of those of x and y.
     const glm::dmat3& m = space_.linear();
     const DVec3 reach = glm::sqrt(m[0] * m[0] + m[1] * m[1]);
     bounds_ = {Vec3(space_.offset() - reach), Vec3(space_.offset() + reach)};
@@ -49,7 +49,7 @@ class Disk final : public AnalyticShape<Disk> {
     using D = DoubleOf<F>;
     const auto line = space_.to_local(o, d);
     const D root = -line.o.z / line.d.z;
-    // A parallel ray has a root that is infinite or not a number: no hit either way.
+    // The root of a parallel ray is infinite or NaN, so it is no hit.
     return first_root(Roots<D>{root, root, is_finite(root)}, tmin, tmax, [&](const auto& at) {
       const D x = line.o.x + at * line.d.x;
       const D y = line.o.y + at * line.d.y;
@@ -72,7 +72,7 @@ class Disk final : public AnalyticShape<Disk> {
     return surface_at(DVecOf<D>(to_double(local.x), to_double(local.y), D(0.0)));
   }
 
-  /// Of a point of the unit disk: all but wi.
+  /// Returns the point for one of the unit disk, without wi.
   template <class DV>
   ShapePoint<FloatOf<NumberOf<DV>>> surface_at(const DV& local) const {
     using D = NumberOf<DV>;

@@ -1,13 +1,14 @@
 /// Triangles from a glTF 2.0 file, as text (.gltf) or binary (.glb).
 ///
-/// All triangle primitives of the default scene's nodes become one mesh, with the nodes'
-/// transforms, skins and morph targets applied as the file sets them; POSITION, NORMAL and
-/// TEXCOORD_0 are read, and if a mesh_attribute texture reads `vertex_color`, the red, green and
-/// blue of COLOR_0 (white for primitives without it). Primitives without normals are flat. The
-/// instances of EXT_mesh_gpu_instancing are copies in the mesh; KHR_mesh_quantization and
-/// KHR_node_visibility are supported, compression is not. Animations, materials, cameras, lights,
-/// points and lines are ignored. Buffers may be embedded, or files beside the glTF file. Format:
-/// Khronos, "glTF 2.0 Specification", 2021.
+/// All triangle primitives of the default scene's nodes become one mesh. The nodes' transforms,
+/// skins and morph targets are applied as set in the file. The reader uses POSITION, NORMAL and
+/// TEXCOORD_0. If a mesh_attribute texture reads `vertex_color`, it also uses the red, green and
+/// blue of COLOR_0 (white for primitives without it). Primitives without normals are flat.
+///
+/// Instances of EXT_mesh_gpu_instancing become copies in the mesh. KHR_mesh_quantization and
+/// KHR_node_visibility are supported; compression is not. Animations, materials, cameras, lights,
+/// points and lines are ignored. Buffers may be embedded, or files relative to the glTF file.
+/// Format: Khronos, "glTF 2.0 Specification", 2021.
 ///
 ///     <shape type="gltf"><string name="filename" value="helmet.glb"/></shape>
 
@@ -31,39 +32,39 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"filename", ParameterType::kFile, nullptr, "The glTF file.", true},
+    {"filename", ParameterType::kFile, nullptr, "glTF file (.gltf or .glb).", true},
     kFaceNormals,
     kFlipNormals,
-    {"flip_tex_coords", ParameterType::kBoolean, "false", "Turns v into 1 - v."},
+    {"flip_tex_coords", ParameterType::kBoolean, "false", "Replace v by 1 - v."},
     kToWorld,
     kNestedBsdf,
     kNestedEmitter,
     kNestedSensor,
 };
 
-/// Of what the reader of the format says, which may quote megabytes of the file.
+/// Returns the first line of a message from the library, which may quote megabytes of the file.
 std::string first_line(const std::string& text) {
-  constexpr size_t kLongest = 200;
+  constexpr size_t kMaxLength = 200;
   const size_t start = text.find_first_not_of(" \t\r\n");
   if (start == std::string::npos) return "the file is broken";
   const std::string line = text.substr(start, text.find_first_of("\r\n", start) - start);
-  return line.size() > kLongest ? line.substr(0, kLongest) + "…" : line;
+  return line.size() > kMaxLength ? line.substr(0, kMaxLength) + "…" : line;
 }
 
 tinygltf::Model parse_gltf(const std::string& file) {
   const std::string bytes = read_mesh_file(file);
   const auto fail = [&](const std::string& message) {
-    throw Error(Location{file, 0, 0}, "not a glTF file that can be read: " + message);
+    throw Error(Location{file, 0, 0}, "can't be read as a glTF file: " + message);
   };
   if (bytes.size() > std::numeric_limits<unsigned>::max()) fail("it is larger than 4 GB");
   const auto size = static_cast<unsigned>(bytes.size());
   const std::string folder = std::filesystem::path(file).parent_path().string();
   tinygltf::TinyGLTF reader;
-  // Pictures are of no use to a shape.
+  // Shapes don't need images.
   reader.SetImageLoader([](tinygltf::Image*, const int, std::string*, std::string*, int, int,
                            const unsigned char*, int, void*) { return true; },
                         nullptr);
-  // Pipes and devices, which may have no end, are no buffers.
+  // Pipes and devices, which may be endless, aren't accepted as buffers.
   const auto exists = [](const std::string& path, void*) {
     std::error_code failed;
     return std::filesystem::is_regular_file(path, failed);
@@ -88,7 +89,7 @@ tinygltf::Model parse_gltf(const std::string& file) {
   } catch (const std::exception& e) {
     fail(first_line(e.what()));
   }
-  // Buffers of compressed data have no bytes for readers that don't know of the compression.
+  // Compressed buffers have no bytes for readers that don't support the compression.
   for (const char* const compression : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
     if (!ok && bytes.find(compression) != std::string::npos) {
       throw Error(Location{file, 0, 0}, unsupported(compression));
@@ -103,12 +104,12 @@ tinygltf::Model parse_gltf(const std::string& file) {
 
 class GltfReader {
  public:
-  GltfReader(const std::string& file, const tinygltf::Model& model, bool flip_v, bool wants_colors)
+  GltfReader(const std::string& file, const tinygltf::Model& model, bool flip_v, bool reads_colors)
       : model_(model),
         accessors_(file, model),
         skins_(accessors_, model),
         flip_v_(flip_v),
-        wants_colors_(wants_colors),
+        reads_colors_(reads_colors),
         visited_(model.nodes.size()) {}
 
   TriangleMesh read() {
@@ -131,11 +132,12 @@ class GltfReader {
     return std::move(mesh_);
   }
 
-  /// True if no primitive has normals: all faces are flat then (glTF 2.0, 3.7.2.1).
+  /// True if no primitive has normals, so that all faces are flat (glTF 2.0, 3.7.2.1).
   bool is_flat() const { return !has_normals_; }
   bool has_materials() const { return has_materials_; }
-  size_t lost_primitives() const { return lost_primitives_; }
-  /// Parts of the file that a mesh has no use for.
+  /// Number of primitives that were skipped because they have no triangles.
+  size_t skipped_primitives() const { return skipped_primitives_; }
+  /// Parts of the file that are ignored.
   std::vector<std::string> unused() const { return {unused_.begin(), unused_.end()}; }
 
  private:
@@ -144,7 +146,7 @@ class GltfReader {
     glm::dmat4 matrix;  ///< from the node's space to the scene's
   };
 
-  /// Notes what the file as a whole holds.
+  /// Records ignored parts of the whole file.
   void note_unused() {
     if (model_.scenes.size() > 1) unused_.insert("scenes other than the default one");
     if (!model_.animations.empty()) unused_.insert("animations");
@@ -162,7 +164,7 @@ class GltfReader {
       const int scene = std::max(model_.defaultScene, 0);
       return accessors_.at(model_.scenes, scene, "scene", "the file").nodes;
     }
-    // Without a scene: every node that is nobody's child.
+    // Without a scene, every node without a parent.
     std::vector<bool> is_child(model_.nodes.size());
     for (const tinygltf::Node& node : model_.nodes) {
       for (const int child : node.children) {
@@ -177,8 +179,8 @@ class GltfReader {
     return roots;
   }
 
-  /// Appends the visible nodes from `root` on, depth first. Without recursion: a file may chain a
-  /// million nodes.
+  /// Appends the visible nodes of the tree below `root`, depth first. Not recursive, because a file
+  /// may have a chain of a million nodes.
   void collect_nodes(int root, std::vector<PlacedNode>& nodes) {
     accessors_.at(model_.nodes, root, "node", "the scene");
     std::vector<PlacedNode> pending = {{root, glm::dmat4(1.)}};
@@ -212,15 +214,15 @@ class GltfReader {
     if (node.mesh >= 0) read_mesh(node, placed.matrix, name_of(placed));
   }
 
-  /// Number of elements that an accessor claims; 0 if there is no such accessor, or if it claims
-  /// more than the file can have, which reading it reports.
+  /// Returns the number of elements that an accessor claims. Returns 0 if there is no such
+  /// accessor, or if it claims more than the file can contain; reading it then reports the error.
   size_t claimed_count(int accessor) const {
     if (accessor < 0 || static_cast<size_t>(accessor) >= model_.accessors.size()) return 0;
     const size_t count = model_.accessors[static_cast<size_t>(accessor)].count;
     return count > accessors_.total_bytes() ? 0 : count;
   }
 
-  /// Number of vertices or faces that a primitive adds, whichever is larger.
+  /// Returns the number of vertices or of faces that a primitive adds, whichever is larger.
   size_t claimed_elements(const tinygltf::Primitive& primitive) const {
     const auto positions = primitive.attributes.find("POSITION");
     if (!is_of_triangles(primitive) || positions == primitive.attributes.end()) return 0;
@@ -231,39 +233,39 @@ class GltfReader {
     return std::max(is_flat ? 3 * faces : vertices, faces);
   }
 
-  /// Fails, before any memory is taken, if the nodes repeat meshes too many times.
+  /// Throws, before any memory is allocated, if the nodes repeat meshes too often.
   void check_claims(const std::vector<PlacedNode>& nodes) const {
-    std::vector<double> of_meshes;
+    std::vector<double> elements_of_mesh;
     for (const tinygltf::Mesh& mesh : model_.meshes) {
       double elements = 0;
       for (const auto& primitive : mesh.primitives) {
         elements += static_cast<double>(claimed_elements(primitive));
       }
-      of_meshes.push_back(elements);
+      elements_of_mesh.push_back(elements);
     }
     double elements = 0;
     for (const PlacedNode& placed : nodes) {
       const tinygltf::Node& node = model_.nodes[static_cast<size_t>(placed.node)];
-      if (node.mesh < 0 || static_cast<size_t>(node.mesh) >= of_meshes.size()) continue;
+      if (node.mesh < 0 || static_cast<size_t>(node.mesh) >= elements_of_mesh.size()) continue;
       size_t copies = 1;
-      // The copies of a skinned mesh are all in the same place.
+      // All copies of a skinned mesh are identical.
       for (const int accessor : node.skin < 0 ? instance_accessors(node) : std::vector<int>()) {
         copies = std::max(copies, claimed_count(accessor));
       }
-      elements += static_cast<double>(copies) * of_meshes[static_cast<size_t>(node.mesh)];
+      elements += static_cast<double>(copies) * elements_of_mesh[static_cast<size_t>(node.mesh)];
     }
-    if (elements > static_cast<double>(accessors_.most_elements())) fail_by_size();
+    if (elements > static_cast<double>(accessors_.max_elements())) fail_by_size();
   }
 
   void check_size() const {
     if (mesh_.positions.size() > kNoHit) accessors_.fail("the file has too many vertices");
     const size_t elements = std::max(mesh_.positions.size(), mesh_.triangles.size());
-    if (elements > accessors_.most_elements()) fail_by_size();
+    if (elements > accessors_.max_elements()) fail_by_size();
   }
 
   [[noreturn]] void fail_by_size() const {
-    accessors_.fail("the file uses its data too many times: that makes more than " +
-                    std::to_string(accessors_.most_elements()) + " vertices or faces");
+    accessors_.fail("the file repeats its data too often: the mesh must have at most " +
+                    std::to_string(accessors_.max_elements()) + " vertices and faces");
   }
 
   void read_mesh(const tinygltf::Node& node, const glm::dmat4& matrix, const std::string& user) {
@@ -283,31 +285,33 @@ class GltfReader {
     if (primitive.material >= 0) has_materials_ = true;
     for (const auto& [attribute, accessor] : primitive.attributes) {
       if (attribute == "POSITION" || attribute == "NORMAL" || attribute == "TEXCOORD_0") continue;
-      if (attribute == "COLOR_0" && wants_colors_) continue;
+      if (attribute == "COLOR_0" && reads_colors_) continue;
       const bool is_of_skin = attribute.starts_with("JOINTS_") || attribute.starts_with("WEIGHTS_");
       if (is_skinned && is_of_skin) continue;
       unused_.insert("attribute " + TextCursor::shorten(attribute));
     }
   }
 
-  /// Adds copies of a primitive; `joints` is empty without a skin.
+  /// Adds copies of a primitive. `joints` is empty if there is no skin.
   void read_primitive(const tinygltf::Primitive& primitive, const std::vector<double>& weights,
                       const std::vector<glm::dmat4>& joints, const std::vector<glm::dmat4>& copies,
                       const std::string& name) {
     if (!is_of_triangles(primitive)) {
-      ++lost_primitives_;
+      ++skipped_primitives_;
       return;
     }
-    // A compressed primitive may have its data uncompressed as well.
+    // A compressed primitive may also contain uncompressed data.
     const auto positions = primitive.attributes.find("POSITION");
     if (primitive.extensions.contains("KHR_draco_mesh_compression") &&
         (positions == primitive.attributes.end() ||
          accessors_.at(model_.accessors, positions->second, "accessor", name).bufferView < 0)) {
-      accessors_.fail(name + " is compressed (KHR_draco_mesh_compression), which is not supported");
+      accessors_.fail(name +
+                      " is compressed by KHR_draco_mesh_compression, which is unsupported: "
+                      "export it without compression");
     }
     const GltfVertices vertices = read_vertices(accessors_, primitive, weights, name);
     std::vector<float> colors;
-    if (wants_colors_) {
+    if (reads_colors_) {
       colors = read_colors(accessors_, model_, primitive, vertices.count, name);
       any_colors_ = any_colors_ || primitive.attributes.contains("COLOR_0");
     }
@@ -330,7 +334,7 @@ class GltfReader {
         add(vertices, triangles, colors, matrix_of);
       }
       check_size();
-      if (!skinned.empty()) break;  // the copies are all in the same place
+      if (!skinned.empty()) break;  // all copies are identical
     }
   }
 
@@ -341,14 +345,14 @@ class GltfReader {
     for (size_t i = 0; i < vertices.count; ++i) add_vertex(vertices, i, matrix_of(i));
     colors_.insert(colors_.end(), colors.begin(), colors.end());
     for (glm::uvec3 triangle : triangles) {
-      // A mirroring node keeps its faces' outside (glTF 2.0, 3.7.4).
+      // Nodes that mirror keep the outside of faces (glTF 2.0, 3.7.4).
       if (mirrors(matrix_of(triangle.x))) std::swap(triangle.y, triangle.z);
       mesh_.triangles.push_back(triangle + first);
     }
   }
 
-  /// As add(), but with separate vertices for each triangle and normals of zero, which
-  /// MeshShape::finish() replaces by the triangle's.
+  /// Like add(), but with separate vertices for each triangle. Their normals are zero, which
+  /// MeshShape::finish() replaces by the triangle's normal.
   template <class MatrixOf>
   void add_flat(const GltfVertices& vertices, const std::vector<glm::uvec3>& triangles,
                 const std::vector<float>& colors, const MatrixOf& matrix_of) {
@@ -373,8 +377,8 @@ class GltfReader {
     Vec3 n(0.f);
     if (!vertices.normals.empty()) {
       const double* const stored = &vertices.normals[3 * i];
-      // Normals go by the cofactors, which are the inverse transpose times the determinant, and
-      // exist for a flattening node, too.
+      // Normals are transformed by the cofactor matrix, which is the inverse transpose times the
+      // determinant. It exists even if the node flattens.
       const glm::dmat3 m(matrix);
       const glm::dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]),
                                  glm::cross(m[0], m[1]));
@@ -396,7 +400,7 @@ class GltfReader {
   GltfAccessors accessors_;
   GltfSkins skins_;
   bool flip_v_;
-  bool wants_colors_;
+  bool reads_colors_;
   std::vector<bool> visited_;
   TriangleMesh mesh_;
   std::vector<float> colors_;  ///< empty unless a texture reads them
@@ -404,7 +408,7 @@ class GltfReader {
   bool has_normals_ = false;
   bool any_uvs_ = false;
   bool has_materials_ = false;
-  size_t lost_primitives_ = 0;
+  size_t skipped_primitives_ = 0;
   std::set<std::string> unused_;
 };
 
@@ -413,15 +417,16 @@ class Gltf final : public wide::Mesh {
   explicit Gltf(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
     const tinygltf::Model model = parse_gltf(file);
-    const std::vector<std::string> wanted = wanted_attributes();
-    GltfReader reader(file, model, props.boolean("flip_tex_coords"),
-                      std::find(wanted.begin(), wanted.end(), "vertex_color") != wanted.end());
+    const std::vector<std::string> requested = wanted_attributes();
+    GltfReader reader(
+        file, model, props.boolean("flip_tex_coords"),
+        std::find(requested.begin(), requested.end(), "vertex_color") != requested.end());
     mesh_ = reader.read();
     const auto warn = [&](const std::string& what) {
       log_warn(Error(Location{file, 0, 0}, what).what());
     };
-    if (const size_t lost = reader.lost_primitives(); lost > 0) {
-      warn("primitives of points or lines are skipped (" + std::to_string(lost) + " of them)");
+    if (const size_t skipped = reader.skipped_primitives(); skipped > 0) {
+      warn("primitives of points or lines are skipped (" + std::to_string(skipped) + " of them)");
     }
     if (reader.has_materials() && !bsdf_pointer()) {
       warn("its materials are ignored: give the shape a bsdf");

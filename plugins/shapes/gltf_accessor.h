@@ -9,8 +9,7 @@
 
 #include "kinome/error.h"
 
-/// Reading glTF accessors, with every index, offset and count of the file checked against the bytes
-/// that are there.
+/// Reader of glTF accessors. Checks all indices, offsets and counts against the available bytes.
 namespace kinome {
 
 class GltfAccessors {
@@ -20,13 +19,14 @@ class GltfAccessors {
     for (const tinygltf::Buffer& buffer : model.buffers) total_bytes_ += buffer.data.size();
   }
 
-  /// All elements of an accessor, each of `components` numbers; integers that the file calls
-  /// normalised become 0 to 1 or -1 to 1 (glTF 2.0, 3.6.2.2).
+  /// Returns all components of all elements of an accessor. Normalised integers are mapped to [0,
+  /// 1] or [-1, 1] (glTF 2.0, 3.6.2.2).
   std::vector<double> read(int index, int type, const std::string& what) const {
     const tinygltf::Accessor& accessor = at(model_.accessors, index, "accessor", what);
     if (accessor.type != type) fail(what + " has an accessor of the wrong type");
     const int components = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(type));
-    // Zeros need no bytes in the file, so their number is bounded by what else there is.
+    // Sparse accessors may need no bytes for zeros, so the count is bounded by the size of all
+    // data.
     if (accessor.count > total_bytes_) {
       fail(what + " claims " + std::to_string(accessor.count) + " elements, but the file has " +
            std::to_string(total_bytes_) + " bytes of data");
@@ -49,11 +49,11 @@ class GltfAccessors {
   /// Number of bytes in the file's buffers.
   size_t total_bytes() const { return total_bytes_; }
 
-  /// Nodes may show one mesh many times: far more than that is no scene, but a file that is meant
-  /// to fill the memory.
-  size_t most_elements() const {
-    return (size_t{1} << 20) +
-           std::max(kMostRepeated * total_bytes_, std::min(kMostInstanced * total_bytes_, kMost));
+  /// Maximum number of elements of the mesh. Nodes may repeat meshes, but a file that exceeds this
+  /// limit is probably meant to exhaust memory.
+  size_t max_elements() const {
+    return (size_t{1} << 20) + std::max(kMaxRepeated * total_bytes_,
+                                        std::min(kMaxInstanced * total_bytes_, kMaxElements));
   }
 
   template <class T>
@@ -71,10 +71,10 @@ class GltfAccessors {
   }
 
  private:
-  /// As elements for each byte of data.
-  static constexpr size_t kMostRepeated = 16;
-  /// Likewise for small files of many instances, but not above kMost elements, a gigabyte.
-  static constexpr size_t kMostInstanced = 1024, kMost = size_t{1} << 25;
+  /// Maximum number of elements per byte of data.
+  static constexpr size_t kMaxRepeated = 16;
+  /// The same for small files with many instances, up to kMaxElements, which need a gigabyte.
+  static constexpr size_t kMaxInstanced = 1024, kMaxElements = size_t{1} << 25;
   struct View {
     const unsigned char* data;
     size_t stride;

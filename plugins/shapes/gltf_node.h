@@ -7,18 +7,18 @@
 #include "gltf_accessor.h"
 #include "kinome/math.h"
 
-/// The transforms of glTF nodes and of their instances.
+/// Transforms of glTF nodes and of their instances.
 namespace kinome {
 
-/// Matrix of a translation, a rotation (a quaternion x, y, z, w of any length but 0) and a scale,
-/// applied in the opposite order (glTF 2.0, 3.5.3). A nullptr leaves its part out.
+/// Returns the matrix of a scale, a rotation (a quaternion x, y, z, w of any length but 0) and a
+/// translation, applied in this order (glTF 2.0, 3.5.3). nullptr stands for the identity.
 inline glm::dmat4 trs_matrix(const double* translation, const double* rotation,
                              const double* scale) {
   glm::dmat4 m(1.);
   if (rotation) {
     glm::dvec4 q(rotation[0], rotation[1], rotation[2], rotation[3]);
     const double length = glm::length(q);
-    // Rotations that are stored as integers are only nearly of length 1.
+    // Rotations that are stored as integers have a length of nearly 1.
     q = length > 0 ? q / length : glm::dvec4(0, 0, 0, 1);
     m[0] = {1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y + q.w * q.z),
             2 * (q.x * q.z - q.w * q.y), 0};
@@ -32,7 +32,7 @@ inline glm::dmat4 trs_matrix(const double* translation, const double* rotation,
   return m;
 }
 
-/// From a node's space to that of its parent.
+/// Returns the transform from a node's space to its parent's.
 inline glm::dmat4 local_matrix(const GltfAccessors& accessors, const tinygltf::Node& node,
                                const std::string& name) {
   const auto values = [&](const std::vector<double>& v, size_t size, const char* what) {
@@ -51,12 +51,13 @@ inline glm::dmat4 local_matrix(const GltfAccessors& accessors, const tinygltf::N
                     values(node.rotation, 4, "rotation"), values(node.scale, 3, "scale"));
 }
 
-/// Member of an extension's JSON, or a null value. The library's own look-up demands an object.
+/// Returns a member of an extension's JSON, or a null value. The library's own look-up requires an
+/// object.
 inline tinygltf::Value json_member(const tinygltf::Value& value, const std::string& name) {
   return value.IsObject() ? value.Get(name) : tinygltf::Value();
 }
 
-/// Accessors of the attributes of EXT_mesh_gpu_instancing that a node's transforms use.
+/// Returns the accessors of EXT_mesh_gpu_instancing that give the transforms of a node's instances.
 inline std::vector<int> instance_accessors(const tinygltf::Node& node) {
   std::vector<int> accessors;
   const auto extension = node.extensions.find("EXT_mesh_gpu_instancing");
@@ -69,8 +70,8 @@ inline std::vector<int> instance_accessors(const tinygltf::Node& node) {
   return accessors;
 }
 
-/// Transforms of the copies of a node's mesh, in the node's space: of each instance of
-/// EXT_mesh_gpu_instancing, or the identity alone.
+/// Returns the transforms of the copies of a node's mesh, in the node's space: one for each
+/// instance of EXT_mesh_gpu_instancing, or only the identity.
 inline std::vector<glm::dmat4> instance_matrices(const GltfAccessors& accessors,
                                                  const tinygltf::Node& node,
                                                  const std::string& name) {
@@ -104,7 +105,7 @@ inline std::vector<glm::dmat4> instance_matrices(const GltfAccessors& accessors,
   return matrices;
 }
 
-/// True if KHR_node_visibility hides the node and all below it.
+/// True if KHR_node_visibility hides the node and its descendants.
 inline bool is_hidden(const tinygltf::Node& node) {
   const auto extension = node.extensions.find("KHR_node_visibility");
   if (extension == node.extensions.end()) return false;

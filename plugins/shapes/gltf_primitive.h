@@ -7,18 +7,18 @@
 #include "gltf_accessor.h"
 #include "mesh_file.h"
 
-/// The vertices and triangles of one glTF primitive, before any transform.
+/// Vertices and triangles of one glTF primitive, before any transform.
 namespace kinome {
 
 struct GltfVertices {
-  std::vector<double> positions;  ///< three of each vertex
-  std::vector<double> normals;    ///< likewise, or none
-  std::vector<double> uvs;        ///< two of each vertex, or none
+  std::vector<double> positions;  ///< three values per vertex
+  std::vector<double> normals;    ///< three values per vertex, or empty
+  std::vector<double> uvs;        ///< two values per vertex, or empty
   size_t count = 0;
 };
 
-/// Reads POSITION, NORMAL and TEXCOORD_0. Morph targets are added, each times its entry of
-/// `weights` (glTF 2.0, 3.7.2.2).
+/// Reads POSITION, NORMAL and TEXCOORD_0, and adds the morph targets times `weights` (glTF 2.0,
+/// 3.7.2.2).
 inline GltfVertices read_vertices(const GltfAccessors& accessors,
                                   const tinygltf::Primitive& primitive,
                                   const std::vector<double>& weights, const std::string& name) {
@@ -32,7 +32,7 @@ inline GltfVertices read_vertices(const GltfAccessors& accessors,
       const std::vector<double> moves = accessors.read(
           target->second, type, name + ", target " + std::to_string(i) + ", " + attribute);
       if (moves.size() != values.size()) {
-        accessors.fail(name + " has a morph target of another number of vertices");
+        accessors.fail(name + " has a morph target with a different number of vertices");
       }
       for (size_t k = 0; k < values.size(); ++k) values[k] += weights[i] * moves[k];
     }
@@ -51,8 +51,8 @@ inline GltfVertices read_vertices(const GltfAccessors& accessors,
   return vertices;
 }
 
-/// Red, green and blue of COLOR_0, whose fourth value, if any, is an opacity; white if the
-/// primitive has none.
+/// Reads red, green and blue of COLOR_0, without the opacity that may follow. White if the
+/// primitive has no COLOR_0.
 inline std::vector<float> read_colors(const GltfAccessors& accessors, const tinygltf::Model& model,
                                       const tinygltf::Primitive& primitive, size_t count,
                                       const std::string& name) {
@@ -83,13 +83,13 @@ inline bool is_of_triangles(const tinygltf::Primitive& primitive) {
          primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;
 }
 
-/// Number of triangles of a list, strip or fan of `corners` vertices.
+/// Returns the number of triangles of a list, strip or fan with `corners` vertices.
 inline size_t face_count(const tinygltf::Primitive& primitive, size_t corners) {
   const bool is_list = primitive.mode == TINYGLTF_MODE_TRIANGLES || primitive.mode == -1;
   return is_list ? corners / 3 : std::max<size_t>(corners, 2) - 2;
 }
 
-/// The triangles of a list, strip or fan of `count` vertices (glTF 2.0, 3.7.2.1).
+/// Reads the triangles of a list, strip or fan with `count` vertices (glTF 2.0, 3.7.2.1).
 inline std::vector<glm::uvec3> read_triangles(const GltfAccessors& accessors,
                                               const tinygltf::Primitive& primitive, size_t count,
                                               const std::string& name) {

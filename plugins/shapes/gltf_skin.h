@@ -6,10 +6,10 @@
 
 #include "gltf_node.h"
 
-/// Skins of glTF files, in the pose that the nodes have (glTF 2.0, 3.7.3).
+/// Skins of glTF files, in the pose given by the nodes (glTF 2.0, 3.7.3).
 namespace kinome {
 
-/// Where the bones of a file's skins are.
+/// Transforms of the joints of a file's skins.
 class GltfSkins {
  public:
   GltfSkins(const GltfAccessors& accessors, const tinygltf::Model& model)
@@ -25,7 +25,8 @@ class GltfSkins {
     }
   }
 
-  /// For each joint of a skin, the matrix from the mesh's space in the bind pose to the scene's.
+  /// Returns, for each joint of a skin, the matrix from the mesh's space in the bind pose to the
+  /// scene's space.
   std::vector<glm::dmat4> joint_matrices(int skin_index, const std::string& user) {
     const tinygltf::Skin& skin = accessors_.at(model_.skins, skin_index, "skin", user);
     const std::string name = "skin " + std::to_string(skin_index);
@@ -51,8 +52,8 @@ class GltfSkins {
   }
 
  private:
-  /// From a node's space to the scene's. Each node's is computed once: joints have long chains of
-  /// ancestors in common.
+  /// Returns the transform from a node's space to the scene's. Each is computed once, because
+  /// joints share long chains of ancestors.
   const glm::dmat4& scene_matrix(int index, const std::string& user) {
     accessors_.at(model_.nodes, index, "node", user);
     std::vector<size_t> path;
@@ -78,8 +79,8 @@ class GltfSkins {
   std::vector<std::optional<glm::dmat4>> known_;
 };
 
-/// Matrices of a skinned primitive's vertices, as blends of those of the joints. Empty if the
-/// primitive names no joints.
+/// Returns the matrix of each vertex of a skinned primitive, blended from the joints' matrices.
+/// Empty if the primitive has no joints.
 inline std::vector<glm::dmat4> skinned_vertices(const GltfAccessors& accessors,
                                                 const tinygltf::Primitive& primitive,
                                                 const std::vector<glm::dmat4>& joints, size_t count,
@@ -112,7 +113,7 @@ inline std::vector<glm::dmat4> skinned_vertices(const GltfAccessors& accessors,
     }
   }
   for (size_t i = 0; i < blended.size(); ++i) {
-    if (!(std::abs(sums[i]) > 0)) accessors.fail(name + " has a vertex without weights of joints");
+    if (!(std::abs(sums[i]) > 0)) accessors.fail(name + " has a vertex without joint weights");
     blended[i] /= sums[i];
   }
   return blended;

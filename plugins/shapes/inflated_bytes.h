@@ -9,13 +9,13 @@
 
 namespace kinome {
 
-/// What a zlib stream holds, from its beginning on. Not thread-safe.
+/// Decompresses a zlib stream in steps. Not thread-safe.
 class InflatedBytes {
  public:
-  /// `compressed` must outlive this.
+  /// `compressed` must outlive this object.
   explicit InflatedBytes(std::string_view compressed) : rest_(compressed) {
     is_open_ = inflateInit(&stream_) == Z_OK;
-    if (!is_open_) why_ = "there is no memory to decompress it";
+    if (!is_open_) why_ = "not enough memory to decompress the mesh";
   }
   ~InflatedBytes() {
     if (is_open_) inflateEnd(&stream_);
@@ -23,7 +23,7 @@ class InflatedBytes {
   InflatedBytes(const InflatedBytes&) = delete;
   InflatedBytes& operator=(const InflatedBytes&) = delete;
 
-  /// The next `size` bytes; false where there aren't as many, which why() explains.
+  /// Reads the next `size` bytes. Returns false if there aren't as many; why() is then the reason.
   bool read(void* out, size_t size) {
     constexpr size_t kStep = size_t{1} << 30;  // zlib counts by 32 bits
     auto* next = static_cast<Bytef*>(out);
@@ -40,20 +40,20 @@ class InflatedBytes {
       if (size == 0) break;
       why_ = result == Z_STREAM_END || result == Z_BUF_ERROR || result == Z_OK
                  ? "the mesh ends too early"
-                 : "what is compressed in it is broken";
+                 : "the compressed data is damaged";
       return false;
     }
     return is_open_;
   }
   const std::string& why() const { return why_; }
-  /// No more bytes than these can follow.
-  uint64_t most_left() const {
-    constexpr uint64_t kMostRatio = 1032;  // of deflate
-    return (rest_.size() + stream_.avail_in) * kMostRatio + kMostWaiting;
+  /// Upper bound of the number of bytes that can follow.
+  uint64_t max_bytes_left() const {
+    constexpr uint64_t kMaxRatio = 1032;  // compression ratio of deflate
+    return (rest_.size() + stream_.avail_in) * kMaxRatio + kMaxBuffered;
   }
 
  private:
-  static constexpr uint64_t kMostWaiting = 1 << 16;  // zlib's window: inflated, but not yet read
+  static constexpr uint64_t kMaxBuffered = 1 << 16;  // zlib's window: inflated, but not yet read
 
   void feed() {
     const size_t step = std::min<size_t>(rest_.size(), size_t{1} << 30);

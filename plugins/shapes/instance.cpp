@@ -1,5 +1,5 @@
-/// A shapegroup's shapes, moved to another place: by any affine map, also one that mirrors or
-/// stretches. A copy costs a few hundred bytes, whatever it is a copy of.
+/// A copy of a shapegroup's shapes under any affine transform, including mirroring and uneven
+/// scales. A copy needs a few hundred bytes, independent of the group's size.
 ///
 ///     <shape type="instance">
 ///       <ref id="tree"/>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr Parameter kTable[] = {
     kToWorld,
-    {"shapegroup", ParameterType::kObject, nullptr, "A shapegroup, or a <ref> to one.", true,
+    {"shapegroup", ParameterType::kObject, nullptr, "Shapegroup, or a <ref> to one.", true,
      Category::kShape},
 };
 
@@ -40,7 +40,7 @@ class Instance final : public ShapeInstance {
  private:
   static std::shared_ptr<const ShapeGroup> group_of(const Properties& props) {
     auto group = std::dynamic_pointer_cast<const ShapeGroup>(props.object<Shape>());
-    if (!group) throw Error(props.where(), "must have a 'shapegroup', not another shape");
+    if (!group) throw Error(props.where(), "requires a nested 'shapegroup', got another shape");
     return group;
   }
 
@@ -54,4 +54,4 @@ class Instance final : public ShapeInstance {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Instance, kinome::Category::kShape, "instance",
-              "A shapegroup in another place.", kinome::kTable);
+              "A copy of a shapegroup at another position.", kinome::kTable);

@@ -1,5 +1,5 @@
-/// Curves made of straight pieces: cones between round joints, each as wide as the radii of its
-/// control points say. They are seen from outside only.
+/// Curves of straight segments: cones between spherical joints, with the radii of the control
+/// points. Only visible from outside.
 ///
 ///     <shape type="linearcurve"><string name="filename" value="twigs.txt"/></shape>
 
@@ -17,4 +17,4 @@ class LinearCurve final : public CurveShape<false> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::LinearCurve, kinome::Category::kShape, "linearcurve",
-              "Curves of straight pieces, of round cross section.", kinome::kCurveParameters);
+              "Curves of straight segments with a round cross section.", kinome::kCurveParameters);

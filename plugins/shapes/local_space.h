@@ -13,26 +13,27 @@ namespace kinome {
 using DVec3 = glm::dvec3;
 using namespace wide::formulas;
 
-/// A ray in double precision, double or wide::Double.
+/// A ray in double precision. D is double or wide::Double.
 template <class D>
 struct LocalLine {
   DVecOf<D> o, d;
 };
 
-/// The space of an analytic shape, mapped to world space. In double precision: rays, centres and
-/// matrices are floats, so the shape is exact, and a hit is off by far less than a float can tell,
-/// also for a sphere of radius 1e6 or a disk at 1e5.
+/// Local space of an analytic shape, and its transform to world space, in double precision. Rays,
+/// centres and matrices are floats, so the shape is exact. The error of a hit is far below a
+/// float's resolution, also for a sphere of radius 1e6 or a disk at 1e5.
 class LocalSpace {
  public:
   explicit LocalSpace(const glm::dmat4& to_world)
       : linear_(to_world), offset_(to_world[3]), inverse_(glm::inverse(glm::dmat3(to_world))) {}
 
-  /// Of single precision.
+  /// o and d have single precision.
   template <class V>
   auto to_local(const V& o, const V& d) const {
     return LocalLine<DoubleOf<NumberOf<V>>>{inverse_ * from_offset(o), inverse_ * to_double(d)};
   }
-  /// The vector from the space's origin to a place of single precision, in world space.
+  /// Returns the vector in world space from the origin of the local space to a point p of single
+  /// precision.
   template <class V>
   auto from_offset(const V& p) const {
     const auto exact = to_double(p);
@@ -46,7 +47,7 @@ class LocalSpace {
   V vector_to_world(const V& v) const {
     return linear_ * v;
   }
-  /// Unit.
+  /// Returns a unit vector.
   template <class V>
   V normal_to_world(const V& n) const {
     return normalize(n * inverse_);
@@ -60,23 +61,25 @@ class LocalSpace {
   glm::dmat3 inverse_;
 };
 
-/// Bound on the distance from the surface of a point that is exact but for rounding to float, and
-/// of a ray's origin moved from it: each coordinate is rounded twice, by at most u = 2^-24 of
-/// itself, which makes 2 sqrt(3) u M < 4 u M; doubled. `extent` (the largest coordinate of shape or
-/// centre) covers the double arithmetic, where p lies near the origin but its shape does not.
+/// Returns a bound on the distance from the surface for a point that is exact except for rounding
+/// to float, and for a ray origin offset from it. Each coordinate is rounded twice, with a relative
+/// error of at most u = 2^-24, which gives 2 sqrt(3) u M < 4 u M; this is doubled. `extent`, the
+/// largest coordinate of the shape or its centre, bounds the error of double arithmetic, in case p
+/// is near the origin but the shape isn't.
 template <class V>
 NumberOf<V> surface_error(const V& p, double extent) {
   return 8 * 0x1p-24f * max_component(abs(p)) + static_cast<float>(1e-13 * extent);
 }
 
-/// Where a line meets a quadric: t0 <= t1 where there is such a place.
+/// Parameters where a line intersects a quadric; t0 <= t1 if they exist.
 template <class D>
 struct Roots {
   D t0, t1;
   MaskOf<D> exist;
 };
 
-/// The first of the roots in [tmin, tmax] that `accept` agrees to, as float; infinite where none.
+/// Returns the first root in [tmin, tmax] for which `accept` is true, as float; infinity if there
+/// is none.
 template <class D, class Accept>
 FloatOf<D> first_root(const Roots<D>& roots, FloatOf<D> tmin, FloatOf<D> tmax,
                       const Accept& accept) {
@@ -87,9 +90,9 @@ FloatOf<D> first_root(const Roots<D>& roots, FloatOf<D> tmin, FloatOf<D> tmax,
   return select(is_hit(roots.t0), to_float(roots.t0), far);
 }
 
-/// Where |o + t d|² = 1 over the first `dimensions` coordinates. The discriminant is taken from the
-/// point of the line nearest to the centre, which doesn't cancel where the origin is far away
-/// (Haines et al. 2019).
+/// Solves |o + t d|² = 1 over the first `dimensions` coordinates. The discriminant is computed from
+/// the line's nearest point to the centre, which avoids cancellation for distant origins (Haines et
+/// al. 2019).
 template <int dimensions, class D>
 Roots<D> unit_ball_roots(const LocalLine<D>& line) {
   auto o = line.o, d = line.d;
@@ -98,19 +101,21 @@ Roots<D> unit_ball_roots(const LocalLine<D>& line) {
   const D middle = -(dot(o, d) * inverse);
   const auto nearest = o + d * middle;
   const D discriminant = (1.0 - dot(nearest, nearest)) * inverse;
-  // Near an origin on the surface the difference cancels, but far below what floats can tell.
+  // For an origin on the surface, the difference below cancels, but the error is far below a
+  // float's resolution.
   const D half = sqrt(discriminant);
   return {middle - half, middle + half, discriminant >= 0.0};
 }
 
-/// uv.x of an angle: 0 to 1, counterclockwise from +x.
+/// Returns the angle of (x, y) as a fraction of a turn in [0, 1], counterclockwise from +x.
 template <class D>
 FloatOf<D> turn(D x, D y) {
   const D phi = atan2(y, x) / (2 * std::numbers::pi);
   return to_float(select(phi < 0.0, phi + 1.0, phi));
 }
 
-/// True where the columns of the linear part are orthogonal and of one length, to float's accuracy.
+/// True if the columns of the linear part are orthogonal and the first `columns` have the same
+/// length, to the accuracy of float.
 inline bool is_similarity(const glm::dmat3& m, int columns = 3) {
   const double length2 = glm::dot(m[0], m[0]);
   for (int i = 0; i < columns; ++i) {

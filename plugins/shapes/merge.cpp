@@ -1,5 +1,5 @@
-/// Shapes in one another's place, as if they stood in the scene themselves. Mitsuba makes one mesh
-/// of those of one material, which is faster there; here it makes no difference.
+/// Several shapes, as if each were in the scene itself. Mitsuba merges shapes with the same
+/// material into one mesh, which renders faster there. In Kinome, it makes no difference.
 ///
 ///     <shape type="merge">
 ///       <shape type="cube"/> <shape type="sphere"/>
@@ -13,7 +13,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"shape", ParameterType::kObject, nullptr, "A shape.", false, Category::kShape, 1000000},
+    {"shape", ParameterType::kObject, nullptr, "The shapes.", false, Category::kShape, 1000000},
     {"bsdf", ParameterType::kObject, nullptr, "Ignored, as in Mitsuba: the shapes have their own.",
      false, Category::kBsdf},
 };
@@ -26,7 +26,7 @@ class Merge final : public Shape {
           Error(props.where(), "the bsdf of a merge is ignored: its shapes have their own").what());
     }
     for (const auto& shape : props.objects<Shape>()) {
-      if (std::dynamic_pointer_cast<ShapeGroup>(shape)) continue;  // its instances show it
+      if (std::dynamic_pointer_cast<ShapeGroup>(shape)) continue;  // only visible by its instances
       parts_.push_back(shape);
       bounds_.expand(shape->bounds());
     }
@@ -34,7 +34,7 @@ class Merge final : public Shape {
 
   std::vector<std::shared_ptr<Shape>> parts() const override { return parts_; }
   Aabb bounds() const override { return bounds_; }
-  // Its parts stand for it.
+  // Never called: the scene uses the parts.
   SurfaceInteraction interaction(const Ray&, const Hit&) const override { return {}; }
   float area() const override { return 0; }
   SurfaceInteraction sample_surface(const Vec2&) const override { return {}; }

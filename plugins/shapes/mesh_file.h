@@ -13,22 +13,22 @@
 #include "kinome/error.h"
 #include "kinome/log.h"
 
-/// What readers of mesh files share.
+/// Helpers that readers of mesh files share.
 namespace kinome {
 
-/// A file as bytes. Error at `path` where it can't be read.
+/// Returns the bytes of a file. Throws Error at `path` if it can't be read.
 inline std::string read_mesh_file(const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                              &std::fclose);
   std::string bytes;
   if (file) {
-    // Files whose size can't be told ahead (pipes) are read in steps.
+    // Files of unknown size (pipes) are read in steps.
     const bool seekable = std::fseek(file.get(), 0, SEEK_END) == 0;
     const long size = seekable ? std::ftell(file.get()) : -1;
     if (seekable) std::rewind(file.get());
     constexpr size_t kStep = 1 << 20;
     size_t filled = 0;
-    // One byte more than the size, so that a single read meets the end. Folders "have" a size of
+    // One byte more than the size, so that a single read reaches the end. Folders report a size of
     // LONG_MAX; reading them fails.
     bytes.resize(size > 0 && size < (int64_t{1} << 40) ? static_cast<size_t>(size) + 1 : kStep);
     while (const size_t n =
@@ -44,29 +44,28 @@ inline std::string read_mesh_file(const std::string& path) {
   return bytes;
 }
 
-/// An index as a file may claim it: whole numbers without decimals.
+/// Formats an index from a file; whole numbers have no decimals.
 inline std::string format_index(double index) {
   return std::abs(index) < 1e15 && index == std::floor(index)
              ? std::to_string(static_cast<int64_t>(index))
              : std::to_string(index);
 }
 
-/// Text with '\n' as the end of each line, if its lines end with '\r' alone, as on Mac OS before X.
-/// Other text is unchanged.
+/// Replaces line ends '\r' (Mac OS before X) by '\n'. Other text is unchanged.
 inline std::string with_newlines(std::string text) {
   if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
   return text;
 }
 
-/// Warns that a file's mesh has no faces, so that the scene shows nothing of it.
+/// Warns that a mesh has no faces and is thus invisible.
 inline void warn_of_no_faces(const std::string& file) {
-  log_warn(Error(Location{file, 0, 0}, "the file has no faces: nothing of it is visible").what());
+  log_warn(Error(Location{file, 0, 0}, "the file has no faces: the shape is invisible").what());
 }
 
-/// Walks through text line by line, word by word, and knows where it is.
+/// Reads text line by line and word by word, and keeps the position for error messages.
 class TextCursor {
  public:
-  /// `has_comments`: a '#' begins a comment, which lasts to the end of its line.
+  /// With `has_comments`, '#' begins a comment that ends with the line.
   TextCursor(std::string file, std::string_view text, int line = 1, bool has_comments = false)
       : file_(std::move(file)),
         next_(text.data()),
@@ -79,7 +78,7 @@ class TextCursor {
   int line() const { return line_; }
   size_t bytes_left() const { return static_cast<size_t>(end_ - next_); }
   bool at_end() const { return next_ == end_; }
-  /// Skips blanks, and a backslash that continues the line. A comment is the end of its line.
+  /// Skips blanks, and a backslash that continues the line. A comment counts as the line's end.
   bool at_line_end() {
     while (next_ != end_) {
       if (*next_ == ' ' || *next_ == '\t' || *next_ == '\r') {
@@ -100,7 +99,7 @@ class TextCursor {
       start_line();
     }
   }
-  /// To the first line that isn't blank; false at the end of the text.
+  /// Moves to the first line that isn't blank. Returns false at the end of the text.
   bool skip_blank_lines() {
     while (at_line_end()) {
       if (at_end()) return false;
@@ -108,21 +107,21 @@ class TextCursor {
     }
     return true;
   }
-  /// The next word of the line; empty at its end.
+  /// Returns the next word of the line; empty at its end.
   std::string_view word() {
     const bool is_end = at_line_end();
     word_ = next_;
     if (is_end) return {};
-    // All characters that may end a word are up to '#', or '\\'.
+    // Only characters up to '#', and '\\', can end a word.
     while (next_ != end_ &&
            !((static_cast<unsigned char>(*next_) <= '#' || *next_ == '\\') && ends_word())) {
       ++next_;
     }
     return {word_, static_cast<size_t>(next_ - word_)};
   }
-  /// The next word as a number; `what` says in the error what was expected there.
+  /// Reads the next word as a number. `what` is the expected quantity, for error messages.
   double number(const char* what) { return number(word(), what); }
-  /// The value of the word that was read last.
+  /// Returns the value of the last word read.
   double number(std::string_view text, const char* what) const {
     if (text.empty()) fail(std::string("expected ") + what + ", but the line ends");
     if (text.front() == '+') text.remove_prefix(1);
@@ -130,11 +129,11 @@ class TextCursor {
     const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (rest == text.data() + text.size() && error == std::errc()) return value;
     if (error == std::errc::result_out_of_range) return extreme_number(text, what);
-    // As Microsoft's C library wrote numbers that are not finite: 1.#QNAN, -1.#IND00, 1.#INF.
+    // Non-finite numbers as written by Microsoft's C library: 1.#QNAN, -1.#IND00, 1.#INF.
     if (text.find(".#") != std::string_view::npos) return NAN;
     fail(std::string("expected ") + what + ", got '" + shorten(text) + "'");
   }
-  /// At the word that was read last.
+  /// Throws Error at the last word read.
   [[noreturn]] void fail(const std::string& message) const { throw error_here(message); }
   Error error_here(const std::string& message) const {
     return Error(Location{file_, line_,
@@ -147,7 +146,8 @@ class TextCursor {
   [[noreturn]] void fail_at(int line, const std::string& message) const {
     throw error_at(line, message);
   }
-  /// Words of a broken file may be megabytes of anything.
+  /// Returns at most 40 printable characters: words of a damaged file may be megabytes of any
+  /// bytes.
   static std::string shorten(std::string_view text) {
     std::string clean;
     for (const char c : text.substr(0, 40)) clean += c >= ' ' && c <= '~' ? c : '?';
@@ -155,7 +155,7 @@ class TextCursor {
   }
 
  private:
-  /// True at the sign in "1.#QNAN", which begins no comment.
+  /// True at the '#' in "1.#QNAN", which doesn't begin a comment.
   bool is_within_number() const { return *next_ == '#' && next_ != word_ && next_[-1] == '.'; }
   bool ends_line(char c) const { return c == '\n' || (c == '#' && has_comments_); }
   bool ends_word() const {
@@ -164,7 +164,8 @@ class TextCursor {
            (c == '\\' && continues_line());
   }
 
-  /// The value of a number that is too small for double: 0 or nearly so. Fails if it is too large.
+  /// Returns the value of a number that is too small for double: about 0. Throws if it is too
+  /// large.
   double extreme_number(std::string_view text, const char* what) const {
     long double value = 0;
     const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -189,7 +190,7 @@ class TextCursor {
   const char* next_;
   const char* end_;
   const char* line_start_;
-  const char* word_;  ///< start of the word that was read last
+  const char* word_;  ///< start of the last word read
   int line_;
   bool has_comments_;
 };

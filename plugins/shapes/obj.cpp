@@ -1,9 +1,10 @@
 /// Triangles from a Wavefront OBJ file.
 ///
-/// Statements v, vt, vn and f are read, with negative (relative) indices; polygons are split into
-/// fans. Groups and materials are ignored: the file is one mesh. Points, lines, free-form surfaces,
-/// faces of fewer than three vertices and unknown statements are skipped with a warning. Corners
-/// without a normal get the average of their faces' normals, weighted by angle.
+/// The reader uses the statements v, vt, vn and f; indices may be negative (relative). Polygons are
+/// split into fans. Groups and materials are ignored: the file is one mesh. Points, lines,
+/// free-form surfaces, faces with fewer than three vertices and unknown statements are skipped with
+/// a warning. Corners without a normal get the average of the adjacent faces' normals, weighted by
+/// angle.
 ///
 ///     <shape type="obj"><string name="filename" value="teapot.obj"/></shape>
 
@@ -22,11 +23,11 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"filename", ParameterType::kFile, nullptr, "The OBJ file.", true},
+    {"filename", ParameterType::kFile, nullptr, "OBJ file.", true},
     kFaceNormals,
     kFlipNormals,
     {"flip_tex_coords", ParameterType::kBoolean, "true",
-     "Turns v into 1 - v: OBJ counts from the bottom of the image, textures from the top."},
+     "Replace v by 1 - v: v starts at the bottom of the image in OBJ, and at the top in textures."},
     kToWorld,
     kNestedBsdf,
     kNestedEmitter,
@@ -35,7 +36,7 @@ constexpr Parameter kTable[] = {
 
 constexpr int64_t kAbsent = -1;
 
-/// A face's corner: indices from 0, kAbsent where there is none.
+/// Corner of a face. Indices start at 0; missing ones are kAbsent.
 struct Corner {
   int64_t position = kAbsent;
   int64_t uv = kAbsent;
@@ -65,7 +66,7 @@ class ObjReader {
       const std::string_view keyword = cursor_.word();
       if (keyword == "v") {
         obj_.positions.push_back(read_vector("a coordinate"));
-        if (!cursor_.at_line_end()) note_unused("colours or weights of vertices");
+        if (!cursor_.at_line_end()) note_unused("vertex colours or weights");
         if (!is_finite(obj_.positions.back())) {
           cursor_.fail("a vertex has a position that is not finite");
         }
@@ -79,7 +80,7 @@ class ObjReader {
         obj_.normals.push_back(read_vector("a component of a normal"));
       } else if (keyword == "f") {
         read_face();
-      } else if (const char* const geometry = lost_geometry(keyword)) {
+      } else if (const char* const geometry = unsupported_geometry(keyword)) {
         skip(geometry);
       } else if (is_known(keyword)) {
         note_unused(keyword);
@@ -91,7 +92,7 @@ class ObjReader {
         }
       }
     }
-    // Mitsuba ignores statements that it doesn't know. A file of nothing else is no OBJ file.
+    // Mitsuba ignores unknown statements. A file that has no others isn't an OBJ file.
     if (obj_.positions.empty() && !first_unknown_.empty()) {
       cursor_.fail_at(first_unknown_line_,
                       "not an OBJ file: unknown keyword '" + first_unknown_ + "'");
@@ -101,9 +102,9 @@ class ObjReader {
     return std::move(obj_);
   }
 
-  /// Parts of the file that a mesh has no use for, in the file's order.
+  /// Ignored parts of the file, in the file's order.
   const std::vector<std::string>& unused() const { return unused_; }
-  /// Warns of geometry that the mesh lacks, and of statements that may have been meant otherwise.
+  /// Warns about skipped geometry and unknown statements.
   void warn_of_skipped() const {
     for (const Skipped& kind : skipped_) {
       const std::string count = " (" + std::to_string(kind.count) + " of them)";
@@ -113,7 +114,7 @@ class ObjReader {
 
  private:
   void note_unused(std::string_view what) {
-    // Few names that repeat: a file has tens of kinds of statements at most.
+    // A linear search suffices: a file has at most tens of kinds of statements.
     if (std::find(unused_.begin(), unused_.end(), what) == unused_.end())
       unused_.emplace_back(what);
   }
@@ -137,9 +138,9 @@ class ObjReader {
     }
   }
 
-  /// The kind of geometry that a statement describes, if this reader can't represent it; otherwise
+  /// Returns the kind of geometry that a statement describes if it is unsupported, otherwise
   /// nullptr.
-  static const char* lost_geometry(std::string_view keyword) {
+  static const char* unsupported_geometry(std::string_view keyword) {
     if (keyword == "p") return "points";
     if (keyword == "l") return "lines";
     if (keyword == "curv" || keyword == "curv2") return "free-form curves";
@@ -147,7 +148,7 @@ class ObjReader {
     return nullptr;
   }
 
-  /// Statements of the format without meaning for a mesh.
+  /// True for statements of the format that don't affect meshes.
   static bool is_known(std::string_view keyword) {
     constexpr std::string_view kOthers[] = {
         "g",          "s",         "o",     "mg",       "usemtl",   "mtllib", "vp",  "usemap",
@@ -161,7 +162,7 @@ class ObjReader {
     Face face{obj_.corners.size(), 0, cursor_.line()};
     while (!cursor_.at_line_end()) {
       const std::string_view word = cursor_.word();
-      // Mitsuba ends a face at the first word that is no corner.
+      // As in Mitsuba, a face ends at the first word that isn't a corner.
       if (face.corner_count >= 3 && std::isalpha(static_cast<unsigned char>(word.front()))) {
         skip("words after the corners of a face");
         break;
@@ -198,7 +199,7 @@ class ObjReader {
     return {index[0], index[1], index[2]};
   }
 
-  /// Indices count from 1, or from the end so far where negative.
+  /// Indices start at 1; negative ones are relative to the current end.
   int64_t read_index(std::string_view text, size_t size, std::string_view whole) const {
     int64_t index = 0;
     if (text.front() == '+') text.remove_prefix(1);
@@ -207,7 +208,7 @@ class ObjReader {
       cursor_.fail("expected an index, got '" + TextCursor::shorten(whole) + "'");
     }
     const auto count = static_cast<int64_t>(size);
-    // Positive ones may refer to what comes later in the file: see check_indices.
+    // Positive indices may refer to later parts of the file; see check_indices.
     if (error == std::errc::result_out_of_range || index == 0 || index < -count) {
       cursor_.fail("index out of range in '" + TextCursor::shorten(whole) + "': there are " +
                    std::to_string(size) + " so far");
@@ -235,7 +236,7 @@ class ObjReader {
 
   struct Skipped {
     std::string what;
-    int line;  ///< of the first one
+    int line;  ///< line of the first one
     size_t count;
   };
   TextCursor cursor_;
@@ -246,7 +247,7 @@ class ObjReader {
   int first_unknown_line_ = 0;
 };
 
-/// One vertex for each distinct (position, uv, normal).
+/// Creates one vertex for each distinct (position, uv, normal).
 class VertexMerger {
  public:
   VertexMerger(const ObjFile& obj, bool flip_v, TriangleMesh& mesh)
@@ -264,12 +265,12 @@ class VertexMerger {
       if (vertices_[i].uv == corner.uv && vertices_[i].normal == corner.normal) return i;
     }
     const auto index = static_cast<uint32_t>(vertices_.size());
-    if (steps < kLongestChain) {
+    if (steps < kMaxChain) {
       vertices_.push_back({corner.uv, corner.normal, newest});
       newest = index;
     } else {
       const auto [found, is_new] =
-          crowded_.try_emplace({corner.position, corner.uv, corner.normal}, index);
+          overflow_.try_emplace({corner.position, corner.uv, corner.normal}, index);
       if (!is_new) return found->second;
       vertices_.push_back({corner.uv, corner.normal, kNone});
     }
@@ -280,7 +281,7 @@ class VertexMerger {
       mesh_.uvs.emplace_back(uv.x, flip_v_ ? 1 - uv.y : uv.y);
     }
     if (any_normals_) {
-      // MeshShape::finish() fills in those that are zero.
+      // MeshShape::finish() replaces normals that are zero.
       mesh_.normals.push_back(
           corner.normal == kAbsent ? Vec3(0.f) : obj_.normals[static_cast<size_t>(corner.normal)]);
     }
@@ -289,8 +290,8 @@ class VertexMerger {
 
  private:
   static constexpr uint32_t kNone = ~0u;
-  /// Hardly any position of an ordinary mesh has more vertices.
-  static constexpr int kLongestChain = 16;
+  /// Maximum length of the list of vertices at a position. Typical meshes rarely exceed it.
+  static constexpr int kMaxChain = 16;
   struct Vertex {
     int64_t uv, normal;
     uint32_t next;  ///< another vertex at the same position
@@ -300,9 +301,9 @@ class VertexMerger {
   TriangleMesh& mesh_;
   std::vector<uint32_t> newest_;
   std::vector<Vertex> vertices_;
-  /// The vertices beyond the longest chain, by (position, uv, normal): a file may give one position
-  /// as many as it likes. Sorted, not hashed, so that no choice of indices makes it slow.
-  std::map<std::array<int64_t, 3>, uint32_t> crowded_;
+  /// Vertices beyond kMaxChain, by (position, uv, normal). A sorted map, because no choice of
+  /// indices can make it slow, unlike a hash table.
+  std::map<std::array<int64_t, 3>, uint32_t> overflow_;
   bool any_normals_ = false;
   bool any_uvs_ = false;
 };

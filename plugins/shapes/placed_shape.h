@@ -13,12 +13,12 @@
 #include "kinome/wide/surface_point.h"
 #include "kinome/wide/textures.h"
 
-/// A shape of a group as an instance shows it.
+/// A shape of a group, transformed by an instance.
 namespace kinome {
 
 using namespace wide::formulas;
 
-/// From a group's space to world space.
+/// Affine map from a group's space to world space.
 class AffineMap {
  public:
   explicit AffineMap(const Transform& to_world)
@@ -36,7 +36,7 @@ class AffineMap {
     round_trip_ = size * inverse_size;
     offset_size_ = size * glm::abs(inverse_offset_) + glm::abs(offset_);
     determinant_ = std::abs(glm::determinant(glm::dmat3(linear_)));
-    // By Frobenius' norm, which is no less than the largest stretch and at most sqrt(3) times it.
+    // The Frobenius norm is at least the largest stretch, and at most sqrt(3) times as large.
     for (int column = 0; column < 3; ++column) {
       stretch_ += glm::dot(linear_[column], linear_[column]);
     }
@@ -55,8 +55,8 @@ class AffineMap {
     return inverse_linear_ * d;
   }
 
-  /// A point of the group as one of the scene, seen along the world direction d. Normals go by the
-  /// inverse transpose, also where the map mirrors: what was outside stays outside, as in Mitsuba.
+  /// Maps a point of the group to the scene, for a ray with world direction d. Normals are mapped
+  /// by the inverse transpose, also if the map mirrors: the outside stays outside, as in Mitsuba.
   template <class F, class V>
   ShapePoint<F> point_to_world(const ShapePoint<F>& local, const V& d) const {
     ShapePoint<F> point;
@@ -72,12 +72,12 @@ class AffineMap {
     return point;
   }
 
-  /// How much larger an area of the unit normal n (of the group's space) is in the scene.
+  /// Returns the factor by which the map scales an area with unit normal n (in the group's space).
   double area_ratio(const Vec3& n) const {
     return determinant_ * glm::length(glm::dvec3(n) * glm::dmat3(inverse_linear_));
   }
-  /// No area_ratio is larger; they are all the same where the map keeps angles.
-  double largest_area_ratio() const {
+  /// Upper bound of area_ratio().
+  double max_area_ratio() const {
     double sum = 0;
     for (int row = 0; row < 3; ++row) {
       const glm::dvec3 v(inverse_linear_[0][row], inverse_linear_[1][row], inverse_linear_[2][row]);
@@ -87,10 +87,11 @@ class AffineMap {
   }
 
  private:
-  /// The local bound, stretched, and what rounding adds: on the way of a ray to the group's space,
-  /// which the tracer takes for each of its tests, and back. Each coordinate is a sum of four
-  /// products, whose terms there and back are bounded by round_trip_ |p| + offset_size_; rounded
-  /// 4 + 4 times, and the inverse, which is the tracer's own, a few times more: 16 u, doubled.
+  /// Returns the stretched local bound plus the rounding errors of transforming a ray to the
+  /// group's space, as the ray tracer does for each test, and a point back. Each coordinate is a
+  /// sum of four products. The terms of both transforms are bounded by round_trip_ |p| +
+  /// offset_size_. They are rounded 4 + 4 times, and the ray tracer's own inverse matrix a few
+  /// times more: 16 u, doubled.
   template <class F, class V>
   F world_error(const F& local_error, const V& p) const {
     const V terms = round_trip_ * abs(p) + V(offset_size_);
@@ -106,8 +107,8 @@ class AffineMap {
   double determinant_ = 0;
 };
 
-/// What the tracer does with an instance it does by itself; this one makes of a hit what it means.
-/// It emits nothing, so that only what spreads light over all surfaces samples it.
+/// Computes the interactions of an instance's shape; the ray tracer intersects instances natively.
+/// It doesn't emit, so only algorithms that sample all surfaces sample it.
 class PlacedShape final : public Shape {
  public:
   PlacedShape(std::shared_ptr<const Shape> shape, std::shared_ptr<const AffineMap> map)
@@ -150,7 +151,7 @@ class PlacedShape final : public Shape {
       ray.primitive().store(to.primitive + lane);
       (as_uint(wide::iota()) + static_cast<uint32_t>(i)).store(numbers + i);
     });
-    // Frames go by dp_du, also where nobody else asks for it.
+    // Frames depend on dp_du, also if the caller doesn't request it.
     SurfaceBlock points = out;
     if (!points.dp_du.x) points.dp_du = scratch.three(0);
     if (!points.dp_dv.x) points.dp_dv = scratch.three(3);
@@ -172,19 +173,18 @@ class PlacedShape final : public Shape {
 
   float area() const override { return static_cast<float>(area_data().area); }
 
-  /// Uniform by area: by the group's area, and thrown away the more often the less the map
-  /// stretches it there. What is tried after a place that is thrown away is made of the same two
-  /// numbers.
+  /// Samples uniformly by area: by the area in the group, with rejection in proportion to the map's
+  /// area ratio. Further tries use random numbers that are hashes of u.
   SurfaceInteraction sample_surface(const Vec2& u) const override {
-    const double largest = area_data().largest_ratio;
+    const double max_ratio = area_data().max_ratio;
     SurfaceInteraction si;
-    Vec2 place = u;
+    Vec2 sample = u;
     const uint64_t seed = hash_words(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y));
-    for (uint32_t tries = 0; tries < kMostTries; ++tries) {
-      si = shape_->sample_surface(place);
+    for (uint32_t tries = 0; tries < kMaxTries; ++tries) {
+      si = shape_->sample_surface(sample);
       const float keep = random_number(seed, 3 * tries);
-      if (static_cast<double>(keep) * largest <= map_->area_ratio(si.n)) break;
-      place = {random_number(seed, 3 * tries + 1), random_number(seed, 3 * tries + 2)};
+      if (static_cast<double>(keep) * max_ratio <= map_->area_ratio(si.n)) break;
+      sample = {random_number(seed, 3 * tries + 1), random_number(seed, 3 * tries + 2)};
     }
     si = to_world(si, Vec3(0, 0, -1));
     si.shape = this;
@@ -198,10 +198,10 @@ class PlacedShape final : public Shape {
   }
 
  private:
-  /// Each is kept with a probability of 1/3 or more, unless the map flattens.
-  static constexpr uint32_t kMostTries = 1000;
+  /// A try is accepted with a probability of at least 1/3, unless the map flattens strongly.
+  static constexpr uint32_t kMaxTries = 1000;
   struct AreaData {
-    double area = 0, largest_ratio = 0;
+    double area = 0, max_ratio = 0;
   };
 
   static float random_number(uint64_t seed, uint32_t k) {
@@ -217,15 +217,15 @@ class PlacedShape final : public Shape {
     return si;
   }
 
-  /// Of a mesh exact; of other shapes, which are smooth over the places that they are sampled at,
-  /// by the midpoints of a grid. Only few integrators ask for it.
+  /// Exact for meshes. For other shapes, whose normals vary smoothly with the sample, an estimate
+  /// from the midpoints of a grid. Computed on demand, because few integrators need it.
   const AreaData& area_data() const {
     std::call_once(area_made_, [&] {
       double sum = 0, weight = 0;
       const auto add = [&](const Vec3& n, double area) {
         const double ratio = map_->area_ratio(n);
         sum += area * ratio, weight += area;
-        area_.largest_ratio = std::max(area_.largest_ratio, ratio);
+        area_.max_ratio = std::max(area_.max_ratio, ratio);
       };
       if (const TriangleMesh* const mesh = shape_->mesh()) {
         for (const glm::uvec3& t : mesh->triangles) {
@@ -243,7 +243,7 @@ class PlacedShape final : public Shape {
           add(shape_->sample_surface(u).n, 1);
         }
         area_.area = weight > 0 ? shape_->area() * (sum / weight) : 0;
-        area_.largest_ratio = std::min(area_.largest_ratio * 1.01, map_->largest_area_ratio());
+        area_.max_ratio = std::min(area_.max_ratio * 1.01, map_->max_area_ratio());
       }
     });
     return area_;

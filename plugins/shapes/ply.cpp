@@ -1,12 +1,12 @@
-/// Triangles from a PLY file: ascii, or binary of either byte order.
+/// Triangles from a PLY file: ascii, or binary with either byte order.
 ///
-/// The vertices' x, y, z, nx, ny, nz and u, v (or texture_u, texture_v, or s, t) are read, of any
-/// numeric type, and vertex_indices (or vertex_index) of the faces or of triangle strips
-/// (tristrips); polygons are split into fans. If the vertices have no
-/// texture coordinates, a list 'texcoord' of each face gives those of its corners. Faces of fewer
-/// than three vertices are skipped with a warning. Other properties and elements are ignored,
-/// except for attributes that a mesh_attribute texture reads. Without normals in the file, they are
-/// averaged from the faces, weighted by angle. Format: Turk 1994, "The PLY Polygon File Format".
+/// The reader uses x, y, z, nx, ny, nz and u, v (or texture_u, texture_v, or s, t) of the vertices,
+/// with any numeric type, and vertex_indices (or vertex_index) of faces or triangle strips
+/// (tristrips). Polygons are split into fans. If the vertices have no texture coordinates, a list
+/// 'texcoord' of each face gives those of its corners. Faces with fewer than three vertices are
+/// skipped with a warning. Other properties and elements are ignored, except attributes that a
+/// mesh_attribute texture reads. If the file has no normals, they are averaged from the faces,
+/// weighted by angle. Format: Turk 1994, "The PLY Polygon File Format".
 ///
 ///     <shape type="ply"><string name="filename" value="bunny.ply"/></shape>
 
@@ -27,17 +27,17 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"filename", ParameterType::kFile, nullptr, "The PLY file.", true},
+    {"filename", ParameterType::kFile, nullptr, "PLY file.", true},
     kFaceNormals,
     kFlipNormals,
-    {"flip_tex_coords", ParameterType::kBoolean, "false", "Turns v into 1 - v."},
+    {"flip_tex_coords", ParameterType::kBoolean, "false", "Replace v by 1 - v."},
     kToWorld,
     kNestedBsdf,
     kNestedEmitter,
     kNestedSensor,
 };
 
-/// Where the values of a vertex property go.
+/// Meaning of a vertex property.
 enum class Role { kX, kY, kZ, kNormalX, kNormalY, kNormalZ, kU, kV, kNone };
 
 struct Roles {
@@ -59,7 +59,7 @@ Roles find_roles(const PlyElement& element) {
   };
   roles.positions = assign({index("x"), index("y"), index("z")}, Role::kX);
   roles.normals = assign({index("nx"), index("ny"), index("nz")}, Role::kNormalX);
-  // The first pair that is there, as in Mitsuba 3.
+  // The first existing pair, as in Mitsuba 3.
   roles.uvs = assign({index("u"), index("v")}, Role::kU) ||
               assign({index("texture_u"), index("texture_v")}, Role::kU) ||
               assign({index("s"), index("t")}, Role::kU);
@@ -68,11 +68,11 @@ Roles find_roles(const PlyElement& element) {
 
 template <class Source>
 void check_count(const Source& source, const PlyElement& element) {
-  size_t least = 0;
+  size_t min_size = 0;
   for (const PlyProperty& property : element.properties) {
-    least += Source::least_size(property.is_list ? property.count_type : property.type);
+    min_size += Source::min_size(property.is_list ? property.count_type : property.type);
   }
-  if (least > 0 && element.count > source.bytes_left() / least) {
+  if (min_size > 0 && element.count > source.bytes_left() / min_size) {
     source.fail("the header promises " + std::to_string(element.count) + " of '" + element.name +
                 "', but only " + std::to_string(source.bytes_left()) + " bytes follow");
   }
@@ -84,8 +84,8 @@ size_t read_list_size(Source& source, const PlyProperty& property) {
   if (!(size >= 0) || size != std::floor(size)) {
     source.fail("a list of '" + property.name + "' has a length of " + std::to_string(size));
   }
-  const size_t least = Source::least_size(property.type);
-  if (size > static_cast<double>(source.bytes_left() / least)) {
+  const size_t min_size = Source::min_size(property.type);
+  if (size > static_cast<double>(source.bytes_left() / min_size)) {
     source.fail("a list of '" + property.name + "' is longer than the rest of the file");
   }
   return static_cast<size_t>(size);
@@ -106,7 +106,7 @@ void skip_element(Source& source, const PlyElement& element) {
   }
 }
 
-/// Index of the property of faces or strips that lists their corners, or -1.
+/// Returns the index of the property that lists the corners of faces or strips, or -1.
 int find_indices(const PlyElement& faces) {
   const int indices = faces.find_list("vertex_indices");
   return indices < 0 ? faces.find_list("vertex_index") : indices;
@@ -121,15 +121,15 @@ float read_attribute(Source& source, const PlyProperty& property) {
 
 template <class Source>
 void read_vertices(Source& source, const PlyElement& element, bool flip_v,
-                   const std::vector<std::string>& wanted, TriangleMesh& mesh) {
-  AttributeReader attributes(element, "vertex_", wanted);
+                   const std::vector<std::string>& requested, TriangleMesh& mesh) {
+  AttributeReader attributes(element, "vertex_", requested);
   const Roles roles = find_roles(element);
   if (!roles.positions) source.fail("the vertices lack x, y or z");
   mesh.positions.reserve(element.count + 1);
   if (roles.normals) mesh.normals.reserve(element.count);
   if (roles.uvs) mesh.uvs.reserve(element.count);
   for (uint64_t i = 0; i < element.count; ++i) {
-    float values[9] = {};  // by role; the last takes what has none
+    float values[9] = {};  // by role; the last entry is for properties without one
     attributes.begin_item();
     for (size_t k = 0; k < element.properties.size(); ++k) {
       const PlyProperty& property = element.properties[k];
@@ -154,7 +154,7 @@ void read_vertices(Source& source, const PlyElement& element, bool flip_v,
   attributes.move_to(mesh);
 }
 
-/// Fails unless `index` is that of a vertex.
+/// Throws unless `index` is the index of a vertex.
 template <class Source>
 uint32_t checked_vertex(const Source& source, double index, const char* what, uint64_t item,
                         uint64_t vertex_count) {
@@ -186,8 +186,8 @@ bool read_polygon(Source& source, const PlyProperty& property, uint64_t face, ui
   return size >= 3;
 }
 
-/// Reads triangle strips, one after the other; -1 ends one. Every other triangle of a strip is
-/// turned, so that all face the same way.
+/// Reads triangle strips; -1 ends a strip. Every other triangle of a strip is flipped, so that all
+/// face the same way.
 template <class Source>
 void read_strips(Source& source, const PlyElement& element, uint64_t vertex_count,
                  TriangleMesh& mesh) {
@@ -218,9 +218,9 @@ void read_strips(Source& source, const PlyElement& element, uint64_t vertex_coun
   }
 }
 
-/// What the file holds and a mesh has no use for.
+/// Returns the parts of the file that are ignored.
 std::vector<std::string> unused_parts(const PlyHeader& header,
-                                      const std::vector<std::string>& wanted) {
+                                      const std::vector<std::string>& requested) {
   std::vector<std::string> unused;
   const PlyElement* const vertices = header.find("vertex");
   const bool has_wedges = vertices && !find_roles(*vertices).uvs;
@@ -233,7 +233,7 @@ std::vector<std::string> unused_parts(const PlyHeader& header,
     }
     const Roles roles = find_roles(element);
     const AttributeReader attributes({element.name, 0, element.properties},
-                                     is_vertex ? "vertex_" : "face_", wanted);
+                                     is_vertex ? "vertex_" : "face_", requested);
     const int indices = find_indices(element);
     const int uvs = has_wedges && element.name == "face" ? PlyWedges::find(element) : -1;
     for (size_t i = 0; i < element.properties.size(); ++i) {
@@ -247,11 +247,12 @@ std::vector<std::string> unused_parts(const PlyHeader& header,
   return unused;
 }
 
-/// Returns the number of faces that were skipped, since they have fewer than three vertices.
+/// Returns the number of faces that were skipped because they have fewer than three vertices.
 template <class Source>
 uint64_t read_faces(Source& source, const PlyElement& element, uint64_t vertex_count,
-                    const std::vector<std::string>& wanted, PlyWedges* wedges, TriangleMesh& mesh) {
-  AttributeReader attributes(element, "face_", wanted);
+                    const std::vector<std::string>& requested, PlyWedges* wedges,
+                    TriangleMesh& mesh) {
+  AttributeReader attributes(element, "face_", requested);
   const int uvs = wedges ? PlyWedges::find(element) : -1;
   if (wedges) wedges->begin(mesh.triangles.size());
   const int indices = find_indices(element);
@@ -285,7 +286,7 @@ uint64_t read_faces(Source& source, const PlyElement& element, uint64_t vertex_c
 
 template <class Source>
 TriangleMesh read_body(Source& source, const std::string& file, const PlyHeader& header,
-                       bool flip_v, const std::vector<std::string>& wanted) {
+                       bool flip_v, const std::vector<std::string>& requested) {
   const PlyElement* vertices = header.find("vertex");
   if (!vertices) source.fail("the file has no vertices");
   TriangleMesh mesh;
@@ -295,10 +296,10 @@ TriangleMesh read_body(Source& source, const std::string& file, const PlyHeader&
   for (const PlyElement& element : header.elements) {
     check_count(source, element);
     if (&element == vertices) {
-      read_vertices(source, element, flip_v, wanted, mesh);
+      read_vertices(source, element, flip_v, requested, mesh);
     } else if (element.count > 0 && element.name == "face") {
-      skipped = read_faces(source, element, vertices->count, wanted, has_wedges ? &wedges : nullptr,
-                           mesh);
+      skipped = read_faces(source, element, vertices->count, requested,
+                           has_wedges ? &wedges : nullptr, mesh);
     } else if (element.count > 0 && element.name == "tristrips") {
       read_strips(source, element, vertices->count, mesh);
     } else {
@@ -322,12 +323,13 @@ TriangleMesh read_body(Source& source, const std::string& file, const PlyHeader&
   return mesh;
 }
 
-/// As read_body(), but throws the likely cause of an error in a damaged file.
+/// Like read_body(), but if the file is damaged, throws the likely cause instead of the first
+/// symptom.
 template <class Source>
 TriangleMesh read_from(Source source, const std::string& file, const PlyHeader& header, bool flip_v,
-                       const std::vector<std::string>& wanted) {
+                       const std::vector<std::string>& requested) {
   try {
-    return read_body(source, file, header, flip_v, wanted);
+    return read_body(source, file, header, flip_v, requested);
   } catch (const Error&) {
     source.throw_cause();
     throw;
@@ -342,16 +344,16 @@ class Ply final : public wide::Mesh {
     const PlyHeader header = read_ply_header(file, bytes);
     const std::string_view body = std::string_view(bytes).substr(header.bytes);
     const bool flip_v = props.boolean("flip_tex_coords");
-    const std::vector<std::string> wanted = wanted_attributes();
+    const std::vector<std::string> requested = wanted_attributes();
     constexpr bool kBigEndianHost = std::endian::native == std::endian::big;
     if (header.format == PlyFormat::kAscii) {
-      mesh_ = read_from(AsciiSource(file, header, body), file, header, flip_v, wanted);
+      mesh_ = read_from(AsciiSource(file, header, body), file, header, flip_v, requested);
     } else if ((header.format == PlyFormat::kBigEndian) == kBigEndianHost) {
-      mesh_ = read_from(BinarySource<false>(file, header, body), file, header, flip_v, wanted);
+      mesh_ = read_from(BinarySource<false>(file, header, body), file, header, flip_v, requested);
     } else {
-      mesh_ = read_from(BinarySource<true>(file, header, body), file, header, flip_v, wanted);
+      mesh_ = read_from(BinarySource<true>(file, header, body), file, header, flip_v, requested);
     }
-    log_unused(file, unused_parts(header, wanted));
+    log_unused(file, unused_parts(header, requested));
     finish(props, to_world_of(props), props.boolean("face_normals"), props.boolean("flip_normals"));
   }
 };

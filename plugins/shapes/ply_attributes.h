@@ -9,19 +9,19 @@
 #include "kinome/shape.h"
 #include "ply_header.h"
 
-/// What a PLY file says of its vertices and faces beyond what makes a mesh.
+/// Attributes of a PLY file's vertices and faces that aren't part of the mesh itself.
 namespace kinome {
 
-/// Properties that make up a MeshAttribute, in the order of its numbers.
+/// Properties that make up a MeshAttribute, in order.
 struct NamedNumbers {
   std::string name;
   std::vector<int> properties;
 };
 
-/// As Mitsuba 3 names what isn't known: r, g, b (and a), or red, green, blue (and alpha), are
-/// PREFIXcolor; properties one after the other that are called NAME_x, NAME_y … are PREFIXNAME, and
-/// so are _0, _1 … and _1, _2 …; NAME_r, NAME_g, NAME_b are PREFIXNAME_color. Of others than one or
-/// three numbers nothing is made, nor of a name that comes again.
+/// Finds attributes by Mitsuba 3's naming rules. r, g, b (and a), or red, green, blue (and alpha),
+/// are PREFIXcolor. Consecutive properties NAME_x, NAME_y … are PREFIXNAME, and so are _0, _1 … and
+/// _1, _2 …. NAME_r, NAME_g, NAME_b are PREFIXNAME_color. Such sequences are ignored unless they
+/// have one or three properties, and so is a repeated name.
 inline std::vector<NamedNumbers> find_attributes(const PlyElement& element,
                                                  const std::string& prefix) {
   std::vector<NamedNumbers> found;
@@ -36,7 +36,7 @@ inline std::vector<NamedNumbers> find_attributes(const PlyElement& element,
   if (!add_color({"r", "g", "b"}, "a")) add_color({"red", "green", "blue"}, "alpha");
 
   constexpr std::string_view kSequences[] = {"xyzw", "rgba", "0123", "1234"};
-  const auto part_at = [&](size_t i) {  // NAME and postfix; no postfix: it is no part of any
+  const auto part_at = [&](size_t i) {  // NAME and postfix; '\0' if the property has no postfix
     const std::string_view name = element.properties[i].name;
     const size_t at = element.properties[i].is_list ? std::string_view::npos : name.rfind('_');
     return at == std::string_view::npos || at + 2 != name.size()
@@ -73,14 +73,14 @@ inline std::vector<NamedNumbers> find_attributes(const PlyElement& element,
   return found;
 }
 
-/// Attributes as they are read: those that are wanted.
+/// Collects the values of the requested attributes.
 class AttributeReader {
  public:
   AttributeReader(const PlyElement& element, const std::string& prefix,
-                  const std::vector<std::string>& wanted)
+                  const std::vector<std::string>& requested)
       : slots_(element.properties.size()) {
     for (const NamedNumbers& found : find_attributes(element, prefix)) {
-      if (std::find(wanted.begin(), wanted.end(), found.name) == wanted.end()) continue;
+      if (std::find(requested.begin(), requested.end(), found.name) == requested.end()) continue;
       const auto size = static_cast<uint32_t>(found.properties.size());
       for (uint32_t k = 0; k < size; ++k) {
         slots_[static_cast<size_t>(found.properties[k])] = {static_cast<int>(all_.size()), k};
@@ -91,16 +91,16 @@ class AttributeReader {
   }
 
   bool is_used(size_t property) const { return slots_[property].attribute >= 0; }
-  /// Before the values of a vertex or face come: room for as many triangles, or for one vertex.
+  /// Begins a vertex or face: adds space for its values.
   void begin_item() {
     for (MeshAttribute& a : all_) a.values.resize(a.values.size() + a.size, 0.f);
   }
-  /// Of a property that is used.
+  /// Sets the value of a property for which is_used() is true.
   void put(size_t property, float value) {
     MeshAttribute& a = all_[static_cast<size_t>(slots_[property].attribute)];
     a.values[a.values.size() - a.size + slots_[property].number] = value;
   }
-  /// After those of a face of several triangles, or of none.
+  /// Ends a face: repeats its values for `copies` triangles, which may be 0.
   void repeat(size_t copies) {
     for (MeshAttribute& a : all_) {
       const std::vector<float> item(a.values.end() - a.size, a.values.end());
@@ -120,7 +120,7 @@ class AttributeReader {
     int attribute = -1;
     uint32_t number = 0;
   };
-  std::vector<Slot> slots_;  ///< of each property
+  std::vector<Slot> slots_;  ///< one per property
   std::vector<MeshAttribute> all_;
 };
 

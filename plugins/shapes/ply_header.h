@@ -10,7 +10,7 @@
 #include "kinome/error.h"
 #include "mesh_file.h"
 
-/// The header of a PLY file: what elements follow, with which properties.
+/// Header of a PLY file: its elements and their properties.
 namespace kinome {
 
 enum class PlyFormat { kAscii, kLittleEndian, kBigEndian };
@@ -63,8 +63,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyFormat format = PlyFormat::kAscii;
   std::vector<PlyElement> elements;
-  int lines = 0;     ///< of the header
-  size_t bytes = 0;  ///< where the body starts
+  int lines = 0;     ///< number of lines
+  size_t bytes = 0;  ///< offset of the body
 
   const PlyElement* find(std::string_view name) const {
     const auto found = std::find_if(elements.begin(), elements.end(),

@@ -12,19 +12,20 @@
 #include "mesh_file.h"
 #include "ply_header.h"
 
-/// The values of a PLY file's elements, one after the other.
+/// Sequential readers of the values of a PLY file's elements.
 namespace kinome {
 
-/// Values of an ascii file. An item may take several lines, and a line may hold several items.
+/// Reads values of an ascii file. An item may span several lines, and a line may have several
+/// items.
 class AsciiSource {
  public:
   AsciiSource(const std::string& file, const PlyHeader& header, std::string_view body)
       : cursor_(file, body, header.lines + 1) {}
   size_t bytes_left() const { return cursor_.bytes_left(); }
-  /// The least number of bytes that a value needs: a digit, and a blank before the next.
-  static size_t least_size(PlyType) { return 1; }
-  /// After an item. Remembers the first value that follows on the same line: if the rest of the
-  /// file isn't what the header says, that value is the likely reason.
+  /// Minimum number of bytes of a value: one digit.
+  static size_t min_size(PlyType) { return 1; }
+  /// Ends an item. Stores the first value that follows on the same line: if the rest of the file
+  /// contradicts the header, that value is the likely cause.
   void end_item() {
     if (cursor_.at_line_end()) {
       cursor_.next_line();
@@ -43,12 +44,12 @@ class AsciiSource {
     }
     return cursor_.number(word, "a number");
   }
-  /// After the last element.
+  /// Must be called after the last element.
   void finish() {
     if (surplus_ && cursor_.skip_blank_lines()) throw Error(*surplus_);
   }
   [[noreturn]] void fail(const std::string& message) const { cursor_.fail(message); }
-  /// After an error: throws the likely reason instead, if there is one.
+  /// After an error, throws the likely cause instead, if there is one.
   void throw_cause() const {
     if (surplus_) throw Error(*surplus_);
   }
@@ -58,7 +59,7 @@ class AsciiSource {
   std::optional<Error> surplus_;
 };
 
-/// The value of a half-precision number (IEEE 754, binary16).
+/// Converts a half-precision number (IEEE 754, binary16).
 inline double from_half(uint16_t bits) {
   const int exponent = bits >> 10 & 31, fraction = bits & 1023;
   double value =
@@ -67,14 +68,14 @@ inline double from_half(uint16_t bits) {
   return bits & 0x8000 ? -value : value;
 }
 
-/// Values of a binary file; `swap`: of the other byte order than this machine's.
+/// Reads values of a binary file. `swap` is true if its byte order differs from this machine's.
 template <bool swap>
 class BinarySource {
  public:
   BinarySource(const std::string& file, const PlyHeader& header, std::string_view body)
       : file_(file), offset_(header.bytes), body_(body) {}
   size_t bytes_left() const { return body_.size() - next_; }
-  static size_t least_size(PlyType type) { return size_of(type); }
+  static size_t min_size(PlyType type) { return size_of(type); }
   static void end_item() {}
   static void finish() {}
   static void throw_cause() {}

@@ -11,19 +11,19 @@
 
 namespace kinome {
 
-/// Texture coordinates of the faces' corners, as MeshLab and photogrammetry programs write them: a
-/// list 'texcoord' of each face, of two values for each corner.
+/// Texture coordinates of the faces' corners, as written by MeshLab and photogrammetry programs:
+/// each face has a list 'texcoord' with two values per corner.
 class PlyWedges {
  public:
   explicit PlyWedges(bool flip_v) : flip_v_(flip_v) {}
 
-  /// Index of the list among the faces' properties, or -1.
+  /// Returns the index of the list among the faces' properties, or -1.
   static int find(const PlyElement& faces) { return faces.find_list("texcoord"); }
-  /// The first triangle that the faces add to the mesh.
+  /// Sets the first triangle that the faces add to the mesh.
   void begin(size_t first_triangle) { first_triangle_ = first_triangle; }
-  /// Takes the values of a face's list, in their order.
+  /// Appends a value of a face's list.
   void put(float value) { of_face_.push_back(value); }
-  /// Ends a face that became a fan of `triangles`. If its list has another length, its coordinates
+  /// Ends a face that became a fan of `triangles`. If its list has a wrong length, its coordinates
   /// are 0.
   void end_face(size_t triangles) {
     of_face_.resize(triangles > 0 && of_face_.size() == 2 * (triangles + 2) ? of_face_.size() : 0);
@@ -38,7 +38,8 @@ class PlyWedges {
     of_face_.clear();
   }
 
-  /// Gives the mesh these coordinates. A vertex whose corners disagree is repeated for each.
+  /// Adds the coordinates to the mesh. A vertex whose corners have different coordinates is
+  /// duplicated.
   void move_to(TriangleMesh& mesh) {
     if (uvs_.empty()) return;
     std::vector<bool> is_set(mesh.positions.size());
@@ -47,7 +48,7 @@ class PlyWedges {
     for (size_t i = 0; i < uvs_.size(); ++i) {
       uint32_t& vertex = mesh.triangles[first_triangle_ + i / 3][static_cast<int>(i % 3)];
       Vec2 uv = uvs_[i];
-      // Comparisons need numbers.
+      // NaN would break the comparisons.
       if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) uv = Vec2(0.f);
       if (!is_set[vertex]) {
         is_set[vertex] = true;
@@ -78,7 +79,7 @@ class PlyWedges {
   bool flip_v_;
   size_t first_triangle_ = 0;
   std::vector<float> of_face_;
-  std::vector<Vec2> uvs_;  ///< three of each triangle
+  std::vector<Vec2> uvs_;  ///< three per triangle
 };
 
 }  // namespace kinome

@@ -1,4 +1,4 @@
-/// The square [-1, 1] x [-1, 1] in the plane z = 0, seen from +z. u runs along x, v along y.
+/// The square [-1, 1] x [-1, 1] in the plane z = 0, facing +z. u runs along x, v along y.
 ///
 ///     <shape type="rectangle">
 ///       <transform name="to_world"><scale value="10"/></transform>
@@ -26,7 +26,7 @@ class Rectangle final : public wide::Mesh {
     finish(props, to_world_of(props), false, props.boolean("flip_normals"));
   }
 
-  /// All but the place and where it is seen from is the same everywhere.
+  /// Only the position, uv and wi vary over the rectangle.
   void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
     if (!(area() > 0)) return Mesh::interaction_block(rays, out);
     const Plane plane(*this);
@@ -37,14 +37,14 @@ class Rectangle final : public wide::Mesh {
       const wide::Float b1 = ray.u(), b2 = ray.v(), b12 = b1 + b2;
       const wide::Mask is_first = primitive == 0u;
       point.uv = {select(is_first, b12, 1.f - b12), select(is_first, b2, 1.f - b2)};
-      plane.place(point, is_first);
+      plane.set_position(point, is_first);
       point.wi = point.frame.to_local(wide::formulas::opposite_of(ray.d()));
       store(point, out, i);
       primitive.store(out.primitive + i);
     });
   }
 
-  /// By u and v, so that numbers are spread over it as evenly as they are over the square.
+  /// Maps u linearly, so that well-distributed samples of the unit square stay well distributed.
   SurfaceInteraction sample_surface(const Vec2& u) const override {
     Hit hit;
     hit.primitive = u.x >= u.y ? 0 : 1;
@@ -58,7 +58,7 @@ class Rectangle final : public wide::Mesh {
     wide::for_lanes(out.count, [&](size_t i) {
       point.uv = wide::Vec2::load(u, i);
       const wide::Mask is_first = point.uv.x >= point.uv.y;
-      plane.place(point, is_first);
+      plane.set_position(point, is_first);
       store(point, out, i);
       select(is_first, wide::Uint(0), wide::Uint(1)).store(out.primitive + i);
     });
@@ -70,9 +70,9 @@ class Rectangle final : public wide::Mesh {
     const float whole = area();
     wide::for_lanes(count, [&](size_t i) {
       const wide::Vec2 uv = wide::Vec2::load(u, i);
-      const wide::Vec3 place = plane.at(uv);
-      const wide::Vec3 to = place - wide::Vec3::load(p, i);
-      place.store(out.p, i);
+      const wide::Vec3 point = plane.at(uv);
+      const wide::Vec3 to = point - wide::Vec3::load(p, i);
+      point.store(out.p, i);
       sn.store(out.sn, i);
       if (out.uv.x) uv.store(out.uv, i);
       wide::formulas::solid_angle_density(to, n, whole).store(out.pdf + i);
@@ -80,7 +80,7 @@ class Rectangle final : public wide::Mesh {
   }
 
  private:
-  /// The place is linear in u and v; of all else, only the error is the triangle's.
+  /// The position is linear in u and v. The error depends on the triangle; all else is constant.
   struct Plane {
     explicit Plane(const Rectangle& shape)
         : corner(shape.sample_surface(Vec2(0.f))),
@@ -97,7 +97,7 @@ class Rectangle final : public wide::Mesh {
       point.wi = corner.wi;
       return point;
     }
-    void place(wide::ShapePoint<wide::Float>& point, wide::Mask is_first) const {
+    void set_position(wide::ShapePoint<wide::Float>& point, wide::Mask is_first) const {
       point.p = at(point.uv);
       point.p_error = select(is_first, corner.p_error, other_error);
     }

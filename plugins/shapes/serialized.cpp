@@ -1,9 +1,9 @@
-/// Triangles from a file of Mitsuba 0.5 and 0.6: meshes one after the other, each compressed, and
-/// at the end a list of where they begin, of which `shape_index` takes one.
+/// Triangles from a serialized file of Mitsuba 0.5 or 0.6. It has several compressed meshes, and at
+/// the end a list of their offsets. `shape_index` selects a mesh.
 ///
-/// Read are positions, normals and texture coordinates, of single and of double precision. Without
-/// normals in the file, they are averaged from the faces, weighted by angle. Format: Jakob 2014,
-/// "Mitsuba Documentation", section 8.2.1.
+/// The reader uses positions, normals and texture coordinates, in single or double precision. If
+/// the file has no normals, they are averaged from the faces, weighted by angle. Format: Jakob
+/// 2014, "Mitsuba Documentation", section 8.2.1.
 ///
 ///     <shape type="serialized">
 ///       <string name="filename" value="bunny.serialized"/>
@@ -25,8 +25,8 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"filename", ParameterType::kFile, nullptr, "The file.", true},
-    {"shape_index", ParameterType::kInteger, "0", "Which of the file's meshes; from 0."},
+    {"filename", ParameterType::kFile, nullptr, "Serialized file.", true},
+    {"shape_index", ParameterType::kInteger, "0", "Index of the mesh in the file, from 0."},
     kFaceNormals,
     kFlipNormals,
     kToWorld,
@@ -37,18 +37,18 @@ constexpr Parameter kTable[] = {
 
 constexpr uint16_t kMagic = 0x041c;
 constexpr uint16_t kWithoutNames = 3, kWithNames = 4;  // versions
-constexpr size_t kHeader = 4;                          // magic and version
+constexpr size_t kHeader = 4;                          // bytes of magic and version
 enum Flag : uint32_t {
   kHasNormals = 0x1,
   kHasUvs = 0x2,
   kHasColors = 0x8,
   kHasFaceNormals = 0x10,
-  kIsDouble = 0x2000  // else of single precision
+  kIsDouble = 0x2000  // otherwise single precision
 };
-/// Names are read to the first zero, of which a broken file may have none.
-constexpr size_t kLongestName = 4096;
+/// Maximum length of a name. Names end with a zero byte, which a damaged file may lack.
+constexpr size_t kMaxNameLength = 4096;
 
-/// Numbers of a file are little-endian.
+/// Reads a little-endian number.
 template <class T>
 T number_at(const std::string& bytes, size_t at) {
   char raw[sizeof(T)];
@@ -59,7 +59,7 @@ T number_at(const std::string& bytes, size_t at) {
   return value;
 }
 
-/// What lies in one compressed block.
+/// Contents of one compressed block.
 class MeshSource {
  public:
   MeshSource(const std::string& file, std::string_view compressed, uint16_t version)
@@ -69,9 +69,9 @@ class MeshSource {
     vertices_ = number<uint64_t>();
     triangles_ = number<uint64_t>();
     if (vertices_ == 0) fail("the mesh has no vertices");
-    if (vertices_ > kMost || triangles_ > kMost) {
+    if (vertices_ > kMaxCount || triangles_ > kMaxCount) {
       fail("the mesh claims " + std::to_string(vertices_) + " vertices and " +
-           std::to_string(triangles_) + " triangles: expected less than 2^32 of either");
+           std::to_string(triangles_) + " triangles: expected fewer than 2^32 of either");
     }
     check_size();
   }
@@ -93,7 +93,7 @@ class MeshSource {
   bool is_flat() const { return (flags_ & kHasFaceNormals) != 0; }
 
  private:
-  static constexpr uint64_t kMost = (uint64_t{1} << 32) - 1;
+  static constexpr uint64_t kMaxCount = (uint64_t{1} << 32) - 1;
 
   [[noreturn]] void fail(const std::string& message) const {
     throw Error(Location{file_, 0, 0}, message);
@@ -110,21 +110,21 @@ class MeshSource {
   void skip_name() {
     char c = 1;
     for (size_t length = 0; c != 0; ++length) {
-      if (length > kLongestName) fail("the mesh's name has no end");
+      if (length > kMaxNameLength) fail("the mesh's name has no end");
       take(&c, 1);
     }
   }
-  /// Before memory is taken for what a broken file claims.
+  /// Checks the sizes that the file claims before memory is allocated for them.
   void check_size() const {
-    const uint64_t of_number = flags_ & kIsDouble ? 8 : 4;
-    uint64_t of_vertex = 3;
-    if (flags_ & kHasNormals) of_vertex += 3;
-    if (flags_ & kHasUvs) of_vertex += 2;
-    if (flags_ & kHasColors) of_vertex += 3;
-    const uint64_t needed = vertices_ * of_vertex * of_number + triangles_ * 12;
-    if (needed > bytes_.most_left()) {
+    const uint64_t bytes_per_number = flags_ & kIsDouble ? 8 : 4;
+    uint64_t numbers_per_vertex = 3;
+    if (flags_ & kHasNormals) numbers_per_vertex += 3;
+    if (flags_ & kHasUvs) numbers_per_vertex += 2;
+    if (flags_ & kHasColors) numbers_per_vertex += 3;
+    const uint64_t needed = vertices_ * numbers_per_vertex * bytes_per_number + triangles_ * 12;
+    if (needed > bytes_.max_bytes_left()) {
       fail("the mesh claims " + std::to_string(vertices_) + " vertices and " +
-           std::to_string(triangles_) + " triangles, more than the file can hold");
+           std::to_string(triangles_) + " triangles, more than the file can contain");
     }
   }
 
@@ -177,48 +177,51 @@ class MeshSource {
   uint64_t vertices_ = 0, triangles_ = 0;
 };
 
-/// Version of the file. Error where it isn't one of Mitsuba's.
+/// Returns the version of the file. Throws Error if it isn't one of Mitsuba's.
 uint16_t read_version(const std::string& file, const std::string& bytes, size_t at) {
   const Location where{file, 0, 0};
   if (bytes.size() < at + kHeader || number_at<uint16_t>(bytes, at) != kMagic) {
     throw Error(where, at == 0 ? "is not a file of serialized meshes"
-                               : "no mesh begins where the file's list says");
+                               : "its list of meshes has a wrong offset");
   }
   const auto version = number_at<uint16_t>(bytes, at + 2);
   if (version != kWithoutNames && version != kWithNames) {
-    throw Error(where, "is of version " + std::to_string(version) + ", expected 3 or 4");
+    throw Error(where, "has version " + std::to_string(version) + ", expected 3 or 4");
   }
   return version;
 }
 
-/// Where the mesh lies, by the list at the file's end: places of all meshes and their number.
+/// Returns the bytes of a mesh, by the list at the file's end: the offsets of all meshes, and their
+/// number.
 std::string_view find_mesh(const std::string& file, const std::string& bytes, uint16_t version,
                            int64_t index, const Properties& props) {
   const Location where{file, 0, 0};
   // The first mesh can be found without the list, which some files lack.
   const std::string_view from_first = std::string_view(bytes).substr(kHeader);
-  const size_t of_place = version == kWithNames ? 8 : 4, of_count = 4;
-  const size_t count =
-      bytes.size() < kHeader + of_count ? 0 : number_at<uint32_t>(bytes, bytes.size() - of_count);
-  if (count == 0 || count > (bytes.size() - kHeader - of_count) / of_place) {
+  const size_t offset_size = version == kWithNames ? 8 : 4, count_size = 4;
+  const size_t count = bytes.size() < kHeader + count_size
+                           ? 0
+                           : number_at<uint32_t>(bytes, bytes.size() - count_size);
+  if (count == 0 || count > (bytes.size() - kHeader - count_size) / offset_size) {
     if (index == 0) return from_first;
     throw Error(where, "ends without a list of its meshes");
   }
   if (index < 0 || static_cast<uint64_t>(index) >= count) {
-    throw props.error("shape_index", "must be one of the file's " + std::to_string(count) +
-                                         " meshes, from 0, got " + std::to_string(index));
+    throw props.error("shape_index", "must be between 0 and " + std::to_string(count - 1) +
+                                         ", because the file has " + std::to_string(count) +
+                                         " meshes, got " + std::to_string(index));
   }
-  const size_t list = bytes.size() - of_count - count * of_place;
-  const auto place = [&](size_t i) -> uint64_t {
+  const size_t list = bytes.size() - count_size - count * offset_size;
+  const auto offset = [&](size_t i) -> uint64_t {
     if (i == count) return list;
-    const size_t at = list + i * of_place;
+    const size_t at = list + i * offset_size;
     return version == kWithNames ? number_at<uint64_t>(bytes, at) : number_at<uint32_t>(bytes, at);
   };
   const auto i = static_cast<size_t>(index);
-  const uint64_t begin = place(i), end = place(i + 1);
+  const uint64_t begin = offset(i), end = offset(i + 1);
   if (begin >= list || end > list || end < begin + kHeader) {
     if (index == 0) return from_first;
-    throw Error(where, "its list of meshes names a place outside of the file");
+    throw Error(where, "its list of meshes has an offset outside the file");
   }
   read_version(file, bytes, begin);
   return std::string_view(bytes).substr(begin + kHeader, end - begin - kHeader);
@@ -236,8 +239,8 @@ class Serialized final : public wide::Mesh {
     if (source.has_colors()) log_unused(file, {"vertex colours"});
     if (source.is_flat() && !props.boolean("face_normals")) {
       log_warn(Error(Location{file, 0, 0},
-                     "the mesh is marked as flat, which Mitsuba 3 ignores, too: set face_normals "
-                     "to shade it so")
+                     "the mesh is marked as flat, which is ignored as in Mitsuba 3: set "
+                     "face_normals for flat shading")
                    .what());
     }
     if (mesh_.triangles.empty()) warn_of_no_faces(file);
@@ -249,4 +252,4 @@ class Serialized final : public wide::Mesh {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Serialized, kinome::Category::kShape, "serialized",
-              "Triangles from a file of Mitsuba 0.5 or 0.6.", kinome::kTable);
+              "Triangles from a serialized file of Mitsuba 0.5 or 0.6.", kinome::kTable);

@@ -3,28 +3,29 @@
 #include "kinome/parameter.h"
 #include "kinome/properties.h"
 
-/// Rows that the parameter tables of all shapes have in common.
+/// Parameters that shapes share.
 namespace kinome {
 
 inline constexpr Parameter kToWorld{"to_world", ParameterType::kTransform, "identity",
-                                    "From object to world space."};
+                                    "Transform from object to world space."};
 inline constexpr Parameter kFlipNormals{"flip_normals", ParameterType::kBoolean, "false",
-                                        "Turns the outside in: normals point the other way."};
+                                        "Flip the normals, which swaps inside and outside."};
 inline constexpr Parameter kNestedBsdf{"bsdf",  ParameterType::kObject,
-                                       nullptr, "Material; diffuse 0.5 where there is none.",
+                                       nullptr, "BSDF; default: diffuse with reflectance 0.5.",
                                        false,   Category::kBsdf};
 inline constexpr Parameter kNestedEmitter{"emitter", ParameterType::kObject,
-                                          nullptr,   "Light that the surface gives off.",
+                                          nullptr,   "Emitter of the surface, such as area.",
                                           false,     Category::kEmitter};
 inline constexpr Parameter kNestedSensor{"sensor", ParameterType::kObject,
-                                         nullptr,  "irradiancemeter: measures what arrives here.",
+                                         nullptr,  "An irradiancemeter for this surface.",
                                          false,    Category::kSensor};
 inline constexpr Parameter kFaceNormals{"face_normals", ParameterType::kBoolean, "false",
-                                        "Flat shading: normals of vertices are not used."};
+                                        "Flat shading, without the normals of vertices."};
 inline constexpr Parameter kIgnoredFaceNormals =
-    ignored_row("face_normals", ParameterType::kBoolean, "faces are flat in any case");
+    ignored_row("face_normals", ParameterType::kBoolean, "faces are always flat");
 
-/// The `to_world` of a shape. Error where it can't be undone, since then there are no normals.
+/// Reads `to_world` of a shape. Throws Error if it isn't invertible, because normals would be
+/// undefined.
 inline Transform to_world_of(const Properties& props) {
   const Transform transform = props.transform("to_world");
   if (!transform.is_invertible()) {

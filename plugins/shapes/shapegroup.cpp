@@ -1,5 +1,5 @@
-/// Shapes that are placed in the scene by `instance`, any number of times; by themselves they
-/// aren't part of it. They take memory once.
+/// A group of shapes for `instance`, which places copies of it in the scene. The group itself isn't
+/// visible. Its shapes are stored only once.
 ///
 ///     <shape type="shapegroup" id="tree">
 ///       <shape type="ply"><string name="filename" value="trunk.ply"/></shape>
@@ -14,7 +14,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"shape", ParameterType::kObject, nullptr, "A shape, which must not emit.", false,
+    {"shape", ParameterType::kObject, nullptr, "The shapes, which must not emit.", false,
      Category::kShape, 1000000},
     ignored_row("to_world", ParameterType::kTransform, "instances have their own"),
 };
@@ -28,4 +28,4 @@ class Group final : public ShapeGroup {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Group, kinome::Category::kShape, "shapegroup",
-              "Shapes that instances place in the scene.", kinome::kTable);
+              "A group of shapes that instances place in the scene.", kinome::kTable);

@@ -1,7 +1,7 @@
-/// A sphere. u is the angle around the local z axis from +x, over 2 pi; v the angle from +z, over
-/// pi. A mirroring to_world turns the normals inward, as in Mitsuba 3. A to_world that scales
-/// unevenly or shears makes no ellipsoid: as in Mitsuba 3, the radius is scaled as the x axis is. An
-/// ellipsoid is an instance of a sphere, or a mesh.
+/// A sphere. u is the angle around the local z axis from +x, divided by 2 pi; v is the angle from
+/// +z, divided by pi. As in Mitsuba 3, a to_world that mirrors flips the normals inward, and one
+/// that scales unevenly or shears doesn't make an ellipsoid: the radius is scaled like the x axis.
+/// For an ellipsoid, use an instance of a sphere, or a mesh.
 ///
 ///     <shape type="sphere">
 ///       <point name="center" x="1" y="-2" z="3"/>
@@ -12,7 +12,6 @@
 #include <numbers>
 
 #include "analytic_shape.h"
-#include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
@@ -38,18 +37,18 @@ class Sphere final : public AnalyticShape<Sphere> {
     const glm::dmat4 to_world = unit_sphere_to_world(props);
     const glm::dmat3 linear(to_world);
     if (!is_similarity(linear)) {
-      log_warn(props.error("to_world", "scales this sphere unevenly, or shears it: as in Mitsuba 3 it "
-                                       "stays a sphere, whose radius is scaled as the x axis is "
-                                       "(an instance of it is an ellipsoid)")
-                   .what());
+      props.warn("to_world",
+                 "scales this sphere unevenly or shears it: as in Mitsuba 3, it stays a sphere, "
+                 "whose radius is scaled like the x axis (for an ellipsoid, use an instance of a "
+                 "sphere)");
     }
     centre_ = to_world[3];
     radius_ = glm::length(linear[0]);
     per_radius_ = 1 / radius_;
-    // A negative radius or a mirroring transform turns the sphere inside out.
+    // A transform that mirrors flips the sphere inside out.
     const bool is_mirrored = glm::determinant(linear) < 0;
     flip_ = props.boolean("flip_normals") != is_mirrored;
-    // Orthonormal also where the digits of to_world are few.
+    // Orthonormalised, because to_world may have few digits.
     axes_[0] = linear[0] * per_radius_;
     axes_[1] = glm::normalize(linear[1] - axes_[0] * glm::dot(axes_[0], linear[1]));
     axes_[2] = glm::cross(axes_[0], axes_[1]) * (is_mirrored ? -1. : 1.);
@@ -99,7 +98,7 @@ class Sphere final : public AnalyticShape<Sphere> {
  private:
   friend class AnalyticShape<Sphere>;
 
-  /// From the centre, of single precision.
+  /// Returns the vector from the centre to p, which has single precision.
   template <class V>
   auto from_centre(const V& p) const {
     const auto exact = to_double(p);
@@ -110,7 +109,7 @@ class Sphere final : public AnalyticShape<Sphere> {
     return Vec3(from_centre(ray.o) + DVec3(ray.d) * static_cast<double>(t));
   }
 
-  /// A point of the sphere as seen from p, with its density per solid angle at p.
+  /// A point of the sphere, sampled from p, and its density per solid angle at p.
   template <class D>
   struct Drawn {
     DVecOf<D> outward;
@@ -135,7 +134,7 @@ class Sphere final : public AnalyticShape<Sphere> {
     return surface_at(normalize(from_centre(o) + to_double(d) * to_double(t)));
   }
 
-  /// Of the point in the unit direction `outward` from the centre: all but wi.
+  /// Returns the point in the unit direction `outward` from the centre, without wi.
   template <class V>
   ShapePoint<FloatOf<NumberOf<V>>> surface_at(const V& outward) const {
     using D = NumberOf<V>;
@@ -158,8 +157,8 @@ class Sphere final : public AnalyticShape<Sphere> {
     return point;
   }
 
-  /// Uniform over the solid angle that the sphere covers: its cone from outside, all directions
-  /// from inside.
+  /// Samples uniformly over the solid angle that the sphere subtends: a cone from outside, all
+  /// directions from inside.
   template <class V, class V2>
   Drawn<DoubleOf<NumberOf<V>>> draw(const V& p, const V2& u) const {
     using F = NumberOf<V>;
@@ -169,13 +168,13 @@ class Sphere final : public AnalyticShape<Sphere> {
     const D distance = length(offset);
     const MaskOf<D> is_inside = distance <= radius_;
     const D height = select(is_inside, D(2.0), cone_height(distance));
-    // Around the direction toward the centre; any will do at the centre itself.
+    // The axis points toward the centre; at the centre itself, it is arbitrary.
     const DV axis = select(distance > 0.0, -offset / distance, DV(D(0.0), D(0.0), D(1.0)));
     const D depth = to_double(u.y) * height;  // 1 - cos(theta)
     const D cosine = 1.0 - depth;
     const D sine = sqrt(depth * (2.0 - depth));
-    // Of the triangle of p, the centre and the sphere's point: the angle at the point, which is
-    // obtuse for the near side seen from outside; then the angle at the centre, from p.
+    // Angles of the triangle of p, the centre and the sphere's point: at the point, which is obtuse
+    // for the near side seen from outside; then at the centre.
     const D sin_point = min(sine * distance / radius_, D(1.0));
     const D cos_point = sqrt(1.0 - sin_point * sin_point) * select(is_inside, D(1.0), D(-1.0));
     const D cos_centre = sine * sin_point - cosine * cos_point;
@@ -188,21 +187,21 @@ class Sphere final : public AnalyticShape<Sphere> {
     return {normalize(n), to_float(1.0 / (2 * std::numbers::pi * height))};
   }
 
-  /// Of draw(p) at a point of the sphere.
+  /// Density of draw(p) at a point of the sphere.
   template <class V, class F>
   F density(const V& p, const V& point, F p_error) const {
     using D = DoubleOf<F>;
     const auto offset = from_centre(p);
     const D distance = length(offset);
-    // The far side is never sampled. Rounding may put a point of the rim behind it.
+    // The far side is never sampled. Rounding may move a point of the silhouette behind it.
     const D beyond = dot(from_centre(point), offset) - radius_ * radius_;
     const MaskOf<D> is_behind = beyond < -4.0 * to_double(p_error) * distance;
     const F outside = to_float(1.0 / (2 * std::numbers::pi * cone_height(distance)));
     return select(distance <= radius_, F(kUniformSpherePdf), select(is_behind, F(0.f), outside));
   }
 
-  /// 1 - cos of the half-angle that the sphere covers from a distance to its centre beyond its
-  /// radius; without cancellation, however far or near that is.
+  /// Returns 1 - cos of the half angle that the sphere subtends from a distance to its centre
+  /// larger than its radius. Free of cancellation for any distance.
   template <class D>
   D cone_height(D distance) const {
     const D ratio = radius_ / distance;
@@ -224,7 +223,7 @@ class Sphere final : public AnalyticShape<Sphere> {
 
   DVec3 centre_{0.};
   double radius_ = 1, per_radius_ = 1;
-  glm::dmat3 axes_;  ///< unit, of uv
+  glm::dmat3 axes_;  ///< unit axes of uv
   bool flip_ = false;
   double extent_ = 1;
 };

@@ -257,7 +257,7 @@ TEST_F(MeshFiles, MeshesWithoutFacesAreInvisible) {
       "<translate x='30'/></transform></shape>");
   const Image image = render_scene(*scene);
   const std::string told = testing::internal::GetCapturedStderr();
-  EXPECT_NE(told.find("c.obj: the file has no faces: nothing of it is visible"), std::string::npos)
+  EXPECT_NE(told.find("c.obj: the file has no faces: the shape is invisible"), std::string::npos)
       << told;
   EXPECT_EQ(scene->shapes().size(), 1u);
   for (const float value : image.data) EXPECT_EQ(value, 1.f);

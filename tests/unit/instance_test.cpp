@@ -311,7 +311,7 @@ TEST_F(Instances, SayWhatIsWrong) {
   };
   const std::string ball = "<shape type='sphere'/>";
   says(fault("<shape type='instance'/>"), "shape");
-  says(fault("<shape type='instance'>" + ball + "</shape>"), "must have a 'shapegroup'");
+  says(fault("<shape type='instance'>" + ball + "</shape>"), "requires a nested 'shapegroup'");
   says(fault(group_of("<shape type='sphere'><emitter type='area'/></shape>")), "can't emit");
   says(fault(group_of("<shape type='merge'>" + ball +
                       "<shape type='sphere'><emitter type='area'/></shape></shape>")),

@@ -170,7 +170,7 @@ TEST_F(MeshFiles, WhatIsNotUsedIsToldOnce) {
             "kinome: " + folder_.path("a.ply") +
                 ": not used: vertex 'red', vertex 'nx', face 'material', element 'edge'\n");
   EXPECT_EQ(told("a.obj", obj), "kinome: " + folder_.path("a.obj") +
-                                    ": not used: mtllib, colours or weights of vertices, usemtl\n");
+                                    ": not used: mtllib, vertex colours or weights, usemtl\n");
   EXPECT_EQ(told("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "");
   set_log_level(LogLevel::kWarn);
 }

@@ -141,7 +141,8 @@ TEST_F(Serialized, TakesTheMeshThatIsAskedFor) {
     EXPECT_FLOAT_EQ(load(bytes, 1)->area(), 100 * kArea);
     EXPECT_FLOAT_EQ(load(bytes, 2)->area(), kArea);
     for (const int index : {3, -1}) {
-      EXPECT_NE(fault(bytes, index).find("must be one of the file's 3 meshes"), std::string::npos);
+      EXPECT_NE(fault(bytes, index).find("must be between 0 and 2, because the file has 3 meshes"),
+                std::string::npos);
     }
   }
 }
@@ -179,13 +180,13 @@ TEST_F(Serialized, SaysWhatIsWrong) {
   };
   says("", "is not a file of serialized meshes");
   says("ply\nformat", "is not a file of serialized meshes");
-  says(Bytes().put<uint16_t>(0x041c).put<uint16_t>(9).text() + bytes.substr(4), "of version 9");
+  says(Bytes().put<uint16_t>(0x041c).put<uint16_t>(9).text() + bytes.substr(4), "has version 9");
   says(bytes.substr(0, 4), "ends too early");
   says(with([](MeshData& m) { m.cut = 12; }), "ends too early");
   says(with([](MeshData& m) { m.indices[4] = 4; }), "triangle 1 refers to vertex 4");
   says(with([](MeshData& m) { m.positions[2].y = kInfinity; }), "vertex 2 has a position");
-  says(with([](MeshData& m) { m.claimed_vertices = 1000000; }), "more than the file can hold");
-  says(with([](MeshData& m) { m.claimed_vertices = ~uint64_t{0}; }), "less than 2^32");
+  says(with([](MeshData& m) { m.claimed_vertices = 1000000; }), "more than the file can contain");
+  says(with([](MeshData& m) { m.claimed_vertices = ~uint64_t{0}; }), "fewer than 2^32");
   std::string broken = bytes;
   for (size_t i = 8; i < 40; ++i) broken[i] = static_cast<char>(i * 37);
   says(broken, "");
