@@ -176,12 +176,12 @@ std::string upright(const std::string& bsdf) {
 
 /// Product sampling of the scene against `path`.
 void expect_product_is_path(const std::string& scene, int depth, const std::string& parameters,
-                            const std::string& name) {
+                            const std::string& name, const std::string& camera = view(64)) {
   const auto estimate = [&](const std::string& type, const std::string& own, int renders,
                             uint64_t seed) {
     return estimate_tiles(
-        *scene_from(scene + view(64) + integrator_xml(type, depth, parameters + own)), renders,
-        kSide, seed);
+        *scene_from(scene + camera + integrator_xml(type, depth, parameters + own)), renders, kSide,
+        seed);
   };
   expect_equal(estimate("path", "", 2 * kRenders, 1),
                estimate("clustered",
@@ -206,6 +206,24 @@ TEST(StraightLight, IsThatOfPathByProductSampling) {
         expect_product_is_path(corner() + part.xml + light.xml, depth, rr_depth_xml(4),
                                std::string(part.name) + ", " + light.name);
       }
+    }
+  }
+}
+
+/// A sheet divides a room, with the lamp behind the camera: all light passes the sheet, most of it
+/// after it has bounced.
+TEST(StraightLight, FillsADividedRoomByProductSampling) {
+  const std::string lamp = shape_xml(
+      "rectangle",
+      "<scale value=\"0.2\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\"-0.6\" z=\"-0.6\"/>",
+      area_xml("9 6 3"));
+  const std::string camera =
+      sensor_xml("perspective", look_at("0 0.1 0.05", "0.1 -0.2 1", "0 1 0"), kSide, 64);
+  for (const std::string& bsdf : {kPane, std::string("<bsdf type=\"null\"/>"),
+                                  mask(checkers("0.2", "0.7"), kLeaf)}) {
+    for (const int depth : {4, 6, -1}) {
+      expect_product_is_path(room_xml() + lamp + shape_xml("rectangle", "", bsdf), depth, "", bsdf,
+                             camera);
     }
   }
 }
