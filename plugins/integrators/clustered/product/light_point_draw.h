@@ -147,8 +147,8 @@ struct LightWalk {
   uint32_t edges = 1;                   ///< with the one that it is on
   Vec3 d{0, 0, 1};                      ///< unit
   Rgb power{0.f};                       ///< EmissionSample::power, less what surfaces have taken
-  /// Of the part of the way behind which no surface has turned the light: edges are straight where
-  /// light passes surfaces (LocalLight::passing).
+  /// True while no surface has turned the light. Surfaces that it has passed straight don't count
+  /// (LocalLight::passing).
   bool is_direct = true;
   float before = 0;                     ///< distance along d to the last surface that was passed
   std::optional<SurfaceInteraction> x;  ///< where the path starts, if on a surface and direct
