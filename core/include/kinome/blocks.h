@@ -8,42 +8,42 @@
 #include "kinome/math.h"
 #include "kinome/ray.h"
 
-/// What the stages of a renderer that works on blocks hand on to one another, and to plugins: some
-/// two thousand samples at a time, as structures of arrays (columns.h).
+/// Data that the stages of a block-wise renderer pass to each other and to plugins. A block has
+/// about two thousand samples, stored as structures of arrays (columns.h).
 ///
-/// Every function over a block takes columns that are aligned to 64 bytes and padded to whole
-/// vectors (padded(count)). All of a column may be read and written, its padding included; what
-/// stands in the padding afterwards means nothing. Padding of indices holds valid ones; of numbers
-/// it may hold anything, NaN included. Such functions are const and called from many threads.
+/// All functions on blocks take columns aligned to 64 bytes and padded to whole vectors (see
+/// padded()). They may read and write a column including its padding, whose contents are undefined
+/// afterwards. Padding of index columns holds valid indices; other padding may hold anything, NaN
+/// included. Block functions are const and called from many threads.
 namespace kinome {
 
 class Shape;
 
-/// 16 rays, laid out as Embree's RTCRay16; see Ray. A lane is off where tmax < tmin.
+/// 16 rays in the layout of Embree's RTCRay16 (see Ray). A lane is inactive if tmax < tmin.
 struct alignas(64) Ray16 {
   float ox[16], oy[16], oz[16], tmin[16];
   float dx[16], dy[16], dz[16], time[16];
-  float tmax[16];  ///< -infinity where Scene::occluded found something
+  float tmax[16];  ///< -infinity if Scene::occluded() found an occluder
   uint32_t mask[16], id[16], flags[16];
 };
 
-/// 16 rays with what they hit, laid out as Embree's RTCRayHit16; see Hit.
+/// 16 rays with their hits, in the layout of Embree's RTCRayHit16 (see Hit).
 struct alignas(64) RayHit16 {
   Ray16 ray;
   float ngx[16], ngy[16], ngz[16], u[16], v[16];
   uint32_t primitive[16];
   uint32_t shape[16];  ///< index into Scene::shapes(), or kNoHit
   uint32_t instance[16];
-  uint32_t spare[16];  ///< of later versions of Embree
+  uint32_t spare[16];  ///< reserved for later versions of Embree
 };
 
-/// Sets what no sensor or stage writes: no time, all of the mask.
+/// Clears the rays and sets the fields that no sensor or stage writes: time 0, full mask.
 inline void reset(Ray16& rays) {
   rays = Ray16{};
   for (uint32_t& mask : rays.mask) mask = ~0u;
 }
 
-/// Ray k of blocks of 16, and what it hit.
+/// Returns ray k of an array of 16-ray blocks.
 inline Ray ray_of(const Ray16* rays, size_t k) {
   const Ray16& b = rays[k / 16];
   const size_t i = k % 16;
@@ -55,6 +55,7 @@ inline Ray ray_of(const Ray16* rays, size_t k) {
   ray.tmax = b.tmax[i];
   return ray;
 }
+/// Returns ray k and its hit.
 inline RayHit ray_hit_of(const RayHit16* rays, size_t k) {
   const RayHit16& b = rays[k / 16];
   const size_t i = k % 16;
@@ -65,10 +66,10 @@ inline RayHit ray_hit_of(const RayHit16* rays, size_t k) {
   return hit;
 }
 
-/// Samples first_sample … first_sample + samples - 1 of some pixels: number p * samples + s is the
-/// s-th of them of pixel p.
+/// Samples first_sample … first_sample + samples - 1 of several pixels. Sample s of pixel p has
+/// index p * samples + s.
 struct PixelSamples {
-  const uint32_t* x;  ///< of each pixel, as SampleKey has it
+  const uint32_t* x;  ///< per pixel, as SampleKey::x
   const uint32_t* y;
   size_t pixels;
   uint32_t first_sample;
@@ -77,23 +78,23 @@ struct PixelSamples {
   size_t count() const { return pixels * samples; }
 };
 
-/// Points of surfaces, each seen along a ray: SurfaceInteraction by columns.
+/// Surface points, each seen along a ray: columns of SurfaceInteraction.
 struct SurfaceBlock {
   size_t count = 0;
-  Columns3 p;      ///< place
+  Columns3 p;      ///< position
   Columns3 n;      ///< unit geometric normal
-  Columns3 s, t;   ///< with sn the shading frame, orthonormal
+  Columns3 s, t;   ///< with sn: orthonormal shading frame
   Columns3 sn;     ///< shading normal
-  Columns3 dp_du;  ///< as SurfaceInteraction; its columns are nullptr where nobody asks
+  Columns3 dp_du;  ///< as in SurfaceInteraction; nullptr if not needed
   Columns3 dp_dv;
-  Columns3 wi;  ///< unit, toward where the ray came from, in the shading frame
+  Columns3 wi;  ///< unit, toward the ray's origin, in the shading frame
   Columns2 uv;
   float* p_error = nullptr;
   uint32_t* primitive = nullptr;
-  uint32_t* ray = nullptr;         ///< number of the ray that found it
-  const Shape** shape = nullptr;   ///< whose surface it is
+  uint32_t* ray = nullptr;        ///< index of the ray that hit the point
+  const Shape** shape = nullptr;  ///< shape that the point is on
 
-  /// Points first … first + length - 1; `first` is a multiple of kBlockLanes.
+  /// Returns points first … first + length - 1; `first` is a multiple of kBlockLanes.
   SurfaceBlock part(size_t first, size_t length) const {
     const auto wanted = [&](const Columns3& c) { return c.x ? c.from(first) : Columns3{}; };
     return {length,          p.from(first),   n.from(first),     s.from(first),
@@ -103,13 +104,13 @@ struct SurfaceBlock {
   }
 };
 
-/// What a BSDF is asked at each point of a block: its value for one direction, and a sample. Either
-/// may be left out, its columns being nullptr.
+/// Input of Bsdf::shade_block() at each point: a direction to evaluate, and random numbers for a
+/// sample. Either may be omitted by leaving its columns nullptr.
 struct BsdfQuery {
   Columns3 wo;   ///< unit, in the shading frame
   float* u1 = nullptr;
   Columns2 u2;
-  Lobe lobes = Lobe::kAll;  ///< values, densities and samples are those of these alone
+  Lobe lobes = Lobe::kAll;  ///< restricts value, density and sample to these lobes
 
   BsdfQuery from(size_t i) const {
     BsdfQuery part;
@@ -123,14 +124,14 @@ struct BsdfQuery {
 /// Value of BsdfAnswer::is_delta for samples that go straight through the surface (Lobe::kNull).
 inline constexpr float kNullSample = 2;
 
-/// Its answers: as BsdfValue for query.wo, and as BsdfSample.
+/// Output of Bsdf::shade_block(): BsdfValue for query.wo, and BsdfSample.
 struct BsdfAnswer {
   Columns3 f;            ///< BSDF x |cos theta_o| [1/sr]; 0 where pdf is 0
-  float* pdf = nullptr;  ///< of sampling wo, per solid angle
-  Columns3 wo;           ///< the sample's direction
-  Columns3 weight;       ///< f |cos theta_o| / pdf; 0 where there is no sample
-  float* sample_pdf = nullptr;  ///< per solid angle; 1 for a delta lobe; 0: there is no sample
-  /// 1 if the sample is of a delta lobe, kNullSample if it is of kDelta | kNull, else 0.
+  float* pdf = nullptr;  ///< density of sampling query.wo, per solid angle
+  Columns3 wo;           ///< sampled direction
+  Columns3 weight;       ///< f |cos theta_o| / pdf; 0 without a sample
+  float* sample_pdf = nullptr;  ///< per solid angle; 1 for a delta lobe; 0 without a sample
+  /// 1 for a sample of a delta lobe, kNullSample for kDelta | kNull, otherwise 0.
   float* is_delta = nullptr;
 
   BsdfAnswer from(size_t i) const {
@@ -138,7 +139,7 @@ struct BsdfAnswer {
   }
 };
 
-/// Light that goes straight through the points of a block: NullTransmission by columns.
+/// Straight transmission at the points of a block: columns of NullTransmission.
 struct NullTransmissionBlock {
   Columns3 transmittance;
   float* probability = nullptr;
@@ -146,12 +147,12 @@ struct NullTransmissionBlock {
   NullTransmissionBlock from(size_t i) const { return {transmittance.from(i), probability + i}; }
 };
 
-/// Directions toward a light: DirectSample by columns.
+/// Directions toward an emitter: columns of DirectSample.
 struct DirectBlock {
-  Columns3 d;                 ///< unit, from the point toward the light
+  Columns3 d;                 ///< unit, from the point toward the emitter
   float* distance = nullptr;  ///< infinite for distant light
-  float* pdf = nullptr;       ///< per solid angle; 1 where is_delta; 0: there is no sample
-  Columns3 radiance;          ///< for a delta light, irradiance on a facing surface
+  float* pdf = nullptr;       ///< per solid angle; 1 if is_delta; 0 without a sample
+  Columns3 radiance;          ///< for a delta emitter, irradiance on a surface that faces it
   float* is_delta = nullptr;  ///< 1 or 0
 
   DirectBlock from(size_t i) const {
@@ -159,43 +160,43 @@ struct DirectBlock {
   }
 };
 
-/// Light that leaves an emitter: of EmissionSample the ray and the power, by columns.
+/// Rays that leave an emitter: ray and power of EmissionSample, as columns.
 struct EmissionBlock {
-  Columns3 o;      ///< off the surface, as EmissionSample::ray has it
+  Columns3 o;      ///< off the surface, as in EmissionSample::ray()
   Columns3 d;      ///< unit
-  Columns3 power;  ///< [W]; black: there is no sample
+  Columns3 power;  ///< [W]; black without a sample
 
   EmissionBlock from(size_t i) const { return {o.from(i), d.from(i), power.from(i)}; }
 };
 
-/// How a camera sees points: SensorConnection by columns.
+/// Connections from surface points to the camera: columns of SensorConnection.
 struct ConnectionBlock {
   Columns2 film_position;
-  Columns3 d;                 ///< unit, whether or not the point is seen
+  Columns3 d;  ///< unit; also set if the point isn't seen
   float* distance = nullptr;
-  float* weight = nullptr;    ///< 0: the camera doesn't see the point
+  float* weight = nullptr;  ///< 0 if the camera doesn't see the point
 
   ConnectionBlock from(size_t i) const {
     return {film_position.from(i), d.from(i), distance + i, weight + i};
   }
 };
 
-/// Points of a surface, each chosen as seen from another point: SurfaceSample by columns.
+/// Surface points, each sampled as seen from a reference point: columns of SurfaceSample.
 struct SurfaceSampleBlock {
-  Columns3 p;            ///< place
+  Columns3 p;            ///< position
   Columns3 sn;           ///< shading normal
-  Columns2 uv;           ///< nullptr where nobody asks
-  float* pdf = nullptr;  ///< per solid angle at the other point; 0: there is no sample
+  Columns2 uv;           ///< nullptr if not needed
+  float* pdf = nullptr;  ///< per solid angle at the reference point; 0 without a sample
 
   SurfaceSampleBlock from(size_t i) const {
     return {p.from(i), sn.from(i), uv.x ? uv.from(i) : Columns2{}, pdf + i};
   }
 };
 
-/// The nearest hits of 16 rays with one analytic shape.
+/// Nearest hits of 16 rays with one analytic shape.
 struct alignas(64) ShapeHit16 {
-  float t[16];  ///< infinite: none in [tmin, tmax]
-  float ngx[16], ngy[16], ngz[16];  ///< as Hit::ng; zeros unless a shape sets them
+  float t[16];                      ///< infinity if there is no hit in [tmin, tmax]
+  float ngx[16], ngy[16], ngz[16];  ///< as Hit::ng; 0 unless the shape sets it
   float u[16], v[16];
   uint32_t primitive[16];
 };

@@ -16,54 +16,56 @@ struct Stage;
 class Scene;
 class Sensor;
 
-/// A picture in the making: passes over all of it that add up in the sensor's film, each an
-/// unbiased estimate of its own, weighed by its number of samples. Nothing is weighed, or left out,
-/// by what it found. Memory doesn't grow with their number.
+/// Progressive render: passes over the whole image that accumulate in the sensor's film. Each pass
+/// is an unbiased estimate by itself, weighted by its number of samples; neither passes nor weights
+/// depend on the rendered values. Memory doesn't grow with the number of passes.
 class KINOME_EXPORT Passes {
  public:
   virtual ~Passes() = default;
-  /// Samples that the scene asks for, in the unit of render().
+  /// Samples per pixel that the scene requests, in the unit of render().
   virtual double samples() const = 0;
-  /// Adds a pass of about that many samples a pixel, at least 1, as Sampler::sample_count counts
-  /// them, or of what costs as much; returns what it was. Random numbers are none that an earlier
-  /// pass has used. Cut short where the context is cancelled. Progress within the pass is 0 to 1.
+  /// Adds a pass of about `samples` samples per pixel (at least 1; see Sampler::sample_count()), or
+  /// of equal cost. Returns the number rendered. Each pass uses new random numbers, and stops early
+  /// if the context is cancelled. Progress runs from 0 to 1 within the pass.
   virtual double render(double samples) = 0;
-  /// Expected, before any pass: what a sample of all pixels takes; 0: there is no telling.
+  /// Expected seconds per sample of all pixels, before the first pass; 0 if unknown.
   virtual double seconds_per_sample() const { return 0; }
 };
 
-/// Turns a scene into pixels. Never sees threads: it is handed tiles.
+/// Renders a scene into a film. Integrators don't create threads: the render context calls them for
+/// tiles or items.
 class KINOME_EXPORT Integrator : public Object {
  public:
-  /// Film layers that render() fills (Film::prepare): the first lists channels beside the film's
-  /// colour, the others stand alone.
+  /// Film layers that render() fills (see Film::prepare()). The first layer lists channels beside
+  /// the film's colour; the other layers are independent.
   virtual std::vector<std::vector<std::string>> layers() const { return {{}}; }
-  /// What the picture shows of them beside the film's colour: by default the values that have names.
+  /// Image channels beside the film's colour. Default: one for each named value of the layers.
   virtual std::vector<FilmChannel> channels() const { return channels_of(layers()); }
-  /// The film is given each sample by itself, not what several have come to: so that it can take the
-  /// mean of their squares.
+  /// True if render() adds every sample to the film separately, not averages of samples, so that
+  /// the film can average squared samples.
   virtual bool gives_samples() const { return true; }
-  /// The stages of render(), in the order in which they run, for tables of times: those that aren't
-  /// among them are shown by their names alone. By default kPrimaryStage and kFilmStage.
+  /// Stages of render() in order of execution, for time tables. Stages that are not listed appear
+  /// by their names only. Default: kPrimaryStage and kFilmStage.
   virtual std::vector<Stage> stages() const;
-  /// Emitter plugin that the scene is given where it has no indirect emitter (Emitter::is_indirect)
-  /// of its own; nullptr: it has no use for any, and the loader warns of those that the scene has.
+  /// Emitter plugin that the loader adds to scenes without an indirect emitter
+  /// (Emitter::is_indirect()). Returns nullptr if the integrator doesn't use indirect emitters; the
+  /// loader then warns about those in the scene.
   virtual const char* default_indirect_emitter() const { return nullptr; }
-  /// Warns of light that is asked for and that render() leaves out, where it shows. Called once,
-  /// before the picture is begun.
+  /// Warns about emitters or light paths in the scene that render() ignores. Called once before
+  /// rendering.
   virtual void warn_of_light_left_out(const Scene& /*scene*/, const Sensor& /*sensor*/,
                                       RenderContext& /*context*/) const {}
-  /// Fills the sensor's film, which the caller has prepared. Returns early, with what it has, where
-  /// the context is cancelled.
+  /// Renders into the sensor's film, which the caller has prepared. Returns early with the samples
+  /// so far if the context is cancelled.
   virtual void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const = 0;
-  /// For budgets that aren't a number of samples. `seconds` is the time that there will be,
-  /// infinite where it has no limit: it may be used to prepare, sparingly. By default each pass is
-  /// a render() with a seed and a number of samples of its own.
+  /// Begins a progressive render, for budgets of time or error. `seconds` is the available time,
+  /// possibly infinite; preparation should take only a small part of it. Default: each pass calls
+  /// render() with a seed and a sample count of its own.
   virtual std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor,
                                         RenderContext& context, double seconds) const;
-  /// How the light of what is seen by the first sample of the pixel that `film_position` lies in is
-  /// chosen, for each set of light points; for people to look at. Error where nothing is seen, or
-  /// the integrator doesn't choose.
+  /// Reports, for each set of light points, how lights are chosen at the surface seen by the first
+  /// sample of the pixel at `film_position`; for inspection by users. Throws Error if no surface is
+  /// seen, or the integrator doesn't support it.
   virtual std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor,
                                           RenderContext& context, const Vec2& film_position) const;
 };

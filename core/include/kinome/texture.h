@@ -10,20 +10,21 @@
 
 namespace kinome {
 
-/// A colour or number over a surface's (u, v).
+/// Colour or scalar over a surface's (u, v). Linear Rec.709.
 class KINOME_EXPORT Texture : public Object {
  public:
+  /// Colour at uv.
   virtual Rgb eval(const Vec2& uv) const = 0;
-  /// As one number: the luminance of a colour texture, unless the texture defines it otherwise.
+  /// Scalar value at uv. Default: the luminance of eval().
   virtual float eval_1(const Vec2& uv) const { return luminance(eval(uv)); }
-  /// Both over a block of places. Default: one by one.
+  /// Block versions of eval() and eval_1(). Default: one by one.
   virtual void eval_block(const Columns2& uv, size_t count, const Columns3& out) const;
   virtual void eval_1_block(const Columns2& uv, size_t count, float* out) const;
-  /// Slopes of eval_1 along u and along v, per unit of both. Default: differences over 1e-3.
+  /// Partial derivatives of eval_1() by u and v. Default: central differences over 1e-3.
   virtual Vec2 eval_1_gradient(const Vec2& uv) const;
-  /// The same over a block. Default: one by one.
+  /// Block version of eval_1_gradient(). Default: one by one.
   virtual void eval_1_gradient_block(const Columns2& uv, size_t count, const Columns2& out) const;
-  /// The same at points of surfaces. Default: by their uv, which is all that most textures look at.
+  /// Value at a surface point. The defaults use only its uv, as most textures do.
   virtual Rgb eval_at(const SurfaceInteraction& si) const { return eval(si.uv); }
   virtual float eval_1_at(const SurfaceInteraction& si) const { return eval_1(si.uv); }
   virtual void eval_block_at(const SurfaceBlock& points, const Columns3& out) const {
@@ -32,26 +33,27 @@ class KINOME_EXPORT Texture : public Object {
   virtual void eval_1_block_at(const SurfaceBlock& points, float* out) const {
     eval_1_block(points.uv, points.count, out);
   }
-  /// The name of the MeshAttribute that it reads, without which a shape can't have it; "": none.
-  /// One that reads any is asked by eval_at and its like, never by uv alone.
+  /// Name of the MeshAttribute that the texture reads, or "" if none; shapes must have the
+  /// attribute. Textures with an attribute are evaluated only by eval_at() and similar functions,
+  /// never by uv alone.
   virtual std::string attribute() const { return ""; }
-  /// Means over the texture (unit square).
+  /// Mean colour over the unit square.
   virtual Rgb mean() const = 0;
-  /// What it comes to as light, where it is uniform: a spectrum has another colour as light than as
-  /// a reflectance (see Quantity). Default: mean().
+  /// Value of a uniform texture as emission; spectra have different colours as emission and as
+  /// reflectance (see Quantity). Default: mean().
   virtual Rgb emission() const { return mean(); }
-  /// Largest value of any channel; for checks and bounds.
+  /// Bounds on all values and channels.
   virtual float max() const = 0;
   virtual float min() const = 0;
-  /// Largest value of each channel, or a bound on it.
+  /// Maximum of each channel, or an upper bound on it.
   virtual Rgb channel_max() const { return is_uniform() ? mean() : Rgb(max()); }
-  /// True where eval is one value everywhere: callers then skip it per point.
+  /// True if eval() is constant, so that callers can evaluate it once.
   virtual bool is_uniform() const { return false; }
-  /// Texels along u and v, by which callers choose how finely to look; 1 x 1 where there are none.
+  /// Number of texels along u and v, for choosing a sampling rate; 1 x 1 if the texture has none.
   virtual glm::uvec2 resolution() const { return {1, 1}; }
 };
 
-/// A texture of one value.
+/// Returns a texture with a constant value.
 KINOME_EXPORT std::shared_ptr<Texture> make_uniform_texture(const Rgb& value);
 
 }  // namespace kinome
