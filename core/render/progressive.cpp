@@ -167,7 +167,7 @@ class Progressive {
   }
 
   double next_by_error() {
-    const double limit = std::max(RenderBudget::kMostSamples, passes_.samples());
+    const double limit = std::max(RenderBudget::kMaxSamples, passes_.samples());
     const auto error = estimate_rel_mse(film_, samples_);
     if (!error || *error <= budget_.rel_mse || done_ >= 0.999 * limit) return 0;
     const double missing = kErrorMargin * *error / budget_.rel_mse - 1;

@@ -239,7 +239,7 @@ TEST(Error, IsEstimatedOfLanesOfDifferentLength) {
 
 TEST(Error, RoundsGrowAndEndAtTheLimit) {
   MadeUp run(8, {.rel_mse = 1e-30}, 0.5);
-  EXPECT_NEAR(run.samples(), RenderBudget::kMostSamples, 1);
+  EXPECT_NEAR(run.samples(), RenderBudget::kMaxSamples, 1);
   EXPECT_NEAR(run.context.stats().samples, run.samples(), 1e-9);
   const uint32_t lanes = run.film->lanes();
   EXPECT_EQ(run.passes.sizes.size() % lanes, 0u);

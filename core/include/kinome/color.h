@@ -6,15 +6,16 @@
 
 namespace kinome {
 
-/// Linear Rec.709 / sRGB primaries, D65: radiance, irradiance, reflectance or weight, per channel.
+/// Radiance, irradiance, reflectance or weight per channel, with linear Rec.709 (sRGB) primaries
+/// and white D65.
 using Rgb = glm::vec3;
 
-/// Relative luminance (CIE Y of linear Rec.709; the coefficients that Mitsuba uses. Åkerlund 2008,
-/// 3.1.1 rounds them to four digits).
+/// Relative luminance: CIE Y of linear Rec.709, with Mitsuba's coefficients. (Åkerlund 2008, 3.1.1
+/// rounds them to four digits.)
 inline float luminance(const Rgb& c) {
   return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z;
 }
-/// CIE X, Y and Z of linear Rec.709, with luminance() as Y.
+/// Converts linear Rec.709 to CIE XYZ; Y is luminance().
 inline glm::dvec3 xyz(const glm::dvec3& c) {
   return {0.412453 * c.x + 0.357580 * c.y + 0.180423 * c.z,
           0.212671 * c.x + 0.715160 * c.y + 0.072169 * c.z,

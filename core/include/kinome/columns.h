@@ -6,17 +6,17 @@
 
 namespace kinome {
 
-/// A block's values lie in columns, structures of arrays, whose lengths are multiples of this: the
-/// most lanes that a vector has. What lies beyond the values may be anything.
+/// Maximum number of vector lanes. Blocks store values in columns (structures of arrays) whose
+/// lengths are multiples of it. The padding may hold anything.
 inline constexpr size_t kBlockLanes = 16;
 inline constexpr size_t kColumnAlignment = kBlockLanes * sizeof(float);  ///< bytes
 
-/// The length of a column for `count` values.
+/// Length of a column for `count` values, with padding.
 constexpr size_t padded(size_t count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockLanes;
 }
 
-/// Points in the plane by coordinates. Owns nothing.
+/// 2D points or random numbers as columns. Owns nothing.
 struct Columns2 {
   float* x = nullptr;
   float* y = nullptr;
@@ -25,11 +25,11 @@ struct Columns2 {
   Columns2(float* x_column, float* y_column) : x(x_column), y(y_column) {}
   glm::vec2 at(size_t i) const { return {x[i], y[i]}; }
   void set(size_t i, const glm::vec2& value) const { x[i] = value.x, y[i] = value.y; }
-  /// The columns from value i on.
+  /// Returns the columns from value i on.
   Columns2 from(size_t i) const { return {x + i, y + i}; }
 };
 
-/// Points, directions or colours by coordinates. Owns nothing.
+/// Points, directions or colours as columns. Owns nothing.
 struct Columns3 {
   float* x = nullptr;
   float* y = nullptr;
@@ -42,7 +42,7 @@ struct Columns3 {
   void set(size_t i, const glm::vec3& value) const {
     x[i] = value.x, y[i] = value.y, z[i] = value.z;
   }
-  /// The columns from value i on.
+  /// Returns the columns from value i on.
   Columns3 from(size_t i) const { return {x + i, y + i, z + i}; }
 };
 

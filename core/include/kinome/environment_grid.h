@@ -7,24 +7,24 @@
 
 namespace kinome {
 
-/// How the radiance of an environment is laid out: quads of equal angles in latitude and longitude.
-/// A local direction is d = (sin phi sin theta, cos theta, -cos phi sin theta); quad (x, y) spans
-/// phi = 2 pi (x + first_column + [0, 1)) / columns and theta = pi (y + [0, 1)) / rows.
+/// Grid on which an environment's radiance is defined: quads of equal angles in latitude and
+/// longitude. A local direction is d = (sin phi sin theta, cos theta, -cos phi sin theta). Quad (x,
+/// y) spans phi = 2 pi (x + first_column + [0, 1)) / columns and theta = pi (y + [0, 1)) / rows.
 struct EnvironmentGrid {
   int columns = 256;
   int rows = 128;
   float first_column = 0;
-  glm::mat3 to_world{1.f};  ///< a rotation or reflection
-  /// Radiance is smooth (such as bilinear in phi and theta) within each quad, so that quadrature by
-  /// four points is exact for all purposes. Where it isn't, integrals over cells are estimated by
-  /// the very points that estimates use: unbiased, with more noise.
+  glm::mat3 to_world{1.f};  ///< rotation or reflection
+  /// True if radiance is smooth within each quad (for example bilinear in phi and theta), so that
+  /// four-point quadrature is accurate. Otherwise integrals over cells are estimated from the
+  /// rendered samples: unbiased, with more noise.
   bool smooth_quads = false;
-  /// Radiance is the bilinear interpolation, in phi and theta, of that at each quad's corners: then
-  /// integrals over cells are exact and quick. Implies smooth_quads.
+  /// True if radiance is the bilinear interpolation in phi and theta of its values at the quad's
+  /// corners. Integrals over cells are then exact and fast. Implies smooth_quads.
   bool bilinear_quads = false;
 };
 
-/// World direction of a place of the grid, in columns and rows.
+/// Returns the world direction of a grid position, in columns and rows.
 inline Vec3 grid_direction(const EnvironmentGrid& grid, double column, double row) {
   constexpr double pi = std::numbers::pi;
   const double phi = (column + static_cast<double>(grid.first_column)) * 2 * pi / grid.columns;
@@ -35,8 +35,8 @@ inline Vec3 grid_direction(const EnvironmentGrid& grid, double column, double ro
                               static_cast<float>(-sine * std::cos(phi)));
 }
 
-/// Columns and rows that each of the grid's is divided into before its radiance is integrated:
-/// quads must be small for quadrature by four points, and cells narrow.
+/// Number of columns and rows into which each grid column and row is divided before integration.
+/// Four-point quadrature needs small quads, and sampling needs narrow cells.
 struct GridParts {
   int columns;
   int rows;

@@ -4,9 +4,9 @@
 
 namespace kinome {
 
-/// Parts of a BSDF, as a set. kNull is no part of its own: the lobe of a sample is kDelta | kNull
-/// if the light goes straight through the surface as through a hole, which leaves the film's alpha
-/// to what is behind it.
+/// Set of BSDF lobes. kNull is only a flag: the lobe of a sample is kDelta | kNull if the light
+/// passes straight through the surface as through a hole. The film's alpha is then that of what is
+/// behind the surface.
 enum class Lobe : uint32_t {
   kNone = 0,
   kDiffuse = 1,

@@ -9,8 +9,8 @@
 
 namespace kinome {
 
-/// What a plugin can be. The names are Mitsuba's tags (`<bsdf type="…">`) and the names of the
-/// folders that plugins are found in.
+/// Plugin category. The names are Mitsuba's tags (`<bsdf type="…">`) and the names of the plugin
+/// folders.
 enum class Category {
   kBsdf,
   kEmitter,
@@ -26,18 +26,19 @@ inline constexpr int kCategoryCount = 9;
 /// "bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape", "texture".
 KINOME_EXPORT const char* to_string(Category category);
 
-/// Anything that a plugin makes. Constructed once while a scene loads, immutable and shared by all
-/// threads while it renders (const member functions are thread-safe).
+/// Base class of all objects that plugins create. An object is constructed once while a scene is
+/// loaded, then immutable and shared by all threads while it renders. Const member functions are
+/// thread-safe.
 class KINOME_EXPORT Object {
  public:
   virtual ~Object();
   Object(const Object&) = delete;
   Object& operator=(const Object&) = delete;
-  /// The scene's name for it, or "".
+  /// Id in the scene, or "".
   const std::string& id() const { return id_; }
   void set_id(std::string id) { id_ = std::move(id); }
-  /// "category/name" of the plugin that made it, and the objects that the scene nests in it; set by
-  /// the registry once it is made.
+  /// "category/name" of the plugin that created the object, and the objects nested in it. The
+  /// registry sets both after construction.
   const std::string& plugin() const { return plugin_; }
   const std::vector<std::shared_ptr<const Object>>& nested() const { return nested_; }
   void set_origin(std::string plugin, std::vector<std::shared_ptr<const Object>> nested) {

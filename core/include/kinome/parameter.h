@@ -6,62 +6,65 @@
 
 namespace kinome {
 
+/// Type of a plugin parameter.
 enum class ParameterType {
   kBoolean,
   kInteger,
   kFloat,
   kString,
   kFloatOrName,  ///< a number, or a string that stands for one: `int_ior` as 1.5046 or "bk7"
-  kFile,         ///< a string that names a file; resolved against the search paths
+  kFile,         ///< a string with a file name, resolved against the search paths
   kVector,       ///< three numbers: <point> or <vector>
-  kEmission,     ///< <rgb>, <spectrum>, <float> or a uniform texture: light, the same everywhere
-  /// The same, or a <texture>; what it is of is in the name: see Quantity.
+  kEmission,     ///< uniform emission: <rgb>, <spectrum>, <float> or a uniform texture
+  /// A uniform value or a <texture> with this quantity (see Quantity).
   kEmissionTexture,
   kReflectanceTexture,
   kUnitlessTexture,
   kColorTexture,
   kTransform,
-  kImage,   ///< pixels in memory, which no scene file can hold: see Properties::image
-  kObject,  ///< a nested object of `category`, whatever name it has
+  kImage,   ///< pixels in memory (Properties::image()); not available in scene files
+  kObject,  ///< a nested object of `category`, with any name
 };
 KINOME_EXPORT const char* to_string(ParameterType type);
 
-/// What the numbers of a colour or texture measure. It decides what a <spectrum> comes to in linear
-/// Rec.709, as in Mitsuba 3's RGB variants, and what uniform values a scene may give. A spectrum by
-/// wavelengths never comes to less than 0: saturated ones lie outside of what RGB can show.
+/// Physical quantity of a colour or texture. It determines the conversion of a <spectrum> to linear
+/// Rec.709, as in Mitsuba 3's RGB variants, and the valid range of uniform values. Spectra given by
+/// wavelengths convert to non-negative colours: negative components of saturated spectra, outside
+/// the RGB gamut, become 0.
 enum class Quantity {
-  kNone,      ///< neither colour nor texture
-  kEmission,  ///< radiance, irradiance, intensity: unbounded; a constant spectrum of 1 is light of
-              ///< equal energy, (1.205, 0.948, 0.909)
-  kReflectance,  ///< in [0,1]; a spectrum is seen under daylight (D65), a constant 1 is white
-  kUnitless,     ///< roughness, exponent, index of refraction: unbounded; a spectrum as under D65
-  kColor,        ///< of a texture that may serve for any of these: unbounded, but a spectrum by
-                 ///< wavelengths is a reflectance
+  kNone,         ///< neither colour nor texture
+  kEmission,     ///< radiance, irradiance, intensity: unbounded; a constant spectrum of 1 is
+                 ///< equal-energy light, (1.205, 0.948, 0.909)
+  kReflectance,  ///< in [0,1]; spectra are viewed under D65, so that a constant 1 is white
+  kUnitless,  ///< roughness, exponent, index of refraction: unbounded; spectra are viewed under D65
+  kColor,     ///< of textures usable for any of these: unbounded; spectra by wavelengths are
+              ///< reflectances
 };
 KINOME_EXPORT Quantity quantity_of(ParameterType type);
-/// Whether a <texture> may be the value; of a kEmission a uniform one.
+/// True if a <texture> is a valid value (for kEmission, only a uniform one).
 KINOME_EXPORT bool takes_texture(ParameterType type);
 
-/// One row of a plugin's parameter table: it generates the documentation, checks the scene, and
-/// holds the one and only default.
+/// Row of a plugin's parameter table. The table generates the documentation, validates scenes, and
+/// defines the defaults.
 struct Parameter {
   const char* name;
   ParameterType type;
-  /// As it would be written in XML ("0.5", "1 0 0", "true"). nullptr: no default; the plugin asks
-  /// has() first, or the parameter is required.
+  /// Default as written in XML ("0.5", "1 0 0", "true"). nullptr: none; the parameter is required,
+  /// or the plugin checks Properties::has().
   const char* default_value;
   const char* doc;
   bool required = false;
   Category category = Category::kBsdf;  ///< of a kObject
   int max_count = 1;                    ///< of a kObject
-  /// Of a kString: all that it may be (Properties::choice); empty: any string.
+  /// Valid values of a kString (see Properties::choice()); empty: any string.
   std::span<const char* const> choices = {};
   /// True if scenes may give the parameter but the plugin never reads it. The loader still checks
   /// its type, and logs a warning with `doc` as the reason. See ignored_row().
   bool ignored = false;
 };
 
-/// A row for a string that is one of some names, which must live as long as the plugin.
+/// Creates a row for a string with a fixed set of values. `choices` must live as long as the
+/// plugin.
 constexpr Parameter choice_of(const char* name, std::span<const char* const> choices,
                               const char* default_value, const char* doc) {
   Parameter row{name, ParameterType::kString, default_value, doc};
@@ -69,8 +72,8 @@ constexpr Parameter choice_of(const char* name, std::span<const char* const> cho
   return row;
 }
 
-/// A row for a parameter that is accepted without effect. `why` completes the loader's warning
-/// "'NAME' is ignored: WHY".
+/// Creates a row for a parameter that is accepted without effect. `why` completes the loader's
+/// warning "'NAME' is ignored: WHY".
 constexpr Parameter ignored_row(const char* name, ParameterType type, const char* why) {
   Parameter row{name, type, nullptr, why};
   row.ignored = true;

@@ -10,8 +10,8 @@
 #include "kinome/parameter.h"
 #include "kinome/properties.h"
 
-/// The version of all public headers, raised whenever one changes in a way that old binaries can't
-/// follow.
+/// Version of the public headers. Incremented when a change makes existing plugin binaries
+/// incompatible.
 #define KINOME_INTERFACE_VERSION 21
 
 #define KINOME_STRINGIFY_(x) #x
@@ -56,11 +56,11 @@
 #define KINOME_ABI_MATH "strict"
 #endif
 
-/// Everything that a plugin and the core must have in common, as one string. GLM's options matter
-/// because Vec3 is part of every interface, the library's debug mode because std::vector is. Under
-/// fast mathematics, inline functions of the SDK would find no NaN, and to load what is linked so
-/// makes the whole program flush denormal numbers. The instruction set is the exception: the
-/// processor must have it.
+/// Properties of the build that a plugin and the core must share, as one string. GLM's options
+/// matter because Vec3 is part of every interface, and the library's debug mode because std::vector
+/// is. Fast math matters because inline functions of the SDK would not detect NaN, and because
+/// loading a library linked with it makes the whole program flush denormals. The instruction set
+/// may differ, but the processor must support it.
 #define KINOME_ABI_KEY \
   "kinome-abi;interface=" KINOME_STRINGIFY(KINOME_INTERFACE_VERSION) ";cxxabi="          \
       KINOME_STRINGIFY(__GXX_ABI_VERSION) ";stdlib=" KINOME_ABI_STDLIB ";sanitizer="     \
@@ -71,23 +71,23 @@
 
 namespace kinome {
 
-/// What a plugin library exports, under the name `kinome_plugin`.
+/// Description of a plugin; a plugin library exports one under the name `kinome_plugin`.
 struct PluginDescriptor {
   Category category;
   const char* name;
-  const char* doc;  ///< what it is, in one or two sentences
+  const char* doc;  ///< documentation in one or two sentences
   std::span<const Parameter> parameters;
   std::shared_ptr<Object> (*create)(const Properties&);
 };
 
 }  // namespace kinome
 
-/// Registers `Class` as plugin `plugin_name`. Once per library, at namespace scope of its one
-/// source file; `Class` (in an anonymous namespace) has a constructor from const Properties&,
+/// Defines `Class` as plugin `plugin_name`. Use it once per library, at namespace scope of its only
+/// source file. `Class`, in an anonymous namespace, has a constructor from const Properties&;
 /// `parameter_table` is an array of Parameter.
 ///
-/// The key lies in an ELF section of its own: the registry reads it from the file, before any code
-/// of the library (static constructors included) has a chance to run.
+/// The ABI key is in an ELF section of its own. The registry reads it from the file before any code
+/// of the library runs, static constructors included.
 #define KINOME_PLUGIN(Class, plugin_category, plugin_name, documentation, parameter_table) \
   extern "C" {                                                                             \
   __attribute__((section("kinome_abi"), used,                                              \

@@ -17,24 +17,25 @@ namespace kinome {
 struct Image;
 class Texture;
 
-/// A uniform colour or grey as the scene wrote it. `spectral` holds for <spectrum>, whose uniform
-/// value is white for a reflectance and the equal-energy white for a light.
+/// Uniform colour or grey as written in the scene. `spectral` is true for <spectrum>: a uniform
+/// spectrum is white as a reflectance, and equal-energy white as emission.
 struct UniformColor {
   Rgb value{0.f};
   bool spectral = false;
   bool is_float = false;  ///< written as <float> or <integer>
 };
 
-/// A number that a scene can call by name.
+/// Number that scenes can refer to by name, such as an index of refraction.
 struct NamedNumber {
   const char* name;
   float value;
 };
 
-/// The typed parameters of one plugin object, each with its place in the scene file. The loader
-/// checks them against the plugin's table before the plugin sees them, so that getters only fail
-/// for values that the plugin's own code rejects. Getters fall back on the table's default.
-/// Not thread-safe; used only while a scene loads.
+/// Typed parameters of one plugin object, each with its location in the scene file. The loader
+/// checks them against the plugin's parameter table before it constructs the object, so getters
+/// throw Error only for values that need checks of the plugin's own. Getters return the table's
+/// default if the scene doesn't set the parameter. Not thread-safe; used only while a scene is
+/// loaded.
 class KINOME_EXPORT Properties {
  public:
   using Value = std::variant<bool, int64_t, double, std::string, Vec3, UniformColor, Transform,
@@ -42,14 +43,14 @@ class KINOME_EXPORT Properties {
   struct Entry {
     Value value;
     Location where;
-    mutable bool read = false;
+    mutable bool read = false;  ///< set by getters, to detect unused parameters
   };
 
   Properties(Category category, std::string plugin_name, Location where);
 
-  /// Set by the registry before the plugin's constructor runs.
+  /// Sets the parameter table. The registry calls it before the plugin's constructor.
   void set_table(std::span<const Parameter> table) { table_ = table; }
-  /// Throws Error where `name` is there already.
+  /// Adds a parameter. Throws Error if it is set already.
   void set(const std::string& name, Value value, const Location& where);
 
   Category category() const { return category_; }
@@ -57,37 +58,40 @@ class KINOME_EXPORT Properties {
   const std::string& id() const { return id_; }
   void set_id(std::string id) { id_ = std::move(id); }
   const Location& where() const { return where_; }
-  /// In the order of the file.
+  /// Parameters in file order.
   const std::vector<std::pair<std::string, Entry>>& entries() const { return entries_; }
 
+  /// True if the scene sets the parameter.
   bool has(const std::string& name) const;
   bool boolean(const std::string& name) const;
   int64_t integer(const std::string& name) const;
-  /// An Error where it lies outside [low, high].
+  /// Returns an integer in [low, high]. Throws Error otherwise.
   uint32_t integer(const std::string& name, uint32_t low, uint32_t high) const;
   float real(const std::string& name) const;
-  /// Of a kFloatOrName parameter: the number, or the one that the string stands for in `names`; an
-  /// Error with the nearest name otherwise.
+  /// Returns the value of a kFloatOrName parameter: a number, or the value of the named entry in
+  /// `names`. Throws Error with the nearest name if the name is unknown.
   float number_or_name(const std::string& name, std::span<const NamedNumber> names) const;
   std::string string(const std::string& name) const;
-  /// The file that a kFile parameter names: found in the search paths, or an Error that says where
-  /// it was looked for.
+  /// Returns the path of the file that a kFile parameter names, found in the search paths. Throws
+  /// Error with the searched folders if it is missing.
   std::string file(const std::string& name) const;
   Vec3 vector(const std::string& name) const;
-  /// For light: <float> is grey, <rgb> itself, a uniform <spectrum> equal-energy white in Rec.709.
+  /// Returns a uniform emission in linear Rec.709. <float> is grey; a uniform <spectrum> is
+  /// equal-energy white.
   Rgb color(const std::string& name) const;
-  /// The identity where neither the scene nor the table says anything.
+  /// Returns an affine transform. Default: the identity. Throws Error if it is projective.
   Transform transform(const std::string& name) const;
-  /// A <texture>, or a uniform value wrapped as one: where the parameter is an emission, as color()
-  /// gives it. nullptr only where there is no default.
+  /// Returns the <texture>, or a uniform value as a texture; emission is converted as in color().
+  /// Returns nullptr only if the parameter is not set and has no default.
   std::shared_ptr<Texture> texture(const std::string& name) const;
-  /// Pixels that a program gives in place of a file, linear, of one or of three channels or more;
-  /// nullptr: it gives none.
+  /// Returns linear pixels passed by a program in place of a file, with one channel or at least
+  /// three. Returns nullptr if the parameter is not set.
   std::shared_ptr<const Image> image(const std::string& name) const;
-  /// The string as an index into its row's choices; an Error with a suggestion otherwise.
+  /// Returns the index of the string in the parameter's choices. Throws Error with a suggestion
+  /// otherwise.
   int choice(const std::string& name) const;
 
-  /// All nested objects of class T (Bsdf, Film, …), in the order of the file.
+  /// Returns all nested objects of class T (Bsdf, Film, …), in file order.
   template <class T>
   std::vector<std::shared_ptr<T>> objects() const {
     std::vector<std::shared_ptr<T>> found;
@@ -101,20 +105,20 @@ class KINOME_EXPORT Properties {
     }
     return found;
   }
-  /// The first of them, or nullptr.
+  /// Returns the first nested object of class T, or nullptr.
   template <class T>
   std::shared_ptr<T> object() const {
     auto all = objects<T>();
     return all.empty() ? nullptr : all.front();
   }
 
-  /// An Error at parameter `name` (or at the object, where the scene doesn't set it):
+  /// Creates an Error located at parameter `name`, or at the object if the scene doesn't set it:
   /// `throw props.error("alpha", "must be positive, got -1")`.
   Error error(const std::string& name, const std::string& message) const;
-  /// A warning with the same prefix, through the log.
+  /// Logs a warning with the same prefix as error().
   void warn(const std::string& name, const std::string& message) const;
 
-  /// Folders in which file() looks, in order; shared by all properties of a scene.
+  /// Sets the folders that file() searches, in order. All properties of a scene share them.
   void set_search_paths(std::shared_ptr<const std::vector<std::string>> paths) {
     search_paths_ = std::move(paths);
   }
@@ -122,7 +126,7 @@ class KINOME_EXPORT Properties {
  private:
   const Entry* find(const std::string& name) const;
   const Parameter& parameter(const std::string& name) const;
-  /// What the scene says, or the table's default.
+  /// Returns the value in the scene, or the table's default.
   Value value(const std::string& name) const;
 
   Category category_;

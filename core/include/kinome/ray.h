@@ -6,9 +6,9 @@
 
 namespace kinome {
 
-/// A ray segment o + t d, tmin <= t <= tmax, laid out as Embree's RTCRay, so that batches need no
-/// copying. d need not be of unit length. After Scene::occluded, tmax is -infinity where something
-/// lies on the segment.
+/// Ray segment o + t d, tmin <= t <= tmax, in the layout of Embree's RTCRay, so that batches need
+/// no copies. d need not have unit length. Scene::occluded() sets tmax to -infinity if the segment
+/// is occluded.
 struct alignas(16) Ray {
   Vec3 o{0.f};
   float tmin = 0;
@@ -27,12 +27,13 @@ struct alignas(16) Ray {
   bool is_occluded() const { return tmax < 0; }
 };
 
+/// Index of a hit that doesn't exist.
 inline constexpr uint32_t kNoHit = ~0u;
 
-/// Laid out as Embree's RTCHit.
+/// Ray hit in the layout of Embree's RTCHit.
 struct alignas(16) Hit {
-  Vec3 ng{0.f};  ///< geometric normal as Embree leaves it: not normalised
-  float u = 0;   ///< barycentric or surface coordinates, as the shape defines them
+  Vec3 ng{0.f};  ///< geometric normal as Embree computes it; not normalised
+  float u = 0;   ///< barycentric or surface coordinates, as defined by the shape
   float v = 0;
   uint32_t primitive = kNoHit;
   uint32_t shape = kNoHit;  ///< index into Scene::shapes(), or kNoHit
@@ -40,7 +41,8 @@ struct alignas(16) Hit {
   bool valid() const { return shape != kNoHit; }
 };
 
-/// Laid out as Embree's RTCRayHit. After Scene::intersect, ray.tmax is the distance of the hit.
+/// Ray and hit in the layout of Embree's RTCRayHit. Scene::intersect() sets ray.tmax to the
+/// distance of the hit.
 struct RayHit {
   Ray ray;
   Hit hit;

@@ -9,36 +9,38 @@
 
 namespace kinome {
 
-/// Called by the thread that called render(), which waits for it, after each pass over the whole
-/// picture that was not cut short: with the picture so far. Of `stats`, `samples` and, where
-/// variances are asked for, `renders` and `variance_of_mean` are this picture's. The picture does
-/// not depend on whether there is a callback, nor do the samples that reach an error; the time that
-/// it takes is part of a budget of time. What it throws, render() throws.
+/// Called after each completed pass over the image, with the image so far, on the thread that
+/// called render(). In `stats`, `samples` refers to this image, and so do `renders` and
+/// `variance_of_mean` if variances were requested. Neither the image nor the number of samples for
+/// an error target depends on the callback; its time counts toward a time budget. render() rethrows
+/// its exceptions.
 using PassCallback = std::function<void(Image picture, const RenderStats& stats)>;
 
-/// As render() of render_context.h, while `on_pass` (may be empty) sees the picture grow: once,
-/// where the sampler's samples are rendered; after each of RenderBudget::lanes, where these are
-/// asked for; by a budget of time or error, after passes that grow, with an error from one sample a
-/// pixel.
+/// Renders as render() of render_context.h does, and calls `on_pass` (may be empty) with
+/// intermediate images: once for a fixed sample count; after each of RenderBudget::lanes; or, for a
+/// budget of time or error, after passes of growing size (from one sample per pixel for an error).
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
                            const PassCallback& on_pass);
 
-/// What lanes say of the relMSE (see RenderBudget) of the picture that is their mean; nullopt where
-/// they can't tell. Differences of two lanes, relative to the brightness of the pixel: half by the
-/// mean of all lanes, which sparks among the two raise, so that it alone would make errors too
-/// small; half by that of the others, which being noisier alone would make them too large.
-/// `samples`: of each lane.
+/// Estimates the relMSE (see RenderBudget) of the film's image from the differences between its
+/// lanes. `samples` has the number of samples per pixel of each lane. Returns nullopt if the lanes
+/// are too few or lack samples.
+///
+/// Squared differences of two lanes are divided by the mean of two squared brightness values of the
+/// pixel: that of all lanes, and that of all other lanes. The first one alone would underestimate
+/// errors, because fireflies in the two lanes raise it; the second alone would overestimate them,
+/// because it is noisier.
 KINOME_EXPORT std::optional<double> estimate_rel_mse(const Film& film,
                                                      std::span<const double> samples);
 
-/// How the user calls a RenderBudget, for messages.
+/// Names of a RenderBudget's fields as the user knows them, for messages.
 struct BudgetNames {
   const char* seconds = "--time ";
   const char* rel_mse = "--error ";
-  const char* work = "load, render {} and write";  ///< what the time was for; {}: the samples
+  const char* work = "load, render {} and write";  ///< task that the time was for; {}: the samples
 };
-/// Warns of what was asked for and was not kept: a time that was exceeded by more than a twentieth,
-/// or an error that was not reached. `seconds`: what all took.
+/// Warns if the render exceeded its time budget by more than 5 % (and 0.05 s), or missed its error
+/// target. `seconds` is the total time.
 KINOME_EXPORT void warn_of_missed_budget(const RenderBudget& budget, const RenderStats& stats,
                                          double seconds, const BudgetNames& names);
 

@@ -23,135 +23,149 @@ class ThreadPool;
 /// Side of a tile in pixels (Åkerlund 2008, 4.4.1).
 inline constexpr int kTileSize = 32;
 
-/// One tile, being rendered by one thread.
+/// Tile that one thread is rendering.
 struct Tile {
   Rect pixels;
   FilmTile& film;
   RenderCounters& counters;
 };
 
-/// Called from time to time by one thread at a time, with the share of tiles done.
+/// Called now and then during a render, by one thread at a time, with the fraction of tiles done.
 using ProgressCallback = std::function<void(double fraction)>;
 
-/// Called whenever samples have come to the film, by one thread at a time, which holds a lock that
-/// keeps others from adding to it: to be quick, and not to call the context. `pixels` is where
-/// they count, but for their filter's border; all of the crop window where there are splats.
+/// Called after samples were added to the film, by one thread at a time. The caller holds the lock
+/// of the film's commits, so the callback must be fast and must not call the context. `pixels`
+/// contains the new samples, not their filter's border; it is the whole crop window if there are
+/// splats.
 using CommitCallback = std::function<void(const Film& film, const Rect& pixels)>;
 
-/// When a picture is good enough, where that isn't the scene's number of samples. Any of the three
-/// may be asked for together; where time and error both are, whichever comes first ends the render.
+/// Stopping criteria of a progressive render, in place of the scene's sample count. They can be
+/// combined; with a time and an error, the first one reached ends the render.
 struct RenderBudget {
-  /// Of Options::clock, at which the caller is to be done with the picture; 0: no limit. The first
-  /// pass, of the fewest samples, is finished in any case.
+  /// Time of Options::clock [s] at which the caller must be done with the image; 0: no limit. The
+  /// first pass, which has the fewest samples, is always completed.
   double seconds = 0;
-  /// Estimated relMSE, mean of variance / (colour² + 0.01 mean²) over pixels and channels, at which
-  /// to stop; 0: not asked for. Stops at kMostSamples in any case.
+  /// Target for the estimated relMSE: the mean of variance / (colour² + 0.01 mean²) over pixels and
+  /// channels; 0: none. The render stops at kMaxSamples samples per pixel, or at the scene's sample
+  /// count if that is larger.
   double rel_mse = 0;
-  static constexpr double kMostSamples = 16384;
-  /// Lanes of the film, 2 or more, for Film::noise; 0: it isn't asked for.
+  static constexpr double kMaxSamples = 16384;
+  /// Number of film lanes (at least 2) for Film::noise(); 0: no variance estimates.
   uint32_t lanes = 0;
-  /// How long the caller will take for a picture like this, in seconds: part of `seconds`.
+  /// Estimates the seconds that the caller needs after the render for an image like `picture`, for
+  /// example to write it. They are part of `seconds`.
   std::function<double(const Image& picture)> seconds_after = nullptr;
   bool any() const { return seconds > 0 || rel_mse > 0 || lanes > 0; }
 };
 
-/// What an integrator needs besides the scene: threads (hidden), seed, progress, cancel, stats.
+/// Services that an integrator needs besides the scene: parallel loops, seeds, progress,
+/// cancellation and statistics. Integrators create no threads themselves.
+///
+/// A render may be distributed over a group of processes (ProcessGroup). Functions marked
+/// *collective* must then be called by all processes of the group, in the same order.
 class KINOME_EXPORT RenderContext {
  public:
   struct Options {
     unsigned threads = 0;  ///< 0: one per core
     uint64_t seed = 0;
-    const std::atomic<bool>* cancel = nullptr;  ///< set by whoever wants the render to end
+    const std::atomic<bool>* cancel = nullptr;  ///< set to true by the caller to end the render
     ProgressCallback progress = nullptr;
-    /// Permutes the order in which tiles are handed out; results do not depend on it.
+    /// Shuffles the order in which tiles are rendered; results don't depend on it.
     uint64_t tile_order_seed = 0;
     /// Start of the program, for RenderStats::first_tile_seconds and for `clock`.
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
     RenderBudget budget = {};
-    /// Seconds since `start`. Called by many threads.
+    /// Returns the seconds since `start`; nullptr: the system's steady clock. Thread-safe.
     std::function<double()> clock = nullptr;
-    /// Which render the same picture, with the same options but threads, progress and clock;
-    /// nullptr: this process is alone. Must outlive the context.
+    /// Group of processes that render the same image with the same options, except for threads,
+    /// progress and clock. nullptr: a single process. Must outlive the context.
     ProcessGroup* group = nullptr;
   };
-  /// Starts the threads, which sleep until they are needed: make it ahead of loading the scene, not
-  /// right before the render (see ThreadPool).
+  /// Starts the threads, which sleep until they are used. Create the context before loading the
+  /// scene, not right before rendering: the system may take milliseconds to distribute new threads
+  /// over the cores.
   explicit RenderContext(Options options);
   ~RenderContext();
 
-  /// Calls `fn` for each 32x32 tile of the film's crop window (grown by the filter's radius where
-  /// the film samples its border), on all threads (denormals flushed), and commits each to the film
-  /// in the tiles' own order. Rethrows the first exception. Stops handing out tiles when cancelled.
+  /// Calls `fn` for each 32x32 tile of Film::sampled() on all threads, with denormals flushed, and
+  /// commits the tiles to the film in their order. Starts no further tiles once cancelled. Rethrows
+  /// the first exception. Collective.
   void for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer = 0);
-  /// Calls fn(i, counters) for i < count on all threads (denormals flushed), as for_each_tile does
-  /// with tiles: progress is told, exceptions are rethrown, a cancelled context hands out no more.
+  /// Calls fn(i, counters) for i < count on all threads, with denormals flushed. Reports progress,
+  /// rethrows the first exception, and starts no further items once cancelled. Collective.
   ///
-  /// Of a group of processes each does some of the items, and all must call this. What fn leaves in
-  /// the film, by commit, comes to the group's root; what it leaves anywhere else must be handed on
-  /// by `shared` (see there), or stays where it was made.
+  /// In a group, each process runs some of the items. Samples that `fn` passes to commit() reach
+  /// the root's film. Other results stay in the process that computed them unless `shared`
+  /// transfers them.
   void for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn,
                 SharedItems* shared = nullptr);
-  /// Adds to the film what an item of the for_each at work has made, once for each item: the whole
-  /// of it at once, which is what checkpoints count by. Items are added in their own order, and
-  /// wait for those before them: behind one that is slow, in memory. Thread-safe.
+  /// Adds the results of one item of the current for_each() to the film. Must be called once per
+  /// item with all of its tiles, because checkpoints count whole items. Items are added in order;
+  /// an item waits in memory until all previous items are committed. Thread-safe.
   void commit(Film& film, size_t item, std::vector<FilmTile> tiles);
-  /// An item of the for_each at work is in the film already.
+  /// True if the item of the current for_each() needs no work: it is in the film already (resumed
+  /// render), or not wanted (set_gaps()).
   bool is_committed(size_t item) const;
-  /// Renders no more than what covers one of these pixels, for each layer of the film
-  /// (Film::gaps): for_each_tile leaves the other tiles out.
+  /// Restricts rendering to tiles that cover a pixel of `gaps`, given for each film layer (see
+  /// Film::gaps()) over the window `crop`. for_each_tile() skips all others.
   void set_gaps(const Rect& crop, std::vector<std::vector<bool>> gaps);
-  /// Whether pixels are to be rendered: all are, unless there are gaps to be filled.
+  /// True if some of `pixels` must be rendered: always, unless set_gaps() was called.
   bool is_wanted(const Rect& pixels, int layer = 0) const;
-  /// What `decide` says. To be asked for what depends on the film's contents: in a resumed render
-  /// these are of a later time, and the answer is that of the render before. In a group of
-  /// processes, where all must ask, it is that of the root, which has the film.
+  /// Returns decide(). Integrators must use it for decisions that depend on the film's contents. A
+  /// resumed render gets the decisions of the original render, because its film has later contents.
+  /// In a group, returns the root's decision. Collective.
   double decide(const std::function<double()>& decide);
-  /// The root's `value`, for what processes know each by themselves, such as the time. All of a
-  /// group must ask.
+  /// Returns the root's `value`, so that all processes use the same one, for example of the time.
+  /// Collective.
   double agree(double value);
-  /// Makes of each number the sum of what all processes of a group have. All must ask.
+  /// Sums each value over all processes of the group (all-reduce). Collective.
   void add_up(std::span<uint64_t> numbers);
-  /// Has the film, and the last word: one process of a group, or this one, alone.
+  /// True on the process that owns the film. Always true without a group.
   bool is_root() const;
   ProcessGroup* group() const { return options_.group; }
-  /// Where the root adds what other processes commit: before a render.
+  /// Sets the film of the root to which other processes' commits are added. Call before rendering.
   void set_film(Film& film) { film_ = &film; }
-  /// Keeps what is finished, and leaves out what was: before a render. nullptr: nothing is kept.
+  /// Sets the checkpoint that records finished items and skips those it has; nullptr: none. Call
+  /// before rendering.
   void set_checkpoint(Checkpoint* checkpoint) { checkpoint_ = checkpoint; }
   Checkpoint* checkpoint() const { return checkpoint_; }
-  /// Sees the film fill, before a render; nullptr: no one does. Results do not depend on it.
+  /// Sets a callback that observes the film, or nullptr. Results don't depend on it. Call before
+  /// rendering.
   void set_commit_callback(CommitCallback callback) { on_commit_ = std::move(callback); }
   const CommitCallback& commit_callback() const { return on_commit_; }
-  /// The part of the whole work that the next for_each or for_each_tile is: what progress counts
-  /// as. 0 to 1 unless said, which is right for a single pass.
+  /// Sets the range of progress that the next for_each() or for_each_tile() covers within the
+  /// current pass. Default: 0 to 1, for integrators with a single loop.
   void set_progress_range(double begin, double end);
-  /// Another pass over the picture begins: seed() changes with `index` (0: Options::seed), and what
-  /// is progress from 0 to 1 in the pass is told as `begin` to `end`.
+  /// Begins another pass over the image. seed() changes with `index` (Options::seed for 0);
+  /// progress from 0 to 1 within the pass is reported as `begin` to `end`.
   void begin_pass(uint64_t index, double begin, double end);
-  /// From this time of the clock on cancelled() is true; infinite: never.
+  /// Sets the time of the clock [s] from which cancelled() is true; infinity: never.
   void set_deadline(double seconds);
-  /// Calls fn(i) for i < count on all threads; for set-up work. Results must not depend on order.
+  /// Calls fn(i) for i < count on all threads of this process, for setup work. Results must not
+  /// depend on the order.
   void parallel_for(size_t count, const std::function<void(size_t)>& fn) const;
 
-  /// Mixed into every SampleKey.
+  /// Seed of the current pass, mixed into every SampleKey.
   uint64_t seed() const { return pass_ == 0 ? options_.seed : hash_words(options_.seed, pass_); }
   unsigned threads() const { return options_.threads; }
-  /// Of all processes of the group.
+  /// Number of threads of all processes of the group.
   unsigned all_threads() const { return all_threads_; }
   const RenderBudget& budget() const { return options_.budget; }
-  /// Of Options::clock.
+  /// Seconds since Options::start, by Options::clock.
   double seconds() const { return options_.clock(); }
-  /// By whoever wants the render to end. In a group of processes, whoever is interrupted
-  /// interrupts all, at the end of the for_each at work: outside of it, all say the same.
+  /// True if the user ended the render (Options::cancel). In a group, an interrupted process
+  /// interrupts all others at the end of the current for_each(); between loops, all processes
+  /// agree.
   bool interrupted() const;
-  /// Interrupted, or out of time: what there is is the picture. In a group as interrupted().
+  /// True if interrupted() or past the deadline; the image then consists of the samples so far. In
+  /// a group, processes agree as for interrupted().
   bool cancelled() const;
-  /// To be called between the parts of an item that takes long. In a group of processes that is
-  /// interrupted, throws what for_each catches: the item is given up, as launchers kill processes
-  /// that don't end within a second. Alone, a process finishes what it has begun.
+  /// Cancels the current item if an interrupted process of a group runs it, by an exception that
+  /// for_each() catches. Long items call it between their steps, because launchers kill processes
+  /// that don't end within a second. Without a group, items are completed.
   void give_up_if_asked() const;
   RenderStats& stats() { return stats_; }
-  /// Notes for `--stats` that work was skipped, and why.
+  /// Records for `--stats` that `what` was skipped, and `why`.
   void skip(std::string what, std::string why);
 
  private:
@@ -167,10 +181,10 @@ class KINOME_EXPORT RenderContext {
   unsigned all_threads_ = 0;
   Checkpoint* checkpoint_ = nullptr;
   Rect gaps_crop_;
-  std::vector<std::vector<bool>> gaps_;  ///< of each layer; none: all is to be rendered
-  std::vector<bool> left_out_;           ///< items of the for_each at work
+  std::vector<std::vector<bool>> gaps_;  ///< per layer; empty: render all pixels
+  std::vector<bool> left_out_;           ///< items of the current for_each() to skip
   friend class Commits;
-  /// Adds an item to the film, whose turn it is.
+  /// Adds an item to the film when it is its turn.
   void add(Film& film, size_t item, const std::vector<FilmTile>& tiles);
   bool is_interrupted_here() const { return options_.cancel && options_.cancel->load(); }
   bool is_late_here() const { return deadline_ < kInfinity && seconds() > deadline_; }
@@ -178,19 +192,19 @@ class KINOME_EXPORT RenderContext {
   void end_pass();
 
   CommitCallback on_commit_;
-  std::unique_ptr<Commits> commits_;  ///< of the for_each at work
+  std::unique_ptr<Commits> commits_;  ///< of the current for_each()
   Film* film_ = nullptr;
-  /// What all of a group have agreed on at the end of the last for_each; while one is at work, each
-  /// process looks by itself.
+  /// State that the group agreed on at the end of the last for_each(). Within a for_each(), each
+  /// process uses its own.
   std::atomic<bool> group_interrupted_{false}, group_late_{false}, group_at_work_{false};
 };
 
-/// Warns if the scene has no emitter at all: for integrators that show nothing but light.
+/// Warns if the scene has no emitter, for integrators that show only emitted light.
 KINOME_EXPORT void warn_without_emitters(const Scene& scene);
 
-/// Prepares the film, renders with the scene's integrator until the context's budget is spent (or
-/// the sampler's samples, where there is none), and fills the context's stats. With
-/// RenderBudget::lanes the image has the channels of Film::noise, too.
+/// Prepares the film and renders with the scene's integrator until the context's budget is spent,
+/// or the sampler's samples are rendered if there is no budget. Fills the context's stats. With
+/// RenderBudget::lanes, the image includes the channels of Film::noise().
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
 }  // namespace kinome

@@ -15,64 +15,66 @@
 
 namespace kinome {
 
+/// Coherence of a batch of rays, a hint for the ray tracer.
 enum class Coherence { kIncoherent, kCoherent };
 
-/// Everything that is rendered; immutable once built, and safe to use from all threads.
+/// Scene to render. Immutable once built, and thread-safe.
 class KINOME_EXPORT Scene {
  public:
   struct Contents {
     std::vector<std::shared_ptr<Shape>> shapes;
-    std::vector<std::shared_ptr<Emitter>> emitters;  ///< those that are not part of a shape
+    std::vector<std::shared_ptr<Emitter>> emitters;  ///< emitters that are not part of a shape
     std::vector<std::shared_ptr<Sensor>> sensors;
     std::shared_ptr<Integrator> integrator;
     std::string file;
-    std::string hash;  ///< of the scene file's text with includes and -D, 16 hex digits
-    /// Whether no ray slips through between two triangles that share an edge. Without it rays take
-    /// some 10 % less time, and of a million about one goes through a finely divided surface.
+    std::string hash;  ///< of the scene file's text with includes and -D; 16 hex digits
+    /// True if no ray may pass between two triangles that share an edge. Otherwise rays are about
+    /// 10 % faster, but about one in a million passes through a finely tessellated surface.
     bool watertight = true;
   };
-  /// Builds the acceleration structure with `threads` threads. Every shape must have its BSDF.
-  /// `before`: a scene whose structure is taken over if it is of the very same shapes, none of
-  /// which has changed its geometry since.
+  /// Builds the acceleration structure with `threads` threads. Every shape must have a BSDF. Reuses
+  /// the structure of `before` if that has the very same shapes; their geometry must not have
+  /// changed since.
   Scene(Contents contents, unsigned threads, const Scene* before = nullptr);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  /// All that rays can hit: in place of a shape that has parts these, in their order.
+  /// Shapes that rays can hit. A shape with parts is replaced by its parts, in order.
   const std::vector<std::shared_ptr<Shape>>& shapes() const { return contents_.shapes; }
-  /// All emitters that shine by themselves, those of shapes and nested ones included.
+  /// All emitters except indirect ones, including nested emitters and those of shapes.
   const std::vector<const Emitter*>& emitters() const { return emitters_; }
-  /// Emitters that offer the bounce of others (Emitter::is_indirect).
+  /// Emitters that represent the bounce of others (Emitter::is_indirect()).
   const std::vector<const Emitter*>& indirect_emitters() const { return indirect_emitters_; }
-  /// The environment, or nullptr.
+  /// The environment, or nullptr if there is none.
   const Emitter* environment() const { return environment_; }
-  /// True where some shape emits: rays that look for light must then find the nearest surface.
+  /// True if a shape emits light. Rays that look for light then need the nearest hit.
   bool has_surface_emitters() const { return has_surface_emitters_; }
   const std::vector<std::shared_ptr<Sensor>>& sensors() const { return contents_.sensors; }
   Integrator& integrator() const { return *contents_.integrator; }
   const std::string& file() const { return contents_.file; }
   const std::string& hash() const { return contents_.hash; }
-  /// Of all shapes; empty for a scene without any.
+  /// Bounding box of all shapes; empty without shapes.
   const Aabb& bounds() const { return bounds_; }
 
-  /// Whether it has the acceleration structure of another one.
+  /// True if both scenes use the same acceleration structure.
   bool shares_structure_with(const Scene& other) const {
     return accelerator_ == other.accelerator_;
   }
 
-  /// Nearest hits of a batch. Adds the time inside Embree to `counters`; ray counts are the
-  /// caller's business.
+  /// Finds the nearest hit of each ray. Adds the time inside Embree to `counters`; the caller
+  /// counts rays.
   void intersect(std::span<RayHit> rays, Coherence coherence, RenderCounters& counters) const;
-  /// Sets tmax of each ray that meets anything to -infinity. Batches of some 1000 are fastest.
+  /// Tests each ray for any hit, and sets its tmax to -infinity if there is one. Batches of about
+  /// 1000 rays are fastest.
   void occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& counters) const;
 
-  /// The same for blocks of 16 rays, laid out as Embree wants them: `count` blocks, each of whose
-  /// lanes may be off. Hits are to be cleared (shape kNoHit) before.
+  /// Versions for blocks of 16 rays in Embree's layout. `count` is the number of blocks; lanes may
+  /// be inactive. Hits must be cleared (shape = kNoHit) before.
   void intersect(RayHit16* rays, size_t count, Coherence coherence, RenderCounters& counters) const;
   void occluded(Ray16* rays, size_t count, Coherence coherence, RenderCounters& counters) const;
 
-  /// The surface that a valid hit lies on.
+  /// Returns the surface interaction of a valid hit.
   SurfaceInteraction interaction(const RayHit& hit) const {
     const Shape& shape = *contents_.shapes[hit.hit.shape];
     SurfaceInteraction si = shape.interaction(hit.ray, hit.hit);
@@ -82,11 +84,11 @@ class KINOME_EXPORT Scene {
 
  private:
   struct Accelerator;
-  /// The ray tracer tells of a hit with an instance which of the group's shapes it is: that many
-  /// shapes after the first.
+  /// Instance of a shape group. Embree reports the index of the hit shape in its group, which is
+  /// added to `first`.
   struct Placed {
     std::shared_ptr<const ShapeInstance> instance;
-    uint32_t first;  ///< index into shapes() of its first part
+    uint32_t first;  ///< index into shapes() of the instance's first part
   };
   void replace_by_parts();
   void check_bounces() const;
