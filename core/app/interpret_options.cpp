@@ -92,9 +92,9 @@ void interpret_part(const RawOptions& raw, Options& options) {
   const char* const end = begin + text.size();
   const bool is_read = slash < text.size() && read(begin + slash + 1, end, options.parts) &&
                        (is_all || read(begin, begin + slash, options.part));
-  if (!is_read || options.part > options.parts || options.parts > PicturePart::kMost) {
+  if (!is_read || options.part > options.parts || options.parts > PicturePart::kMaxParts) {
     throw Error("--part: expected I/N, such as 3/16 for the third of 16 parts (at most " +
-                std::to_string(PicturePart::kMost) + "), or all/N, got '" + text + "'");
+                std::to_string(PicturePart::kMaxParts) + "), or all/N, got '" + text + "'");
   }
   if (options.inspect) throw Error(std::string("--part: ") + kNoRender);
   for (const auto& [name, why] :

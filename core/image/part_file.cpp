@@ -100,7 +100,7 @@ PicturePart part_of(const std::string& text) {
   const bool is_half = first.ec == std::errc{} && first.ptr != end && *first.ptr == '/';
   const auto second = std::from_chars(is_half ? first.ptr + 1 : end, end, count);
   if (second.ec != std::errc{} || second.ptr != end || number < 1 || number > count ||
-      count > PicturePart::kMost) {
+      count > PicturePart::kMaxParts) {
     throw std::runtime_error("damaged: its attribute kinome:part is invalid");
   }
   return {number - 1, count};

@@ -91,7 +91,7 @@ uint32_t BsdfFormKinds::number_of(const BsdfForm& form) {
   for (size_t k = 0; k < kinds_.size(); ++k) {
     if (kinds_[k].same_kind(form)) return static_cast<uint32_t>(k + 1);
   }
-  if (kinds_.size() == kMost) return kNone;
+  if (kinds_.size() == kMaxKinds) return kNone;
   kinds_.push_back(form);
   return static_cast<uint32_t>(kinds_.size());
 }

@@ -378,7 +378,7 @@ TEST_P(BsdfBlocks, AreDescribedByColoursWhereKindsAreTooMany) {
   const auto questions = random_questions(kCount, 9);
   BsdfBlock block(questions);
   FormColumns columns(kCount);
-  for (size_t k = 0; k < BsdfFormKinds::kMost; ++k) {
+  for (size_t k = 0; k < BsdfFormKinds::kMaxKinds; ++k) {
     BsdfForm other;
     other.glossy = BsdfForm::Glossy::kGgx;
     other.eta = Rgb(100 + static_cast<float>(k));

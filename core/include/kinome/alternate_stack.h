@@ -4,9 +4,10 @@
 
 namespace kinome {
 
-/// A stack on which this thread's signal handlers (SA_ONSTACK) run as long as the object lives, so
-/// that they can report a stack overflow. The render context's threads have one each. There is none
-/// if there is no memory for it, or if the thread has another.
+/// Alternate signal stack of the current thread, active during the object's lifetime. Signal
+/// handlers with SA_ONSTACK run on it and can thus report a stack overflow. Each thread of the
+/// render context has one. Does nothing if memory is short or the thread has an alternate stack
+/// already.
 class KINOME_EXPORT AlternateStack {
  public:
   AlternateStack();

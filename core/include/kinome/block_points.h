@@ -6,10 +6,10 @@
 
 namespace kinome {
 
-/// The interaction at point i of a block; its t isn't known.
+/// Returns the interaction at point i of a block. Its t is not set.
 KINOME_EXPORT SurfaceInteraction interaction_of(const SurfaceBlock& points, size_t i);
 
-/// A block of one point.
+/// Block with a single point.
 class KINOME_EXPORT PointBlock {
  public:
   explicit PointBlock(const SurfaceInteraction& si);

@@ -12,57 +12,59 @@
 
 namespace kinome {
 
-/// A BSDF at one point in a form that kernels evaluate for many points at once; cosines are to the
-/// normal of reflection_frame.
+/// Closed form of a BSDF at one point, which kernels evaluate for many points at once. Cosines are
+/// relative to the normal of Bsdf::reflection_frame().
 struct BsdfForm {
-  /// The kDiffuse lobe: f cos = diffuse x T(cos) cos / pi, T being 1, or wide::tabulated of
-  /// kTableSize values at cosines k / (kTableSize - 1), which live as long as the BSDF.
+  /// The kDiffuse lobe: f cos = diffuse x T(cos) cos / pi. T is 1 without a table. Otherwise it is
+  /// wide::tabulated() over kTableSize values at cosines k / (kTableSize - 1), which live as long
+  /// as the BSDF.
   static constexpr int kTableSize = 64;
   Rgb diffuse{0.f};
   const float* transmittance = nullptr;
 
-  /// The kGlossy lobe: none, one that has no such form, or microfacets with Smith's masking,
-  /// f cos = specular F(wi . h) D(h) G1(wi) G1(wo) / (4 cos_i). Beckmann's G1 is Walter et al.
-  /// 2007's rational fit.
+  /// The kGlossy lobe: absent, without a closed form (kOther), or microfacets with Smith masking, f
+  /// cos = specular F(wi . h) D(h) G1(wi) G1(wo) / (4 cos_i). G1 of Beckmann is the rational fit of
+  /// Walter et al. 2007.
   enum class Glossy { kNone, kOther, kBeckmann, kGgx };
   Glossy glossy = Glossy::kNone;
   Rgb specular{0.f};
   float alpha_u = 1, alpha_v = 1;
-  /// Fresnel's reflectance: of a dielectric of relative index eta.x, or of a conductor.
+  /// Fresnel reflectance: of a conductor (eta, k), or of a dielectric with relative index eta.x.
   bool is_conductor = false;
   Rgb eta{1.f}, k{0.f};
 
-  /// Of a normal that was turned away from the surface's own: both lobes are multiplied by
-  /// wide::turned_factor of the cosine between the light and `surface_normal` (world space, on the
-  /// viewer's side).
+  /// True if the shading normal is perturbed (normal or bump map). Both lobes are then multiplied
+  /// by wide::turned_factor() of the cosine between the light and `surface_normal` (world space, on
+  /// the viewer's side).
   bool is_turned = false;
   Vec3 surface_normal{0, 0, 1};
-  float bump_alpha2 = 0;  ///< see wide::bump_shadowing
+  float bump_alpha2 = 0;  ///< roughness of the bumps, squared; see wide::bump_shadowing()
 
-  /// Nothing but colours, roughness and the turned normal differs.
+  /// True if the forms differ only in colours, roughness and perturbed normal.
   bool same_kind(const BsdfForm& other) const {
     return glossy == other.glossy && is_conductor == other.is_conductor && eta == other.eta &&
            k == other.k && is_turned == other.is_turned &&
            same_table(transmittance, other.transmittance);
   }
-  /// Of the same values, wherever they are.
+  /// True if both tables have the same values, wherever they are stored.
   static bool same_table(const float* a, const float* b) {
     return a == b || (a && b && std::equal(a, a + kTableSize, b));
   }
 };
 
-/// The kinds of forms that the points of blocks have: a few, whatever the number of points. Points
-/// of more kinds than kMost, as where a texture says what metal it is, count as having no form. Not
+/// Kinds of the forms at the points of blocks; few, even for many points. Forms beyond kMaxKinds
+/// kinds, for example if a texture varies the metal, are treated as having no form. Not
 /// thread-safe.
 class KINOME_EXPORT BsdfFormKinds {
  public:
-  /// The number of points that have no form; those of kinds follow.
+  /// Number of points without a form. Kinds are numbered from 1.
   static constexpr uint32_t kNone = 0;
-  static constexpr size_t kMost = 64;
+  static constexpr size_t kMaxKinds = 64;
 
-  /// The number of a form's kind, which is added if it is new and there is room.
+  /// Returns the number of the form's kind, adding it if it is new. Returns kNone if there is no
+  /// room.
   uint32_t number_of(const BsdfForm& form);
-  /// A form of that kind; number is not kNone.
+  /// Returns a form of this kind; `number` must not be kNone.
   const BsdfForm& operator[](uint32_t number) const { return kinds_[number - 1]; }
   void clear() { kinds_.clear(); }
 
@@ -70,16 +72,16 @@ class KINOME_EXPORT BsdfFormKinds {
   std::vector<BsdfForm> kinds_;
 };
 
-/// BsdfForm by columns, and what it belongs to.
+/// Forms of the points of a block: columns of BsdfForm.
 struct BsdfFormBlock {
-  Columns3 normal, tangent;  ///< of Bsdf::reflection_frame, world space
-  Columns3 diffuse;          ///< of points without a form: LobeReflectance::diffuse
-  Columns3 specular;         ///< of points without a form: LobeReflectance::glossy
+  Columns3 normal, tangent;  ///< of Bsdf::reflection_frame(), world space
+  Columns3 diffuse;          ///< without a form: LobeReflectance::diffuse
+  Columns3 specular;         ///< without a form: LobeReflectance::glossy
   float* alpha_u = nullptr;
   float* alpha_v = nullptr;
-  Columns3 surface_normal;  ///< this and the next: where the form is_turned
+  Columns3 surface_normal;  ///< set if BsdfForm::is_turned, like bump_alpha2
   float* bump_alpha2 = nullptr;
-  uint32_t* kind = nullptr;  ///< number in `kinds`
+  uint32_t* kind = nullptr;  ///< number of the kind in `kinds`
   BsdfFormKinds* kinds = nullptr;
 
   BsdfFormBlock from(size_t i) const {

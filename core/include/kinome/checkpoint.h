@@ -13,73 +13,75 @@ namespace kinome {
 
 class Film;
 
-/// What a render has finished, kept in a file from time to time, so that another run can go on from
-/// there and come to the same bits, at any number of threads.
+/// File that records a render's progress from time to time, so that a later run can resume it. The
+/// resumed render has the same bits, for any number of threads.
 ///
-/// Kept are the film's sums and, for each pass (RenderContext::for_each), the items whose results
-/// are in them (RenderContext::commit). A resumed render begins as any other and leaves these items
-/// out. Passes that commit nothing, such as those that learn, are repeated: by the same seed they
-/// find the same. What was decided by the film's contents (RenderContext::decide) is kept, too.
+/// A checkpoint stores the film's sums and, for each pass (RenderContext::for_each()), the items
+/// that are in them (RenderContext::commit()). A resumed render starts like any other and skips
+/// these items. Passes without commits, such as learning passes, are repeated; they give the same
+/// results for the same seed. Decisions that depend on the film's contents
+/// (RenderContext::decide()) are stored, too.
 ///
-/// The file is written under a temporary name, synced and renamed: it is whole, or the one before.
-/// It ends with a checksum, and says what it belongs to. In this machine's byte order.
+/// The file is written under a temporary name, synced and renamed, so it is either complete or the
+/// previous one. It contains the identity of the render and ends with a checksum. Its byte order is
+/// that of the machine.
 ///
-/// Not thread-safe; the render context sees to that.
+/// Not thread-safe; the render context serialises the calls.
 class KINOME_EXPORT Checkpoint {
  public:
   struct Options {
     std::string path;
-    double every = 60;    ///< seconds from one write to the next
-    bool resume = false;  ///< go on from the file, if there is one
-    /// Called by begin() once the file is accepted.
+    double every = 60;    ///< seconds between writes
+    bool resume = false;  ///< resume from the file if it exists
+    /// Called by begin() once the file is accepted. May be empty.
     std::function<void()> on_resume = nullptr;
   };
-  /// All that makes a picture what it is: names and values, such as "seed" and "7".
+  /// Everything that determines an image: names and values, such as "seed" and "7".
   using Identity = std::map<std::string, std::string>;
-  /// The name by which an identity holds the scene's hash, which says nothing to people.
+  /// Key of the scene's hash in an identity. Messages don't print its value.
   static constexpr const char* kScene = "scene (by its text and -D)";
 
-  /// Error where the file can't be written, is there though `resume` is false, or is damaged.
+  /// Throws Error if the file can't be written, exists although `resume` is false, or is damaged.
   explicit Checkpoint(Options options);
 
   const std::string& path() const { return options_.path; }
-  /// Whether `path` leads to the same file, there or still to be written. Error where it can't be
-  /// written.
+  /// True if `path` names the checkpoint's file, whether it exists yet or not. Throws Error if it
+  /// can't be written.
   bool is_written_to(const std::string& path) const;
-  /// There is a file to go on from.
+  /// True if there is a file to resume from.
   bool resumes() const { return resumes_; }
 
-  /// What the render is: before begin().
+  /// Sets the identity of the render. Call before begin().
   void set_identity(Identity identity) { identity_ = std::move(identity); }
-  /// A render begins, with its film prepared: puts back what the file holds. Error where that
-  /// belongs to another identity.
+  /// Begins a render whose film is prepared: restores the film from the file. Throws Error if the
+  /// file belongs to another identity.
   void begin(Film& film);
-  /// Another pass, of so many items.
+  /// Begins a pass with this number of items.
   void begin_pass(size_t items);
-  /// Whether an item of the pass is in the film already.
+  /// True if an item of the pass is in the film already.
   bool is_done(size_t item) const;
-  /// An item of the pass is in the film now, by so many commits. Writes the file if it is time to;
-  /// a failure is a warning, and the render goes on.
+  /// Records that an item of the pass is in the film, with this number of commits. Writes the file
+  /// if it is due. A failed write is a warning; the render continues.
   void add(Film& film, size_t item, uint64_t commits);
-  /// What `decide` says, or said when the render that is being resumed came here.
+  /// Returns decide(), or the stored result of the same decision in the resumed render.
   double decide(const std::function<double()>& decide);
 
-  /// Writes the file, whether it is time to or not. As add().
+  /// Writes the file now. Failures are handled as in add().
   void save(Film& film) {
     if (!closed_) write(film);
   }
-  /// Writes the file, and nothing after that. As add(), and only once.
+  /// Writes the file a last time. Failures are handled as in add(). Call it only once.
   void close(Film& film);
-  /// Nothing is written any more: the film holds what no pass accounts for.
+  /// Stops writing, because the film contains samples that no pass accounts for.
   void abandon() { closed_ = true; }
-  /// The picture is written: the file is of no use any more.
+  /// Deletes the file, once the image is written.
   void remove() const;
 
  private:
   struct Pass {
     uint64_t items = 0;
     uint64_t done_count = 0;
-    std::vector<bool> done;  ///< empty where all or none are done
+    std::vector<bool> done;  ///< empty if all or none are done
     bool has(size_t item) const { return done.empty() ? done_count > 0 : done[item]; }
   };
   void write(Film& film);
@@ -92,8 +94,8 @@ class KINOME_EXPORT Checkpoint {
   bool resumes_ = false;
   bool closed_ = false;
   Clock::time_point written_ = Clock::now();
-  std::string last_failure_;  ///< to write; "": the last time it went well
-  uint64_t commits_ = 0;  ///< that add() was told of
+  std::string last_failure_;  ///< last failed write; "" if it succeeded
+  uint64_t commits_ = 0;      ///< number of commits reported to add()
   std::vector<Pass> passes_;
   size_t next_pass_ = 0;
   std::vector<double> decisions_;

@@ -7,26 +7,26 @@
 
 namespace kinome {
 
-/// Cells of a grid, picked with probability proportional to their weights. The marginal of the rows
-/// and the conditional of the columns are inverted in order, so that stratified numbers stay
-/// stratified; guide tables (Chen and Asau 1974) make that take constant time on average.
+/// Discrete distribution over the cells of a grid, proportional to their weights. Inverts the
+/// marginal CDF of the rows and the conditional CDF of the columns in order, which preserves
+/// stratification. Guide tables (Chen and Asau 1974) make sampling constant-time on average.
 /// Immutable; thread-safe.
 class KINOME_EXPORT GridDistribution {
  public:
   GridDistribution() = default;
-  /// `weights`, row by row: finite, not negative. Sums are taken in double precision. Throws
-  /// std::invalid_argument where their number is wrong.
+  /// Takes weights row by row; they must be finite and not negative. Sums are computed in double
+  /// precision. Throws std::invalid_argument if the number of weights is wrong.
   GridDistribution(uint32_t columns, uint32_t rows, std::vector<float> weights);
 
-  /// Sum of the weights; where it is 0 there is nothing to sample.
+  /// Sum of the weights; sample() must not be called if it is 0.
   double total() const { return total_; }
 
   struct Cell {
     uint32_t column;
     uint32_t row;
-    Vec2 u;  ///< what is left of the random numbers: uniform in [0, 1)², for use within the cell
+    Vec2 u;  ///< remapped random numbers, uniform in [0, 1)², for use within the cell
   };
-  /// Never a cell of weight 0. total() must not be 0.
+  /// Samples a cell; never one with weight 0. total() must be positive.
   Cell sample(const Vec2& u) const {
     Cell cell{0, 0, glm::min(u, Vec2(kOneMinusEpsilon))};
     cell.row = find(row_cdf_.data(), row_guide_.data(), row_guide_size_, cell.u.y);
@@ -34,7 +34,7 @@ class KINOME_EXPORT GridDistribution {
     return cell;
   }
 
-  /// What sample() reads, for those who invert many numbers at once (kinome/wide/distribution.h).
+  /// Tables read by sample(), for vectorised inversion (kinome/wide/distribution.h).
   struct Tables {
     const float* row_cdf;
     const uint32_t* row_guide;
@@ -50,8 +50,8 @@ class KINOME_EXPORT GridDistribution {
   }
 
  private:
-  /// First entry of `cdf` above u (entries are the ends of their cells); u becomes its place in the
-  /// cell. Guide: for each k of a power of two, the first entry above k / size.
+  /// Returns the first entry of `cdf` above u, where entry i is the end of cell i, and remaps u to
+  /// its position in the cell. `guide[k]` is the first entry above k / guide_size.
   static uint32_t find(const float* cdf, const uint32_t* guide, uint32_t guide_size, float& u) {
     // The guide's size is a power of two: the product is exact.
     const auto k = static_cast<uint32_t>(u * static_cast<float>(guide_size));

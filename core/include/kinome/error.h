@@ -8,8 +8,8 @@
 
 namespace kinome {
 
-/// A place in a scene file. Line and column count from 1; line 0 means "the file as a whole", an
-/// empty file "not from a file".
+/// Location in a scene file. Lines and columns count from 1. Line 0 refers to the whole file; an
+/// empty file name means that there is no location.
 struct Location {
   std::string file;
   int line = 0;
@@ -19,20 +19,21 @@ struct Location {
 /// "FILE:LINE:COL", "FILE", or "".
 KINOME_EXPORT std::string to_string(const Location& where);
 
-/// Any mistake of a user's: in a scene, an asset, an option, a plugin. what() is
-/// "FILE:LINE:COL: message" on one line (the prefix only where the place is known); of a file that
-/// a scene names, "FILE:LINE:COL: message (referenced by SCENE:LINE:COL)".
+/// User error: in a scene, an asset, an option or a plugin. what() is "FILE:LINE:COL: message" on
+/// one line, without the prefix if the location is unknown. For a file that a scene names, it is
+/// "FILE:LINE:COL: message (referenced by SCENE:LINE:COL)".
 class KINOME_EXPORT Error : public std::runtime_error {
  public:
   explicit Error(const std::string& message) : Error(Location{}, message) {}
   Error(const Location& where, const std::string& message)
       : Error(where, message, std::vector<Location>()) {}
   const Location& where() const { return where_; }
-  /// The message without its places.
+  /// Message without locations.
   const std::string& message() const { return message_; }
-  /// Where the file of where() is named, then where the file of that place is named, and so on.
+  /// Location that names the file of where(), then the location that names that location's file,
+  /// and so on.
   const std::vector<Location>& askers() const { return askers_; }
-  /// The same mistake, with one more place that led to it.
+  /// Returns the same error with one more location that refers to it.
   Error asked_for_by(const Location& asker) const;
 
  private:
@@ -43,7 +44,7 @@ class KINOME_EXPORT Error : public std::runtime_error {
   std::vector<Location> askers_;
 };
 
-/// Several mistakes at once, at least one. To those who know but Error it is the first of them.
+/// Several errors, at least one. As an Error, it is the first one.
 class KINOME_EXPORT Errors : public Error {
  public:
   explicit Errors(std::vector<Error> all) : Error(all.front()), all_(std::move(all)) {}
@@ -53,8 +54,8 @@ class KINOME_EXPORT Errors : public Error {
   std::vector<Error> all_;
 };
 
-/// The entry of `candidates` nearest to `name` by edit distance, or "" where nothing is near.
-/// Range: any range of things that convert to std::string_view.
+/// Returns the entry of `candidates` nearest to `name` by edit distance, or "" if none is near.
+/// Range is any range whose elements convert to std::string.
 KINOME_EXPORT int edit_distance(const char* a, const char* b);
 template <class Range>
 std::string nearest_name(const std::string& name, const Range& candidates) {

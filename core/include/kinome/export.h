@@ -1,5 +1,6 @@
 #pragma once
 
-/// Marks what the core library offers to programs and plugins. Everything else is hidden, so every
-/// interface class needs it: its vtable and type information must be one and the same everywhere.
+/// Exports a symbol from the core library to programs and plugins; all other symbols are hidden.
+/// Every interface class needs it, so that its vtable and type information are unique in the
+/// process.
 #define KINOME_EXPORT __attribute__((visibility("default")))

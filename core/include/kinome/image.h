@@ -10,7 +10,7 @@
 
 namespace kinome {
 
-/// Rows top to bottom, channels interleaved.
+/// Image in memory: rows from top to bottom, with interleaved channels.
 struct Image {
   int width = 0;
   int height = 0;
@@ -34,28 +34,32 @@ struct Image {
   }
 };
 
-/// String attributes of an EXR file's header.
+/// String attributes in the header of an EXR file.
 using ImageMetadata = std::map<std::string, std::string>;
 
-/// Reads an OpenEXR file: scan lines or tiles, half, float or integers. Of several parts, reads the
-/// one with the best colour. The colour comes first, as "R", "G", "B" or "Y", and then "A"; other
-/// channels keep their names. It may be stored under these names, in lower case, as X, Y, Z, as
-/// luminance with chroma, or in a layer ("View.Combined.R"); of several layers, one called
-/// "Combined", "beauty" or similar is chosen, else the first one, with a warning. R, G, B become
-/// linear Rec.709 if the attribute `chromaticities` gives other primaries (through XYZ, without
-/// adaptation of the white, as in Mitsuba 3).
-/// Throws Error at the file, asked for by `asker`, if it is missing, truncated, not an EXR or deep,
-/// if its primaries span no colours, or if none of several parts has a colour.
+/// Reads an OpenEXR file (scan lines or tiles; half, float or integers).
+///
+/// Colour channels come first, as "R", "G", "B" or "Y", followed by "A"; other channels keep their
+/// names. In the file, colour may have these names, in upper or lower case, be stored as X, Y, Z or
+/// as luminance and chroma, or be in a layer ("View.Combined.R"). Among several layers, reads one
+/// named "Combined", "beauty" or similar, or else the first, with a warning. Among several parts,
+/// reads the one with the best colour. Converts R, G, B to linear Rec.709 if the attribute
+/// `chromaticities` gives other primaries (through XYZ, without white-point adaptation, as in
+/// Mitsuba 3).
+///
+/// Throws Error at the file, referenced from `asker`, if it is missing, truncated, not an EXR, or
+/// deep; if its primaries are degenerate; or if it has several parts but none with colour.
 KINOME_EXPORT Image read_exr(const std::string& path, const Location& asker = {},
                              ImageMetadata* metadata = nullptr);
 
-/// Writers go to a temporary file in the same folder, then rename: `path` is whole or untouched.
-/// Each throws Error where the folder can't be written or the disk is full. remove_temporary_files
-/// deletes what an interrupted writer left; it is async-signal-safe.
-/// What numbers of an EXR file are: half precision, single, or 32-bit integers of which the largest
-/// is 1: less than 0 and more than 1 are clamped.
+// All writers below write a temporary file in the same folder and rename it, so that `path` is
+// either complete or unchanged. They throw Error if the folder is not writable or the disk is full.
+
+/// Sample format of an EXR file: half or single precision, or 32-bit integers that map [0, 1] to
+/// the full range and clamp other values.
 enum class ExrNumber { kHalf, kFloat, kUint };
-/// `rect`: where the image lies in the full film (EXR's data window), if it is a crop.
+/// Writes an OpenEXR file. `crop_offset` and `full_size` give the image's position in the full film
+/// (EXR's data and display windows) if it is a crop.
 KINOME_EXPORT void write_exr(const std::string& path, const Image& image, ExrNumber number,
                              const ImageMetadata& metadata, Vec2 crop_offset = Vec2(0.f),
                              Vec2 full_size = Vec2(0.f));
@@ -65,20 +69,22 @@ inline void write_exr(const std::string& path, const Image& image, bool half,
   write_exr(path, image, half ? ExrNumber::kHalf : ExrNumber::kFloat, metadata, crop_offset,
             full_size);
 }
-/// Radiance's format, of the first three channels (or one, thrice): 8 bits each with an exponent in
-/// common. What is negative becomes 0.
+/// Writes a Radiance (RGBE) file: the first three channels, or the only one as grey, with 8 bits
+/// each and a common exponent. Negative values become 0.
 KINOME_EXPORT void write_rgbe(const std::string& path, const Image& image);
-/// Portable float map of the first three channels (or one), little-endian.
+/// Writes a portable float map (PFM) of the first three channels or the only one, little-endian.
 KINOME_EXPORT void write_pfm(const std::string& path, const Image& image);
 KINOME_EXPORT Image read_pfm(const std::string& path, const Location& asker = {});
-/// 8-bit sRGB of the first three channels, multiplied by 2^exposure; alpha kept where there is one.
+/// Writes an 8-bit sRGB file of the first three channels, scaled by 2^exposure, and of alpha if
+/// present.
 KINOME_EXPORT void write_png(const std::string& path, const Image& image, float exposure);
 KINOME_EXPORT void write_text(const std::string& path, const std::string& text);
-/// Waits until a file that was written is on the disk, and its folder knows of it. Throws Error.
+/// Waits until a written file and its folder entry are on the disk. Throws Error.
 KINOME_EXPORT void sync_file(const std::string& path);
+/// Deletes the temporary files of interrupted writers. Async-signal-safe.
 KINOME_EXPORT void remove_temporary_files() noexcept;
-/// Throws Error where a file at `path` could not be created now: the folder is missing or not
-/// writable, or `path` is a folder. To be asked before a long render.
+/// Throws Error if a file at `path` can't be created now: the folder is missing or not writable, or
+/// `path` is a folder. Call it before a long render.
 KINOME_EXPORT void check_writable(const std::string& path);
 
 }  // namespace kinome

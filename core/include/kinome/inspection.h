@@ -7,37 +7,38 @@
 
 namespace kinome {
 
-/// A cluster as the importance function saw it at one shading point (Åkerlund 2008, 4.3.4).
+/// Cluster as the importance function sees it at one shading point (Åkerlund 2008, 4.3.4).
 struct InspectedCluster {
   Aabb box;
-  Vec3 mean{0.f};    ///< direction (distant light) or position
-  Vec3 normal{0.f};  ///< of local light
+  Vec3 mean{0.f};    ///< direction (distant light) or position (local light)
+  Vec3 normal{0.f};  ///< local light only
   uint32_t points = 0;
-  double light = 0;        ///< share of all light
-  double brdf = 0;         ///< BRDF part of the importance; the largest is 1
-  double geometric = 0;    ///< form factor; the largest is 1
-  double probability = 0;  ///< of the cluster
-  uint32_t samples = 0;    ///< how often it was chosen
-  double hits = 0;         ///< lobe rays that met its box
-  double visibility = 1;   ///< as learned, in [0, 1]
-  double sigma = 0;        ///< root mean square of what is left uncertain of it
+  double light = 0;        ///< fraction of all light
+  double brdf = 0;         ///< BRDF factor of the importance, relative to the largest
+  double geometric = 0;    ///< form factor, relative to the largest
+  double probability = 0;  ///< probability of sampling the cluster
+  uint32_t samples = 0;    ///< number of samples in the cluster
+  double hits = 0;         ///< number of lobe rays that hit its box
+  double visibility = 1;   ///< learned visibility, in [0, 1]
+  double sigma = 0;        ///< root mean square of its remaining uncertainty
 };
 
+/// Light point sampled at the shading point.
 struct InspectedSample {
-  Vec3 position{0.f};  ///< direction (distant light) or position
-  double weight = 0;   ///< times that the light point counts, on average 1
+  Vec3 position{0.f};  ///< direction (distant light) or position (local light)
+  double weight = 0;   ///< weight of the light point, 1 on average
   bool visible = false;
 };
 
-/// Where the samples of one shading point go, for one set of light points.
+/// Sampling of one set of light points at one shading point.
 struct Inspection {
   LightPoints::Kind kind = LightPoints::Kind::kDistant;
-  Vec3 position{0.f};  ///< of the shading point
+  Vec3 position{0.f};  ///< of the shading point, world space
   Vec3 normal{0, 0, 1};
   std::vector<InspectedCluster> clusters;
   std::vector<InspectedSample> samples;
-  bool is_learned = false;  ///< visibility and sigma of clusters were learned
-  /// Of clusters of directions that are no boxes: the one that a direction lies in.
+  bool is_learned = false;  ///< true if visibility and sigma of the clusters are learned
+  /// For clusters of directions that are not boxes: returns the cluster that contains a direction.
   std::function<uint32_t(const Vec3& direction)> cluster_at;
 };
 

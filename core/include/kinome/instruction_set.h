@@ -6,8 +6,9 @@
 
 #include "kinome/export.h"
 
-/// The lowest level that includes all instructions that the compiler of this file may use by itself.
-/// No level includes what came after the first parts of AVX-512, which the compiler may use by
+/// Lowest level that includes all instructions that the compiler may generate for this file.
+/// Extensions after the first parts of AVX-512 are in no level; -march=native enables them if the
+/// build machine has them.
 /// -march=native if its own processor has it.
 #if !defined(__x86_64__)
 #define KINOME_ABI_ISA "baseline"
@@ -29,25 +30,24 @@
 
 namespace kinome {
 
-/// What a processor can do, in the levels of the x86-64 ABI, each of which has all of those before
-/// it: SSE2, SSE4.2, AVX2 with FMA, AVX-512 (F, BW, CD, DQ, VL). Other processors have the
-/// baseline.
+/// Instruction set levels of the x86-64 ABI, each including the previous ones: SSE2, SSE4.2, AVX2
+/// with FMA, AVX-512 (F, BW, CD, DQ, VL). Other processors have kBaseline.
 enum class InstructionSet { kBaseline, kX86V2, kX86V3, kX86V4 };
 inline constexpr int kInstructionSetCount = 4;
 
-/// "x86-64", "x86-64-v2", "x86-64-v3", "x86-64-v4"; of other processors, "baseline".
+/// "x86-64", "x86-64-v2", "x86-64-v3", "x86-64-v4"; "baseline" on other processors.
 KINOME_EXPORT const char* to_string(InstructionSet set);
 KINOME_EXPORT std::optional<InstructionSet> instruction_set_named(std::string_view name);
 
-/// The least: what this program is built for, and so are plugins that are built but once.
+/// Returns the lowest set: that of this program, and of plugins built only once.
 KINOME_EXPORT InstructionSet least_instruction_set();
 
-/// The best that this processor has, and the system saves the registers of.
+/// Returns the highest set that this processor and its operating system support.
 KINOME_EXPORT InstructionSet processor_instruction_set();
 
-/// The best that plugins are to use: `wanted` (--isa) or, if that is empty, what KINOME_ISA says
-/// or, without one, the processor's. Error: no such set, less than least_instruction_set(), or the
-/// processor lacks it.
+/// Returns the highest set that plugins may use: `wanted` (--isa), or the environment variable
+/// KINOME_ISA if `wanted` is empty, or the processor's. Throws Error if the name is unknown, the
+/// set is below least_instruction_set(), or the processor lacks it.
 KINOME_EXPORT InstructionSet choose_instruction_set(
     const std::string& wanted = {}, InstructionSet processors = processor_instruction_set());
 

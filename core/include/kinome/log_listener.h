@@ -7,12 +7,12 @@
 
 namespace kinome {
 
-/// Is told all warnings for as long as it lives, as log_warn() has them, beside stderr and whatever
-/// the log level is: for programs that show them elsewhere.
+/// Receives all warnings of log_warn() during its lifetime, independent of the log level and in
+/// addition to stderr. For programs that show warnings elsewhere.
 class KINOME_EXPORT LogListener {
  public:
-  /// `hear` may be called by any thread, by one at a time. It must not log, nor make or destroy a
-  /// listener.
+  /// Calls `hear` for each warning, on any thread, by one thread at a time. `hear` must not log,
+  /// nor create or destroy a listener.
   explicit LogListener(std::function<void(const std::string& warning)> hear);
   ~LogListener();
   LogListener(const LogListener&) = delete;

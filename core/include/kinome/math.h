@@ -20,13 +20,13 @@ using Mat4 = glm::mat4;
 inline constexpr float kPi = std::numbers::pi_v<float>;
 inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
-/// The largest float below 1: the upper end of every random number.
+/// Largest float below 1: the upper bound of random numbers.
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
 inline float sqr(float x) {
   return x * x;
 }
-/// Square root that takes rounding below zero as zero.
+/// Square root that treats negative values from rounding as 0.
 inline float safe_sqrt(float x) {
   return std::sqrt(std::max(x, 0.f));
 }
@@ -37,7 +37,7 @@ inline bool is_finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// What formulas over plain or wide numbers need of plain ones; kinome/wide has the rest.
+/// Scalar versions of functions in kinome/wide, for formulas that are templates over both.
 namespace plain {
 template <class T>
 T select(bool m, const T& a, const std::type_identity_t<T>& b) {
@@ -48,7 +48,8 @@ inline bool all(bool m) {
 }
 }  // namespace plain
 
-/// Orthonormal basis; n is the third axis, as in every shading frame. V is Vec3 or wide::Vec3.
+/// Orthonormal basis with the normal n as third axis, as in all shading frames. V is Vec3 or
+/// wide::Vec3.
 template <class V>
 struct FrameOf {
   using F = std::remove_cvref_t<decltype(V().x)>;
@@ -57,11 +58,10 @@ struct FrameOf {
   V n{0.f, 0.f, 1.f};
 
   FrameOf() = default;
-  /// Takes axes that are orthonormal and right-handed. No constructor takes a single vector: see
-  /// from_normal().
+  /// Takes right-handed orthonormal axes. To build a frame from a normal, use from_normal().
   FrameOf(const V& s_axis, const V& t_axis, const V& n_axis) : s(s_axis), t(t_axis), n(n_axis) {}
 
-  /// Any right-handed frame around the unit vector n (Duff et al. 2017).
+  /// Returns a right-handed frame around the unit vector n (Duff et al. 2017).
   static FrameOf from_normal(const V& n) {
     using std::copysign;
     const F sign = copysign(F(1.f), n.z);
@@ -70,7 +70,8 @@ struct FrameOf {
     return {
         {1.f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
   }
-  /// Frame whose s follows dp_du as far as n allows (Mitsuba's convention); any frame if it can't.
+  /// Returns the frame whose s is dp_du projected onto the plane of n (Mitsuba's convention), or
+  /// any frame around n if that is degenerate.
   static FrameOf from_normal_and_tangent(const V& n, const V& dp_du) {
     using plain::all, plain::select, std::sqrt;
     const V along = dp_du - n * dot(n, dp_du);
@@ -87,27 +88,28 @@ struct FrameOf {
 };
 using Frame = FrameOf<Vec3>;
 
-/// Affine or projective map with its inverse.
+/// Affine or projective transform with its inverse.
 class KINOME_EXPORT Transform {
  public:
   Transform() = default;
-  /// Inverts m in double precision. The caller checks is_invertible() where users supply m.
+  /// Inverts m in double precision. For matrices from users, check is_invertible().
   explicit Transform(const Mat4& m);
 
   const Mat4& matrix() const { return m_; }
   const Mat4& inverse_matrix() const { return inverse_; }
   bool is_invertible() const;
   bool is_identity() const { return m_ == Mat4(1.f); }
-  /// True where the linear part stretches any axis by more than about 1e-3.
+  /// True if the linear part scales some axis by more than about 1e-3.
   bool has_scale() const;
-  /// True where the linear part mirrors (negative determinant).
+  /// True if the linear part mirrors (negative determinant).
   bool flips_handedness() const;
 
-  Vec3 point(const Vec3& p) const;   ///< with the projective division
-  Vec3 vector(const Vec3& v) const;  ///< linear part
-  Vec3 normal(const Vec3& n) const;  ///< inverse transpose; not normalised
+  Vec3 point(const Vec3& p) const;   ///< transforms a point, with the perspective division
+  Vec3 vector(const Vec3& v) const;  ///< transforms a vector by the linear part
+  Vec3 normal(const Vec3& n) const;  ///< transforms a normal by the inverse transpose; not
+                                     ///< normalised
   Transform inverse() const;
-  /// First b, then a.
+  /// Composition that applies b first, then a.
   friend Transform operator*(const Transform& a, const Transform& b) {
     return Transform(a.m_ * b.m_, b.inverse_ * a.inverse_);
   }
@@ -118,7 +120,7 @@ class KINOME_EXPORT Transform {
   Mat4 inverse_{1.f};
 };
 
-/// Axis-aligned box; default-constructed empty (lo > hi).
+/// Axis-aligned bounding box; empty by default (lo > hi).
 struct Aabb {
   Vec3 lo{kInfinity};
   Vec3 hi{-kInfinity};
@@ -142,7 +144,7 @@ struct Aabb {
   }
 };
 
-/// Pixels [x0, x1) x [y0, y1).
+/// Rectangle of pixels [x0, x1) x [y0, y1).
 struct Rect {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 

@@ -7,17 +7,17 @@
 
 namespace kinome {
 
-/// A plugin of Mitsuba 3.9.1.
+/// Plugin of Mitsuba 3.9.1.
 struct MitsubaPlugin {
-  const char* category;  ///< that of Kinome where it has it, else Mitsuba's word
+  const char* category;  ///< Kinome's category if it has one, otherwise Mitsuba's
   const char* name;
-  /// What it lacks here, though there is a plugin of this name; nullptr: nothing that is known.
+  /// Features missing from Kinome's plugin of the same name; nullptr: none known.
   const char* lacks;
 };
 
-/// All of them, by category, then by name.
+/// Returns all plugins of Mitsuba, sorted by category and name.
 KINOME_EXPORT std::span<const MitsubaPlugin> mitsuba_plugins();
-/// Whether Mitsuba has a plugin of this name that may stand for this tag of a scene file.
+/// True if Mitsuba has a plugin of this name that may appear in this tag of a scene file.
 KINOME_EXPORT bool is_of_mitsuba(const std::string& tag, const std::string& name);
 
 }  // namespace kinome

@@ -8,16 +8,17 @@
 
 namespace kinome {
 
-/// An object of a scene as a program describes it, in place of XML: what `<bsdf type="…" id="…">` and
-/// all that it contains would say. Errors in it name its `where`.
+/// Description of a scene object by a program instead of XML: corresponds to `<bsdf type="…"
+/// id="…">` with its contents. Errors in it refer to its `where`.
 struct ObjectDescription {
-  /// "bsdf", "shape", …: the tag; "scene" for a whole one, "ref" for what has the same `id`, and
-  /// "spectrum" for a value by wavelengths, whose `type` is its text ("400:0.1, 700:0.9").
+  /// XML tag: "bsdf", "shape", …. "scene" describes a whole scene, "ref" refers to the object with
+  /// the same `id`, and "spectrum" is a value by wavelengths whose `type` is its text ("400:0.1,
+  /// 700:0.9").
   std::string tag = {};
-  std::string type = {};  ///< the plugin's name
-  std::string name = {};  ///< of the parameter that it is of the object around it, or ""
-  std::string id = {};    ///< or ""
-  Location where = {};    ///< its file may be any text that says to people where it stands
+  std::string type = {};  ///< name of the plugin
+  std::string name = {};  ///< name of the parameter that it sets in the enclosing object, or ""
+  std::string id = {};    ///< id, or ""
+  Location where = {};    ///< origin, for error messages; its file may be any human-readable text
 
   struct Value {
     std::string name;

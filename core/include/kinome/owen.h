@@ -6,7 +6,7 @@
 
 namespace kinome {
 
-// Functions over U are for uint32_t, and for vectors of them: kinome/wide's.
+// The templates take U = uint32_t, or the vectors of integers of kinome/wide.
 
 namespace bits {
 template <int n>
@@ -19,7 +19,7 @@ constexpr uint32_t shift_right(uint32_t v) {
 }
 }  // namespace bits
 
-/// The bits of v in reverse order.
+/// Reverses the order of the bits.
 template <class U>
 U reverse_bits(U v) {
   using bits::shift_left, bits::shift_right;
@@ -40,9 +40,9 @@ inline uint32_t reverse_bits(uint32_t v) {
 #endif
 }
 
-/// Bijection of 32 bits: each bit of v changes each bit of the result with a probability near one half.
-/// Needs only products of 32 bits, which vectors have. Multipliers: Wellons 2018, "Prospecting for hash
-/// functions".
+/// Bijective mixing of 32 bits: flipping a bit of v flips each bit of the result with a probability
+/// near one half. Uses only 32-bit products, which vectors support. Multipliers: Wellons 2018,
+/// "Prospecting for hash functions".
 template <class U>
 U mix_32(U v) {
   using bits::shift_right;
@@ -53,11 +53,11 @@ U mix_32(U v) {
   return v ^ shift_right<15>(v);
 }
 
-/// Owen's nested uniform scramble of a number whose bits are reversed: whether a bit flips is a
-/// random function of `key` and of the bits below it. After Laine and Karras 2011 ("Stratified
-/// sampling for stochastic transparency") in Burley's use of it (2020, "Practical hash-based Owen
-/// scrambling"): additions and multiplications carry only upward. The even constants are our own,
-/// searched for flips that are even odds for every pair of bits, to 3 %.
+/// Owen's nested uniform scrambling of a number with reversed bits: whether a bit flips is a random
+/// function of the key and the bits below it. After Laine and Karras 2011 ("Stratified sampling for
+/// stochastic transparency") as used by Burley 2020 ("Practical hash-based Owen scrambling"):
+/// additions and multiplications carry only upward. The even constants are our own, found by a
+/// search: each bit affects each bit above it with a probability of one half, to within 3 %.
 template <class U>
 U scramble_reversed(U v, U key_low, U key_high) {
   using bits::shift_right;
@@ -73,13 +73,14 @@ inline uint32_t scramble_reversed(uint32_t v, uint64_t key) {
   return scramble_reversed(v, static_cast<uint32_t>(key), static_cast<uint32_t>(key >> 32));
 }
 
-/// Owen's nested uniform scramble: a bit flips depending on the bits above it.
+/// Owen's nested uniform scrambling: whether a bit flips depends on the bits above it.
 inline uint32_t owen_scramble(uint32_t v, uint64_t key) {
   return reverse_bits(scramble_reversed(reverse_bits(v), key));
 }
 
-/// Sobol's second dimension, bits reversed (least significant is the half). Its matrix is Pascal's
-/// triangle modulo 2, the tensor power of (1 1; 0 1): five steps in place of 32 direction numbers.
+/// Second dimension of the Sobol sequence, with reversed bits (the least significant bit is the
+/// half). Its matrix is Pascal's triangle modulo 2, the tensor power of (1 1; 0 1), so that five
+/// steps replace 32 direction numbers.
 template <class U>
 U sobol_second_reversed(U index) {
   using bits::shift_right;
@@ -90,9 +91,9 @@ U sobol_second_reversed(U index) {
   return index ^ shift_right<16>(index);
 }
 
-/// Points of Sobol's first two dimensions, a (0, 2)-sequence in base 2, each dimension scrambled by
-/// a key of its own. The first dimension is the index itself with its bits reversed: no reversal is
-/// left to do.
+/// Points of the first two Sobol dimensions, a (0, 2)-sequence in base 2, with each dimension
+/// scrambled by its own key. The first dimension is the bit-reversed index, so scrambling needs
+/// only one reversal.
 inline float owen_sobol_first(uint32_t index, uint64_t key) {
   return to_unit_float(reverse_bits(scramble_reversed(index, key)));
 }

@@ -11,68 +11,69 @@
 #include "kinome/scene.h"
 #include "kinome/sensor.h"
 
-/// Pictures whose samples are rendered in parts: by several programs that know nothing of each
-/// other, on any machines, and added afterwards.
+/// Images whose samples are rendered in parts, by independent programs on any machines, and merged
+/// afterwards.
 ///
-/// Part i of n is the scene's render with its number of samples divided by n (rounded up), and a
-/// seed of its own, made of the render's seed and i. All parts count alike, each is unbiased, and
-/// no two have random numbers in common. The whole is their sum, added in the order of the parts:
-/// it has the same bits whoever made them, as long as they took the same instruction set.
+/// Part i of n is the scene's render with its sample count divided by n (rounded up), and a seed
+/// derived from the render's seed and i. All parts have equal weight, each is unbiased, and no two
+/// share random numbers. The image is their sum in the order of the parts. Its bits don't depend on
+/// who rendered the parts, as long as all use the same instruction set.
 namespace kinome {
 
-/// Parts of a picture. Counted from 0 here, and from 1 by what people read.
+/// Part of an image. Counts from 0 in code, and from 1 in everything that users read.
 struct PicturePart {
-  static constexpr uint32_t kMost = 65536;
+  static constexpr uint32_t kMaxParts = 65536;
   uint32_t index = 0;
   uint32_t count = 1;
 };
 
-/// One part: rendered, and written. Not thread-safe.
+/// Render of one part, and its output file. Not thread-safe.
 class KINOME_EXPORT PartRender {
  public:
-  /// Scene and sensor must live as long. Error where no files of parts can be written of the
-  /// sensor's film.
+  /// Scene and sensor must outlive this object. Throws Error if the sensor's film can't write files
+  /// of parts.
   PartRender(const Scene& scene, const Sensor& sensor, const PicturePart& part);
-  /// Into the sensor's film, as kinome::render() does by a number of samples; the context's budget
-  /// must ask for nothing. Where it is interrupted, gaps are left as they are: their share is
-  /// RenderStats::missing.
+  /// Renders into the sensor's film, as kinome::render() does with a sample count; the context's
+  /// budget must be empty. If the render is interrupted, pixels without samples stay empty;
+  /// RenderStats::missing is their share.
   Image render(RenderContext& context) const;
-  /// After render(), the picture as the film writes it, with a second one in the same EXR file that
-  /// holds the film's sums, bit by bit, and that programs which show the first don't care about.
-  /// `metadata`: of the first. Throws Error as the film does.
+  /// Writes the image after render(), as the film writes it, with `metadata`. A second part of the
+  /// same EXR file contains the film's sums exactly; programs that show the image ignore it. Throws
+  /// Error as the film does.
   void write(const std::string& path, const Image& image, const ImageMetadata& metadata) const;
 
  private:
   const Scene& scene_;
   const Sensor& sensor_;
   PicturePart part_;
-  float response_;  ///< of the film: Film::set_response
+  float response_;  ///< of the film; see Film::set_response()
 };
 
-/// Renders all parts, one after another, and adds them: what merge_parts() makes of their files.
-/// Takes memory for as many films. Otherwise as PartRender::render.
+/// Renders all parts, one after another, and adds them, with the result of merge_parts() on their
+/// files. Needs memory for `count` films. Otherwise like PartRender::render().
 KINOME_EXPORT Image render_all_parts(const Scene& scene, const Sensor& sensor,
                                      RenderContext& context, uint32_t count);
 
-/// What the header of a picture of so many parts says beside Kinome's other attributes.
+/// Returns the metadata that an image of `count` parts has in addition to Kinome's other
+/// attributes.
 KINOME_EXPORT ImageMetadata metadata_of_parts(uint32_t count);
 
-/// Pictures that were merged.
+/// Result of merging parts.
 struct MergedParts {
   Image image;
   ImageMetadata metadata;
-  std::shared_ptr<Film> film;                 ///< writes the image
-  uint32_t count = 0;                         ///< parts that the whole picture has
-  std::vector<uint32_t> missing, incomplete;  ///< counted from 1
-  uint64_t non_finite = 0;                    ///< samples that were dropped
-  double gaps = 0;                            ///< share of the pixels that have no samples
-  /// They were rendered with several instruction sets, whose results differ in their last bits.
+  std::shared_ptr<Film> film;                 ///< film that writes the image
+  uint32_t count = 0;                         ///< number of parts of the whole image
+  std::vector<uint32_t> missing, incomplete;  ///< parts, counted from 1
+  uint64_t non_finite = 0;                    ///< number of dropped samples
+  double gaps = 0;                            ///< share of pixels without samples
+  /// True if parts were rendered with different instruction sets, whose results differ in the last
+  /// bits.
   bool is_mixed = false;
 };
-/// Adds files of parts, given in any order. Throws Error, with the names of files, where these
-/// aren't parts of the same picture, one is there twice, or can't be read; and, unless
-/// `allows_missing`, where one is missing or was interrupted. Takes memory for one film, however
-/// many files there are.
+/// Merges files of parts, in any order. Throws Error with the names of files if they are not parts
+/// of the same image, one occurs twice, or one can't be read. Unless `allows_missing`, also throws
+/// if a part is missing or was interrupted. Needs memory for one film, for any number of files.
 KINOME_EXPORT MergedParts merge_parts(const std::vector<std::string>& paths, bool allows_missing,
                                       PluginRegistry& registry);
 

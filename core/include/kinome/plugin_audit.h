@@ -8,20 +8,20 @@
 
 namespace kinome {
 
-/// Checks what the plugins of a scene return at some random places that the sensor sees, and lists
-/// what is impossible: values that aren't finite, densities that are negative, exceptions; and at the
-/// first 256 places, what doesn't fit together: samples and the densities and values of their
-/// directions, directions that are not of unit length, single values and batches, an environment
-/// and its cell_grid(), densities that samples don't follow. Agreement is up to rounding
-/// (core/plugin/rounding.h), so that sound plugins are never named. Of nested plugins the innermost
-/// is named.
+/// Checks results of the scene's plugins at random places that the sensor sees, and returns a list
+/// of invalid ones: non-finite values, negative densities, exceptions.
 ///
-/// Not looked at: sample_emission(), since some emitters make large tables for it on first use, and
-/// whether samples of a surface follow pdf_surface() where both say the same.
+/// At the first 256 places, also checks consistency: samples against the densities and values of
+/// their directions, unit length of directions, scalar against block functions, an environment
+/// against its cell_grid(), and the distribution of samples against their densities. Tolerances
+/// allow for rounding (core/plugin/rounding.h), so that correct plugins are never reported. Of
+/// nested plugins, the innermost is reported.
+/// Not checked: sample_emission(), because some emitters build large tables for it on first use,
+/// and whether samples of a surface follow pdf_surface() if both agree on their densities.
 ///
-/// Takes some ten microseconds a place, on this thread; renders have no such checks in their loops.
-/// To be called after a render, which has shown by then what its camera sees, and is written
-/// whatever is found. The same seed looks at the same places.
+/// Takes about ten microseconds per place, on the calling thread; render loops contain no such
+/// checks. Call it after a render: by then the camera's view is known, and the image can be written
+/// whatever the result. The same seed checks the same places.
 KINOME_EXPORT std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor,
                                                      uint64_t seed, uint32_t places);
 

@@ -11,39 +11,40 @@
 
 namespace kinome {
 
-/// The first and the last stage of most integrators.
+/// First and last stage of most integrators.
 inline constexpr Stage kPrimaryStage{"primary", "traces rays from the camera"};
 inline constexpr Stage kFilmStage{"film", "adds up the picture"};
 
-/// What SampleKey::seed is throughout a render: of `--seed` and of the scene's sampler.
+/// Value of SampleKey::seed throughout a render: combines `--seed` and the seed of the scene's
+/// sampler.
 inline uint64_t key_seed(const RenderContext& context, const Sampler& sampler) {
   return hash_words(context.seed(), sampler.seed());
 }
 
-/// Primary rays of some pixels, traced together, with the surfaces that they meet: the G-buffer of
-/// a (part of a) tile (Åkerlund 2008, 2.3.2 and 4.3.2). Keeps its memory from one trace to the
-/// next: make one per thread (thread_local), not one per tile. Not thread-safe.
+/// Camera rays of some pixels, traced together, and the surfaces they hit: the G-buffer of a tile
+/// or part of it (Åkerlund 2008, 2.3.2 and 4.3.2). Keeps its memory between traces: use one per
+/// thread (thread_local), not one per tile. Not thread-safe.
 class KINOME_EXPORT PrimaryBatch {
  public:
-  /// Samples [first_sample, first_sample + samples) of every pixel of `pixels`; a few thousand rays
-  /// at a time are fastest. Counts camera rays and the time inside Embree.
+  /// Traces samples [first_sample, first_sample + samples) of every pixel of `pixels`; batches of a
+  /// few thousand rays are fastest. Adds camera rays and the time inside Embree to `counters`.
   void trace(const Scene& scene, const Sensor& sensor, const Rect& pixels, uint32_t first_sample,
              uint32_t samples, uint64_t seed, RenderCounters& counters);
-  /// One ray for each of these samples of pixels.
+  /// Traces one ray per key.
   void trace(const Scene& scene, const Sensor& sensor, std::span<const SampleKey> keys,
              RenderCounters& counters);
 
-  /// Rays are in the order of pixels (row by row), a pixel's samples side by side: ray of the
-  /// p-th pixel and its s-th sample in this batch is p * samples() + s.
+  /// Number of rays. Rays are ordered by pixel (row by row), then by sample: sample s of the p-th
+  /// pixel is ray p * samples() + s.
   size_t size() const { return keys_.size(); }
   uint32_t samples() const { return samples_; }
 
   const SampleKey& key(size_t i) const { return keys_[i]; }
   const Vec2& film_position(size_t i) const { return positions_[i]; }
-  /// ray.tmax is the distance of the hit, where there is one.
+  /// Ray and hit; ray.tmax is the distance of a valid hit.
   const RayHit& ray_hit(size_t i) const { return hits_[i]; }
   bool hit(size_t i) const { return hits_[i].hit.valid(); }
-  /// Only where hit(i).
+  /// Surface interaction; valid only if hit(i).
   const SurfaceInteraction& interaction(size_t i) const { return interactions_[i]; }
 
  private:
@@ -53,11 +54,12 @@ class KINOME_EXPORT PrimaryBatch {
   std::vector<SampleKey> keys_;
   std::vector<Vec2> positions_;
   std::vector<RayHit> hits_;
-  std::vector<SurfaceInteraction> interactions_;  ///< never shrinks: only valid hits are written
+  std::vector<SurfaceInteraction> interactions_;  ///< never shrinks; entries without a hit are
+                                                  ///< stale
 };
 
-/// Calls fn(first_sample, samples) for consecutive parts of a pixel's samples, such that a part of
-/// a tile is about `rays` rays: the way to render tile by tile in batches of a bounded size.
+/// Splits a pixel's samples into consecutive ranges, so that one range over a tile has about `rays`
+/// rays, and calls fn(first_sample, samples) for each. Renders a tile in batches of bounded size.
 template <class Function>
 void for_each_part(const Rect& pixels, uint32_t samples_per_pixel, uint32_t rays, Function&& fn) {
   const auto area = static_cast<uint32_t>(std::max(1, pixels.area()));
@@ -67,9 +69,9 @@ void for_each_part(const Rect& pixels, uint32_t samples_per_pixel, uint32_t rays
   }
 }
 
-/// Calls fn(first_sample, samples) for consecutive parts of a pixel's samples, each of which is to
-/// be rendered for all of the film: a render of very many samples shows progress, and is a picture
-/// whenever it is interrupted.
+/// Splits a pixel's samples into consecutive ranges, each rendered over the whole film, and calls
+/// fn(first_sample, samples) for each. Renders with very many samples thus show progress and can be
+/// interrupted with a usable image.
 template <class Function>
 void for_each_sample_range(RenderContext& context, uint32_t samples_per_pixel, Function&& fn) {
   constexpr uint32_t kSamples = 1024;

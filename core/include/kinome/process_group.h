@@ -13,10 +13,11 @@
 
 namespace kinome {
 
-/// What all processes of a group throw together, with the same text: none of them waits for others.
+/// Error that all processes of a group throw together, with the same text, so that none waits for
+/// the others.
 class KINOME_EXPORT AgreedError : public Error {
  public:
-  /// Of several mistakes each is a line.
+  /// Takes one line per error.
   explicit AgreedError(const std::string& lines) : Error(lines), lines_(lines) {}
   const std::string& lines() const { return lines_; }
 
@@ -24,52 +25,56 @@ class KINOME_EXPORT AgreedError : public Error {
   std::string lines_;
 };
 
-/// Processes that render one picture together, on one machine or many, as the launcher of a cluster
-/// has started them. All run the same program on the same scene, and come to the same collective
-/// calls in the same order; each has a rank, from 0. The root, of rank 0, has the film.
+/// Processes that render one image together, on one or more machines, started by a cluster's
+/// launcher. All run the same program on the same scene, and make the same collective calls in the
+/// same order. Each process has a rank, counted from 0; the root, rank 0, owns the film.
 ///
-/// A pass is the time in which they share work: each takes the numbers of items from one counter,
-/// and sends what it makes to the root.
+/// During a pass, the processes share work: each takes item numbers from a common counter and sends
+/// its results to the root.
 ///
-/// next(), stop() and send() may be called by any thread; all else by the one that renders.
+/// next(), stop() and send() are thread-safe. All other functions must be called by the rendering
+/// thread.
 class KINOME_EXPORT ProcessGroup {
  public:
   virtual ~ProcessGroup() = default;
   virtual int rank() const = 0;
   virtual int size() const = 0;
   bool is_root() const { return rank() == 0; }
-  /// Name of this process's machine.
+  /// Name of the machine that this process runs on.
   virtual std::string machine() const = 0;
 
-  /// Collective: what each process has to say, by rank. `what` it is about is for traffic().
+  /// Collective: returns `own` of all processes, by rank. `what` is the key for traffic().
   virtual std::vector<std::string> gather(std::string_view own, const char* what) = 0;
-  /// Collective: what the root says. Others' `bytes` don't count.
+  /// Collective: returns the root's `bytes`; those of other processes are ignored.
   virtual std::string broadcast(std::string_view bytes, const char* what) = 0;
 
   using Receive = std::function<void(int rank, std::string_view bytes)>;
-  /// Collective. On the root, `receive` is called with what others send until end_pass(), by one
-  /// thread at a time, of the group's own.
+  /// Collective: begins a pass. On the root, `receive` is called with the data that others send
+  /// until end_pass(), on the group's own threads, one at a time.
   virtual void begin_pass(Receive receive) = 0;
-  /// The next number of the pass that no process has taken yet, from 0; once one has called
-  /// stop(), larger than any that is of use.
+  /// Returns the next item number of the pass that no process has taken, from 0. After stop(),
+  /// returns a number beyond all items.
   virtual uint64_t next() = 0;
+  /// Ends the handing out of item numbers on all processes.
   virtual void stop() = 0;
-  /// To the root, from any other.
+  /// Sends data to the root, from any other process.
   virtual void send(std::string bytes) = 0;
-  /// Collective: once it returns on the root, all that was sent in the pass has been received. Says
-  /// what gather() does. An exception of `receive` is thrown by the root.
+  /// Collective: ends a pass. When it returns on the root, all data sent in the pass has been
+  /// received. Returns `own` of all processes, as gather() does. The root rethrows exceptions of
+  /// `receive`.
   virtual std::vector<std::string> end_pass(std::string_view own) = 0;
 
-  /// Of this process.
+  /// Traffic of this process.
   virtual std::map<std::string, GroupTraffic> traffic() const = 0;
-  /// Collective: nothing is left to do together.
+  /// Collective: called once when no common work is left.
   virtual void finish() = 0;
-  /// Ends all processes, at once: where this one can't go on, and others would wait for it.
+  /// Terminates all processes immediately, if this one can't continue and others would wait for it.
   [[noreturn]] virtual void abort(int status) = 0;
 };
 
-/// Has all processes of a group call fn(), which must ask nothing of the group; where any throws,
-/// all throw an AgreedError, of what the first of them says. nullptr: fn() alone.
+/// Calls fn() on all processes of a group; fn() must not communicate with the group. If any process
+/// throws, all throw an AgreedError with the message of the lowest rank that failed. Without a
+/// group (nullptr), just calls fn().
 KINOME_EXPORT void together(ProcessGroup* group, const std::function<void()>& fn);
 
 }  // namespace kinome

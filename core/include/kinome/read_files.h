@@ -7,18 +7,17 @@
 namespace kinome {
 
 /// Registers a file that a scene or a command reads, so that it is never overwritten: all writers
-/// of the core (see kinome/image.h) refuse such a path. The registration lasts as long as the
-/// SceneEditor that reads the file; a file that is read without one is registered only after
-/// protect_read_files(). Files that Properties::file() finds are registered already; a plugin
-/// registers only files that those name in turn. Thread-safe.
+/// of the core (kinome/image.h) refuse its path. The registration lasts as long as the SceneEditor
+/// that reads the file; without an editor, files are registered only after protect_read_files().
+/// Properties::file() registers its files itself, so a plugin needs to register only files that
+/// those refer to. Thread-safe.
 KINOME_EXPORT void note_read_file(const std::string& path);
 
-/// From now on, registers all files until the process ends. A program calls it at its start. A
-/// library doesn't, because its users may replace a file once its scene is gone.
+/// Registers all files read from now on, until the process ends. Programs call it at their start.
+/// Libraries don't, because their users may replace a file once its scene is gone.
 KINOME_EXPORT void protect_read_files();
 
-/// Returns whether `path` names a registered file, under its own name, a link or another name.
-/// Thread-safe.
+/// True if `path` names a registered file, directly, by a link or under another name. Thread-safe.
 KINOME_EXPORT bool is_read_file(const std::string& path);
 
 }  // namespace kinome
