@@ -13,142 +13,142 @@
 
 namespace kinome {
 
-/// In place of a value: nothing is said of the parameter, so that its default counts. Of a BSDF:
-/// what was put around it is taken off.
+/// Edit that removes the scene's value, so that the parameter has its default. For a BSDF, it
+/// removes the BSDF that was set around it.
 struct Unset {};
-/// In place of a value: the parameter is again what the scene's file says.
+/// Edit that restores the value of the scene's file.
 struct AsWritten {};
-/// A transform that is said as the scene's file says its own, if it can be by a change of its last
-/// step: a `<lookat>`, or a `<translate>`, which is added where the last is neither. It is rounded
-/// for that to what such a file has (some millionths); otherwise it is set as it is.
+/// Transform that save() writes in the form of the scene's file if possible, by changing only its
+/// last step: a `<lookat>` or a `<translate>`; if the last step is neither, a `<translate>` is
+/// added. The transform is then rounded to the file's precision (some millionths). Otherwise it is
+/// set unchanged.
 struct Placed {
   Transform transform;
 };
 
-/// What a parameter of a scene is, and may be set to: arrays are those of meshes, three numbers (or
-/// two, of texture coordinates) for each vertex, three vertices for each face. The last four are
-/// what it may be set to in place of a value; see SceneEditor::set().
+/// Value of a scene parameter, or an edit of it. Arrays belong to meshes, with three floats (or
+/// two, for texture coordinates) per vertex, and three vertex indices per face. The last four types
+/// are edits only; see SceneEditor::set().
 using EditedValue =
     std::variant<bool, int64_t, double, std::string, Vec3, UniformColor, Transform,
                  std::shared_ptr<const Image>, std::vector<float>, std::vector<uint32_t>,
                  ObjectDescription, Unset, AsWritten, Placed>;
 
-/// A parameter that can be set, and what a program needs to show it and to let people enter it.
+/// Editable parameter, with the data that a program needs to show it and let users edit it.
 struct SceneParameter {
-  std::string path;  ///< as "floor.bsdf.reflectance.value"; no two are the same
-  /// What it takes; nullopt: an array of a mesh.
+  std::string path;  ///< unique path, for example "floor.bsdf.reflectance.value"
+  /// Parameter type; nullopt for an array of a mesh.
   std::optional<ParameterType> kind;
-  std::string type;    ///< the same in words: "float", "reflectance texture", "array"
-  std::string plugin;  ///< of the object that it is of: "bsdf/diffuse"
-  std::string doc;     ///< what it means, in a sentence
-  std::vector<std::string> choices;  ///< all names that it may be; empty: it is no such name
-  /// What it is now: what was set, or what the scene says, or its default. nullopt: nothing of
-  /// these, or an array of a mesh or of pixels, which may be large: see SceneEditor::get().
+  std::string type;    ///< type as text: "float", "reflectance texture", "array"
+  std::string plugin;  ///< plugin of the object that has the parameter: "bsdf/diffuse"
+  std::string doc;     ///< description in one sentence
+  std::vector<std::string> choices;  ///< valid names; empty if any value is valid
+  /// Current value: the edit, the scene's value, or the default. nullopt if there is none, and for
+  /// arrays of meshes and pixels, which may be large (see SceneEditor::get()).
   std::optional<EditedValue> value;
-  /// What it is where nothing is set; nullopt: the plugin then does without, or must have it.
+  /// Value if nothing is set; nullopt if the parameter is optional or required.
   std::optional<EditedValue> default_value;
-  bool is_set = false;  ///< by the scene or by an edit: otherwise `value` is the default
-  bool is_edited = false;  ///< not by the scene's file
-  /// What its type allows: [0,1] for each channel of a reflectance. Plugins may allow less, which
-  /// update() tells.
+  bool is_set = false;  ///< true if set by the scene or an edit; otherwise `value` is the default
+  bool is_edited = false;  ///< true if changed since the scene's file
+  /// Range of the type, for example [0,1] for each channel of a reflectance. Plugins may be more
+  /// restrictive; update() then throws.
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
-  /// Path of the texture that stands in place of a value, of SceneEditor::textured_parameters().
+  /// Path of the texture in place of a value, for SceneEditor::textured_parameters().
   std::string texture;
 };
 
+/// Object of a scene.
 /// An object of a scene.
 struct SceneObject {
   std::string path;
   std::string plugin;      ///< "bsdf/diffuse"
-  bool is_around = false;  ///< was put around another one: SceneEditor::set() of Unset takes it off
+  bool is_around = false;  ///< true if set around another object; setting Unset removes it
 };
 
-/// What an update has made anew; everything else is what it was before.
+/// Objects that an update created anew; all others are unchanged.
 struct SceneChanges {
-  /// "category/name" of each object, in the order in which they were made.
+  /// "category/name" of each new object, in order of creation.
   std::vector<std::string> made;
-  /// Shapes that were kept, and got another BSDF or emitter, or other triangles.
+  /// Number of shapes that were kept and got another BSDF, other emitter or other triangles.
   size_t refitted = 0;
-  /// The ray tracer's structure, which is over all shapes.
+  /// True if the ray tracer's structure over all shapes was rebuilt.
   bool has_new_structure = false;
 };
 
-/// A scene whose parameters can be set by their paths, as Mitsuba's traverse() names them: ids or
-/// names of objects, then the parameter, "red.reflectance.value". An object without an id is called
-/// by the name that it has where it stands, or by its category: "sensor.film", "shape_1.bsdf". What
-/// has an id may be called by either. Values that a texture could stand for end in ".value", which
-/// may be left out.
+/// Scene whose parameters can be edited by path, named as in Mitsuba's traverse(): ids or names of
+/// objects, then the parameter, as in "red.reflectance.value". An object without an id is called by
+/// its name in the enclosing object, or by its category: "sensor.film", "shape_1.bsdf". Objects
+/// with an id may be called by either. Values that a texture could replace end in ".value", which
+/// may be omitted.
 ///
-/// set() notes a value, update() makes the scene anew from all that were noted, of which it makes
-/// only what depends on them: an object whose parameter was set, and those that it is part of, but
-/// for shapes, which are kept when nothing but their material, light or triangles changes.
+/// set() records edits; update() applies them and recreates only the objects that depend on them:
+/// the edited objects and those that contain them. Shapes are kept if only their material, emitter
+/// or triangles change.
 ///
-/// Not thread-safe, and not to be used while the scene is rendered.
+/// Not thread-safe. Must not be used while the scene is rendered.
 class KINOME_EXPORT SceneEditor {
  public:
-  /// Loads a scene as load_scene() does. `registry` must outlive it.
+  /// Loads a scene as load_scene() does. `registry` must outlive the editor.
   SceneEditor(const std::string& path, const LoadOptions& options, PluginRegistry& registry,
               RenderStats* stats = nullptr);
-  /// As load_scene_from_string().
+  /// Loads a scene as load_scene_from_string() does.
   SceneEditor(const std::string& xml, const std::string& name, const LoadOptions& options,
               PluginRegistry& registry, RenderStats* stats = nullptr);
-  /// A scene that a program says.
+  /// Creates a scene from a description.
   SceneEditor(const ObjectDescription& scene, const LoadOptions& options, PluginRegistry& registry,
               RenderStats* stats = nullptr);
   ~SceneEditor();
   SceneEditor(const SceneEditor&) = delete;
   SceneEditor& operator=(const SceneEditor&) = delete;
 
-  /// As it is by the last update. The one before an update shares objects with it, and must not be
-  /// rendered any more.
+  /// Scene as of the last update. Scenes from before an update share objects with it, and must not
+  /// be rendered any more.
   std::shared_ptr<const Scene> scene() const;
-  /// The scene as it is, with another integrator: it shares all else. Throws Errors.
+  /// Returns the current scene with another integrator, sharing everything else. Throws Errors.
   std::shared_ptr<const Scene> scene_with(const ObjectDescription& integrator);
 
-  /// All that can be set, by the scene's order: of each object all that its plugin's table has, be
-  /// it in the scene's file or not, but for what another object stands for (a texture, whose own
-  /// parameters are listed).
+  /// All editable parameters, in scene order. For each object, lists all parameters of its plugin's
+  /// table, whether the scene's file sets them or not. A parameter whose value is a texture is
+  /// replaced by the texture's own parameters.
   std::vector<SceneParameter> parameters() const;
-  /// All that a texture stands for, which set() may give a value or another texture; they have
-  /// none.
+  /// Parameters whose value is a texture. set() can replace it by a value or another texture; they
+  /// have no value of their own.
   std::vector<SceneParameter> textured_parameters() const;
-  /// All objects that have paths, by the scene's order.
+  /// All objects with paths, in scene order.
   std::vector<SceneObject> objects() const;
-  /// What the paths of an object's parameters begin with; "": it has none, as what stands in where
-  /// the scene says nothing.
+  /// Prefix of the paths of an object's parameters; "" if it has none, like objects that are
+  /// defaults of the loader.
   std::string path_of(const Object& object) const;
-  /// What it was set to, or what the scene says, or its default; nullopt where it is none of these.
-  /// Error where there is no parameter of this path, or it is a texture.
+  /// Returns the edit, the scene's value, or the default; nullopt if there is none. Throws Error if
+  /// the path is unknown or its value is a texture.
   std::optional<EditedValue> get(const std::string& path) const;
-  /// What set() takes to make it what it is now: a value that was set, the texture that was put in
-  /// its place, Unset, or AsWritten where it wasn't edited. Of a BSDF's path: what was put around
-  /// it, or Unset. Error as get().
+  /// Returns the edit that set() needs to restore the current state: a value, a texture, Unset, or
+  /// AsWritten if not edited. For the path of a BSDF: the BSDF set around it, or Unset. Throws
+  /// Error as get() does.
   EditedValue edit_of(const std::string& path) const;
-  /// Notes a value for update(). Error, and nothing noted, where there is no parameter of this
-  /// path, or its plugin doesn't take such a value. Pixels (`data`) take the place of a file
-  /// (`filename`), and the other way round. Arrays of a mesh stay until a parameter of its own
-  /// (`to_world`, `filename`, ...) is set.
+  /// Records an edit for update(). Throws Error, and records nothing, if the path is unknown or the
+  /// plugin doesn't accept the value. Pixels (`data`) replace a file (`filename`) and vice versa.
+  /// Arrays of a mesh are kept until a parameter of the mesh (`to_world`, `filename`, ...) is set.
   ///
-  /// A description of a texture, or a "ref" to one, takes the place of a value that textures can
-  /// stand for. One of a BSDF, for the path of a BSDF, is put around that, as a bump map is: all
-  /// that has that BSDF has the one around it instead, which takes over its path and its id. It
-  /// takes the place of what was put there before. Neither has ids of its own. What is in them has
-  /// paths once update() has made them.
+  /// A description of a texture, or a "ref" to one, replaces a value where textures are allowed. A
+  /// description of a BSDF at the path of a BSDF is put around it, for example a bump map: all
+  /// users of the inner BSDF get the outer one, which takes over its path and id, and replaces an
+  /// earlier one around it. Neither description may contain ids. Its objects have paths after
+  /// update().
   void set(const std::string& path, EditedValue value);
-  /// Notes several, in their order: where one of them can't be noted, none is.
+  /// Records several edits in order; if one of them is invalid, records none.
   void set(std::vector<std::pair<std::string, EditedValue>> values);
-  /// Makes the scene anew. Throws Errors where what was set can't be; then the scene is as it was,
-  /// and what was noted is forgotten.
+  /// Applies the recorded edits to the scene. Throws Errors if they are invalid; the scene is then
+  /// unchanged, and the edits are discarded.
   SceneChanges update();
 
-  /// Writes the scene, as it is by the last update, as a file that gives the same picture, to the
-  /// bit. It is the text of the scene's own file, with comments and all that wasn't edited as they
-  /// stand there, but for names of files, which are made relative to the new place; -D become
-  /// <default>s before all else. Edited meshes and pixels are written beside it, as PLY and EXR
-  /// files "STEM-PATH.ply", and so are includes that hold edits. What can't be said so (a scene
-  /// that a program says, files older than 2.0.0) is written without comments and includes. Throws
-  /// Error where a file can't be written.
+  /// Writes the scene as of the last update to a file that renders the same image, bit by bit. The
+  /// file is the text of the scene's own file with the edits, including comments. File names become
+  /// relative to the new location, and -D definitions become <default>s at the top. Edited meshes
+  /// and pixels are written beside it as PLY and EXR files "STEM-PATH.ply", and so are includes
+  /// with edits. Scenes without such a text (created from a description, or older than version
+  /// 2.0.0) are written without comments and includes. Throws Error if a file can't be written.
   void save(const std::string& path) const;
 
  private:

@@ -7,18 +7,18 @@
 
 namespace kinome {
 
-/// Shapes that a scene doesn't show by themselves, but wherever a ShapeInstance places them. The
-/// ray tracer has one tree of them, however many instances there are.
+/// Shapes that are visible only where a ShapeInstance places them. The ray tracer builds one
+/// acceleration structure for all instances.
 class KINOME_EXPORT ShapeGroup : public Shape {
  public:
-  /// Of the nested shapes, or of what stands in their place (Shape::parts). Error where there are
-  /// none, where one emits, or is a group or an instance itself.
+  /// Takes the nested shapes, or their parts (Shape::parts()). Throws Error if there are none, or
+  /// one of them is an emitter, a group or an instance.
   explicit ShapeGroup(const Properties& props);
 
   const std::vector<std::shared_ptr<Shape>>& shapes() const { return shapes_; }
 
   Aabb bounds() const override { return bounds_; }
-  // No ray meets it, nor is it sampled.
+  // Never called, because no ray hits a group and it is not sampled.
   SurfaceInteraction interaction(const Ray&, const Hit&) const override { return {}; }
   float area() const override { return 0; }
   SurfaceInteraction sample_surface(const Vec2&) const override { return {}; }
@@ -28,12 +28,12 @@ class KINOME_EXPORT ShapeGroup : public Shape {
   Aabb bounds_;
 };
 
-/// A place for a group's shapes. In the scene its parts stand for it, one for each of the group's
-/// shapes, in their order: rays that meet it are told the part.
+/// Placement of a group's shapes. In the scene it is replaced by its parts, one for each of the
+/// group's shapes and in their order. A hit refers to the part.
 class KINOME_EXPORT ShapeInstance : public Shape {
  public:
   virtual const ShapeGroup& group() const = 0;
-  /// From the group's space to world space.
+  /// Transform from the group's space to world space.
   virtual const Mat4& to_world() const = 0;
 
   SurfaceInteraction interaction(const Ray&, const Hit&) const override { return {}; }

@@ -12,16 +12,17 @@
 
 namespace kinome {
 
-/// Bytes of one process that become the same values in another. The same calls write and read:
-/// each hands on what it is given, or replaces that.
+/// Serialises values between processes. The same sequence of calls writes or reads: each call
+/// appends its argument to the bytes, or replaces it by the next value in them.
 class SharedBytes {
  public:
-  /// Writes.
+  /// Writes to an empty buffer.
   SharedBytes() = default;
-  /// Reads.
+  /// Reads from `bytes`, which must outlive this object.
   explicit SharedBytes(std::string_view bytes) : left_(bytes), reads_(true) {}
 
   bool reads() const { return reads_; }
+  /// Transfers `count` bytes. Throws std::logic_error if too few are left.
   void bytes(void* data, size_t count) {
     if (!reads_) {
       written_.append(static_cast<const char*>(data), count);
@@ -31,7 +32,7 @@ class SharedBytes {
     if (count > 0) std::memcpy(data, left_.data(), count);
     left_.remove_prefix(count);
   }
-  /// Without padding whose bytes would be anything, or where these don't matter.
+  /// Transfers a value. T must not have padding unless it may be undefined.
   template <class T>
   void value(T& value) {
     static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
@@ -46,13 +47,13 @@ class SharedBytes {
     static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
     bytes(all.data(), all.size_bytes());
   }
-  /// With its size.
+  /// Transfers the size and the elements.
   template <class T>
   void vector(std::vector<T>& all) {
     resize(all);
     items(std::span<T>(all));
   }
-  /// The size alone.
+  /// Transfers only the size.
   template <class T>
   void resize(std::vector<T>& all) {
     auto size = static_cast<uint32_t>(all.size());
@@ -74,21 +75,21 @@ class SharedBytes {
   bool reads_ = false;
 };
 
-/// What the items of a RenderContext::for_each leave in the caller's own memory, for a group of
-/// processes, all of which have it in the end.
+/// Results that the items of a RenderContext::for_each() leave in the caller's memory. In a group
+/// of processes, they are transferred to all processes.
 class SharedItems {
  public:
-  /// `transfer` hands all that is left of an item to the bytes, or replaces it by what another
-  /// process has made. Nothing is to be transferred where it is nullptr.
+  /// Transfers the results of an item: writes them, or replaces them by those of another process.
+  /// nullptr: nothing to transfer.
   using Transfer = std::function<void(size_t item, SharedBytes& bytes)>;
   explicit SharedItems(Transfer transfer) : transfer_(std::move(transfer)) {}
 
   const Transfer& transfer() const { return transfer_; }
-  /// Ranks that have made the items, once they are made.
+  /// Rank of the process that ran each item; set at the end of the loop.
   const std::vector<int>& makers() const { return makers_; }
   void set_makers(std::vector<int> makers) { makers_ = std::move(makers); }
-  /// Who is to make which item, where these go on with what they have kept to themselves; empty:
-  /// whoever comes first.
+  /// Assigns each item to a rank, for items that continue with data of an earlier loop. Empty: the
+  /// next free process takes it.
   void stay_with(std::vector<int> makers) { stay_ = std::move(makers); }
   const std::vector<int>& stay() const { return stay_; }
 

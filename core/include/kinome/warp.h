@@ -4,11 +4,11 @@
 
 #include "kinome/math.h"
 
-/// Maps from uniform random numbers in [0, 1)² to distributions over disks and spheres, each with
-/// its density. All are continuous and defined for every float in [0, 1].
+/// Maps from uniform random numbers in [0, 1)² to distributions over disks and spheres, with their
+/// densities. All are continuous, and defined for every float in [0, 1].
 namespace kinome {
 
-/// Formulas over plain or wide numbers: V3, V2 and F are Vec3, Vec2 and float, or those of
+/// Formulas for scalar and wide numbers: V3, V2 and F are Vec3, Vec2 and float, or the types of
 /// kinome/wide.
 namespace warp {
 
@@ -45,7 +45,7 @@ template <class V3, class V2>
 V3 square_to_uniform_sphere(const V2& u) {
   using std::cos, std::sin;
   using F = std::remove_cvref_t<decltype(u.x)>;
-  // r from 1 - z² = 4 v (1 - v): no cancellation near the poles.
+  // Computes r from 1 - z² = 4 v (1 - v), which avoids cancellation near the poles.
   const F r = 2.f * safe_sqrt(u.y * (1.f - u.y));
   const F phi = (2 * kPi) * u.x;
   return {r * cos(phi), r * sin(phi), 1.f - 2.f * u.y};
@@ -54,14 +54,14 @@ V3 square_to_uniform_sphere(const V2& u) {
 template <class V3, class V2, class F>
 V3 square_to_cosine_power(const V2& u, F n) {
   using std::cos, std::exp, std::expm1, std::log, std::sin;
-  // 1 - cos² as expm1, or large exponents lose all digits of the sine.
+  // Computes 1 - cos² by expm1(); otherwise large exponents lose all digits of the sine.
   const F log_cos = log(1.f - u.y) / (n + 1.f);
   const F r = safe_sqrt(-expm1(2.f * log_cos));
   const F phi = (2 * kPi) * u.x;
   return {r * cos(phi), r * sin(phi), exp(log_cos)};
 }
 
-/// The direction with cos(theta) = z and azimuth phi.
+/// Returns the unit vector with cos(theta) = z and azimuth phi.
 template <class V3, class F>
 V3 spherical_direction(F z, F phi) {
   using std::cos, std::sin;
@@ -77,13 +77,13 @@ V3 square_to_uniform_hemisphere(const V2& u) {
 
 }  // namespace warp
 
-/// Uniform over the unit disk; keeps neighbours together and strata compact (Shirley and Chiu
-/// 1997, without branches over the four triangles). Density 1/pi per area.
+/// Uniform over the unit disk, with density 1/pi per area. Preserves neighbourhoods and compact
+/// strata (Shirley and Chiu 1997, without branches over the four triangles).
 inline Vec2 square_to_disk_concentric(const Vec2& u) {
   return warp::square_to_disk_concentric(u);
 }
 
-/// Its inverse, for points of the disk.
+/// Inverse of square_to_disk_concentric(), for points of the disk.
 inline Vec2 disk_to_square_concentric(const Vec2& p) {
   const bool x_larger = std::abs(p.x) > std::abs(p.y);
   const float large = x_larger ? p.x : p.y, small = x_larger ? p.y : p.x;
@@ -92,7 +92,7 @@ inline Vec2 disk_to_square_concentric(const Vec2& p) {
   return 0.5f * (Vec2(x_larger ? r : other, x_larger ? other : r) + 1.f);
 }
 
-/// Density cos(theta)/pi per solid angle around +Z; never returns a direction with z = 0.
+/// Density cos(theta)/pi per solid angle around +Z. Never returns a direction with z = 0.
 inline Vec3 square_to_cosine_hemisphere(const Vec2& u) {
   return warp::square_to_cosine_hemisphere<Vec3>(u);
 }
@@ -116,7 +116,7 @@ inline Vec3 square_to_uniform_sphere(const Vec2& u) {
 }
 inline constexpr float kUniformSpherePdf = 0.25f * kInvPi;
 
-/// Density (n + 1)/(2 pi) cos(theta)^n per solid angle around +Z: Phong's lobe.
+/// Density (n + 1)/(2 pi) cos(theta)^n per solid angle around +Z: the Phong lobe.
 inline Vec3 square_to_cosine_power(const Vec2& u, float n) {
   return warp::square_to_cosine_power<Vec3>(u, n);
 }

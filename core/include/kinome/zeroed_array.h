@@ -8,8 +8,8 @@
 
 namespace kinome {
 
-/// An array of fixed size that holds zeros at first. If it is large, what nobody has written to
-/// takes no memory.
+/// Array of fixed size, initialised with zeros. Pages of a large array take no memory until they
+/// are written.
 template <class T>
 class ZeroedArray {
   static_assert(std::is_arithmetic_v<T>);

@@ -7,10 +7,9 @@
 
 namespace kinome {
 
-/// Memory that holds zeros at first. If it is large, what nobody has written to takes up addresses
-/// alone: the system supplies pages of zeros when they are touched. It is asked for huge pages, of
-/// 2 MB: small ones take it ten times as long, most of the time of a small render. What would leave
-/// most of a huge page unused consists of small ones.
+/// Memory initialised with zeros. Pages of a large block take no physical memory until they are
+/// accessed. Uses huge pages of 2 MB where most of the page is needed: with small pages,
+/// initialisation takes ten times as long, most of the time of a small render.
 class KINOME_EXPORT ZeroedMemory {
  public:
   static constexpr size_t kHugePage = size_t{1} << 21;
@@ -19,12 +18,13 @@ class KINOME_EXPORT ZeroedMemory {
   /// Throws std::bad_alloc.
   explicit ZeroedMemory(size_t bytes);
 
-  /// Aligned for any number; from kHugePage on, to that. nullptr: there is none.
+  /// Pointer to the memory, aligned for any number, and to kHugePage from that size on. nullptr if
+  /// empty.
   void* data() const { return memory_.get(); }
 
  private:
   struct Release {
-    size_t mapped;  ///< bytes; 0: it is from the heap
+    size_t mapped;  ///< bytes; 0: allocated on the heap
     void operator()(void* memory) const;
   };
   std::unique_ptr<void, Release> memory_{nullptr, Release{0}};
