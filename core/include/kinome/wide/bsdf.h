@@ -1,6 +1,6 @@
 #pragma once
 
-// BSDFs whose formulas are written once, for one point and for blocks.
+// Base class of BSDFs whose formulas are written once, for single points and for blocks.
 
 #include <optional>
 #include <tuple>
@@ -12,22 +12,22 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// As BsdfValue.
+/// BsdfValue over F.
 template <class F>
 struct BsdfValueOf {
   RgbOf<F> f;
   F pdf;
 };
 
-/// As BsdfSample; pdf 0 (or NaN): there is none.
+/// BsdfSample over F. There is no sample if pdf is 0 or NaN.
 template <class F>
 struct BsdfSampleOf {
   VecOf<F> wo;
   F pdf;
   RgbOf<F> weight;
-  IntOf<F> lobe;  ///< the number of a Lobe, see lobe_number
+  IntOf<F> lobe;  ///< a Lobe as a number; see lobe_number()
 };
-/// As NullTransmission.
+/// NullTransmission over F.
 template <class F>
 struct NullTransmissionOf {
   RgbOf<F> transmittance;
@@ -43,7 +43,7 @@ KINOME_WIDE BsdfSampleOf<Float> select(Mask m, const BsdfSampleOf<Float>& a,
           select(m, a.lobe, b.lobe)};
 }
 
-/// The sample wo of `lobe`, weighted by all that lobes.value knows.
+/// Returns the sample wo of `lobe`, weighted by the value and density of all lobes.
 template <class F, class Lobes>
 KINOME_WIDE BsdfSampleOf<F> weighted_sample(const Lobes& lobes, const VecOf<F>& wo,
                                             const IntOf<F>& lobe) {
@@ -51,7 +51,7 @@ KINOME_WIDE BsdfSampleOf<F> weighted_sample(const Lobes& lobes, const VecOf<F>& 
   return {wo, v.pdf, v.f / v.pdf, lobe};
 }
 
-/// What differs from point to point of a BsdfForm.
+/// Fields of a BsdfForm that vary from point to point.
 template <class F>
 struct FormOf {
   RgbOf<F> diffuse;
@@ -59,7 +59,8 @@ struct FormOf {
   F alpha_u, alpha_v;
 };
 
-/// if_true() in the lanes where m is true, if_false() elsewhere; neither is called for nothing.
+/// Returns if_true() in lanes where m is true, and if_false() elsewhere. Calls neither without
+/// need.
 template <class A, class B>
 KINOME_WIDE auto choose(bool m, const A& if_true, const B& if_false) {
   return m ? if_true() : if_false();
@@ -73,26 +74,26 @@ KINOME_WIDE auto choose(Mask m, const A& if_true, const B& if_false) {
 
 inline namespace formulas {
 
-/// A function of cosines, BsdfForm::transmittance, of which a table of BsdfForm::kTableSize has the
-/// values: interpolated linearly.
+/// Interpolates BsdfForm::transmittance, a table of BsdfForm::kTableSize values over the cosine,
+/// linearly.
 template <class F>
 F tabulated(const float* table, const F& cosine) {
   constexpr int32_t kLast = BsdfForm::kTableSize - 1;
   const F x = clamp(cosine, F(0.f), F(1.f)) * static_cast<float>(kLast);
-  // Of NaN, too, a place in the table.
+  // The index is valid even if x is NaN.
   const auto i = clamp(to_int(x), IntOf<F>(0), IntOf<F>(kLast - 1));
   return lerp(gather(table, i), gather(table + 1, i), x - to_float(i));
 }
 
-/// Light that bumps of the squared roughness alpha2 leave at a cosine with the surface's own normal
-/// (Estevez et al. 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
-/// Problem"); alpha2 = 0: all of it.
+/// Shadowing by bumps of squared roughness alpha2 at a cosine with the geometric normal (Estevez et
+/// al. 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem"). It is 1
+/// if alpha2 = 0.
 template <class F>
 F bump_shadowing(const F& cosine, const F& alpha2) {
   const F cos2 = clamp(cosine * cosine, F(1e-12f), F(1.f));
   return 2.f / (1.f + sqrt(1.f + alpha2 * (1.f - cos2) / cos2));
 }
-/// What lobes about a turned normal are multiplied by, see BsdfForm::is_turned.
+/// Factor of lobes around a perturbed normal; see BsdfForm::is_turned.
 template <class F>
 F turned_factor(const F& cosine, const F& alpha2) {
   return select(cosine > 0.f, bump_shadowing(cosine, alpha2), F(0.f));
@@ -100,27 +101,28 @@ F turned_factor(const F& cosine, const F& alpha2) {
 
 }  // namespace formulas
 
-/// Base of BSDFs that are formulas over numbers F, float or Float: it makes of them the functions
-/// for points and for blocks. They are seen from the front only, unless Self has
+/// Base of BSDFs written as formulas over a number type F, float or Float. Implements the functions
+/// for points and for blocks. The BSDF reflects on its front side only, unless Self declares
 /// `static constexpr bool kSeenFromBehind = true`. Self has
 ///
-///     /// The textures that the formulas read: a tuple of ColorInput and NumberInput.
+///     /// Returns the textures that the formulas read: a tuple of ColorInput and NumberInput.
 ///     auto inputs() const { return std::tie(reflectance_, alpha_); }
 ///
-///     /// Calls fn(lobes_at) once. lobes_at(wi, value of each input ...), wi.z > 0 (from behind, < 0)
-///     /// where that matters, makes an object of the lobes in `mask`, which is not empty and of lobes(), with
+///     /// Calls fn(lobes_at) once. lobes_at(wi, value of each input ...) returns an object with
+///     /// the lobes in `mask`, which is a subset of lobes() and not empty. Lanes with wi.z <= 0
+///     /// are ignored (with kSeenFromBehind, only those with wi.z = 0). The object has
 ///     ///     BsdfValueOf<F> value(const VecOf<F>& wo) const;   // without delta lobes
 ///     ///     BsdfSampleOf<F> sample(const F& u1, const Vec2Of<F>& u2) const;
 ///     template <class F, class Fn>
 ///     void with_lobes(Lobe mask, const Fn& fn) const;
 ///
-/// If Self has `static constexpr bool kPassesStraight = true`, the object has
+/// If Self has `static constexpr bool kPassesStraight = true`, the object also has
 ///
 ///     NullTransmissionOf<F> null_transmission() const;
 ///
-/// and, if it has a BsdfForm of one kind, about si.frame,
+/// If all points have a BsdfForm of the same kind, with si.frame as reflection frame, Self has
 ///
-///     /// All of it but what FormOf has.
+///     /// Returns the form without the fields of FormOf.
 ///     BsdfForm form_kind() const;
 ///     template <class F>
 ///     FormOf<F> form_of(const VecOf<F>& wi, value of each input ...) const;
@@ -206,7 +208,7 @@ class FormulaBsdf : public Bsdf {
   }
 
  protected:
-  /// All that describe_block says but of the kind of form.
+  /// Writes the output of describe_block() except the kind of form.
   void store_forms(const SurfaceBlock& points, const BsdfFormBlock& out) const {
     with_columns(points, [&](const auto&... columns) {
       for_lanes(points.count, [&](size_t i) {

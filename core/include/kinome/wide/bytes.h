@@ -1,6 +1,6 @@
 #pragma once
 
-// Bytes at each lane's place.
+// Loads of bytes per lane.
 
 #include <cstring>
 
@@ -9,8 +9,8 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// The bytes p[i] ... p[i + 3] of each lane, all of which must be readable, the first one lowest;
-/// indices are not negative.
+/// Loads bytes p[i] ... p[i + 3] in each lane, the first one lowest. All four must be readable, and
+/// indices must not be negative.
 inline Uint gather_bytes(const uint8_t* p, Int i) {
   alignas(kColumnAlignment) int32_t index[kLanes];
   alignas(kColumnAlignment) uint32_t value[kLanes];

@@ -1,6 +1,6 @@
 #pragma once
 
-// GridDistribution::sample for many numbers, to the last bit.
+// GridDistribution::sample() for vectors of random numbers, with identical bits.
 
 #include "kinome/distribution.h"
 #include "kinome/wide/vectors.h"
@@ -8,12 +8,12 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// Entries of a cumulative distribution among which a number is looked for: the first that is above
-/// it, or the one behind them all.
+/// Range of CDF entries that still contains the result of the search: the first entry above u, or
+/// the end of the range.
 struct CellRange {
   Int first, length;
 
-  /// One step of the search for u, where any is left to do.
+  /// Halves the range by one step of the binary search for u, in lanes where it isn't empty.
   KINOME_WIDE void halve(const float* cdf, Float u) {
     const Int half = shift_right<1>(length);
     const Mask searched = length > 0;
@@ -22,13 +22,14 @@ struct CellRange {
     length = select(above, length - half - 1, half);
   }
 };
-/// Of the row whose entries of the distribution begin at cdf_first, and whose entry of `guide` for
-/// the number is number k: see GridDistribution::find.
+/// Returns the range of entry `k` of `guide`, for a row whose CDF begins at cdf_first. See
+/// GridDistribution::find().
 KINOME_WIDE CellRange cells_at(Int cdf_first, const uint32_t* guide, Int k) {
   const Int first = cdf_first + as_int(gather(guide, k));
   return {first, cdf_first + as_int(gather(guide + 1, k)) - first};
 }
-/// The cell that was found at `place` of the table; u becomes the place within it.
+/// Returns the index in the row of entry `place` of the table, and remaps u to the position in that
+/// cell.
 KINOME_WIDE Int enter_cell(const float* cdf, Int cdf_first, Int place, Float& u) {
   const Float end = gather(cdf, place);
   const Float start = select(place > cdf_first, gather(cdf, max(place - 1, 0)));
@@ -36,8 +37,8 @@ KINOME_WIDE Int enter_cell(const float* cdf, Int cdf_first, Int place, Float& u)
   return place - cdf_first;
 }
 
-/// Of one row of a distribution's tables, or of the marginal: its entries of `cdf` and of `guide`
-/// begin at cdf_first and guide_first. See GridDistribution::find; u in [0, 1).
+/// Searches one row of a distribution's tables, or the marginal; its entries begin at cdf_first and
+/// guide_first. See GridDistribution::find(); u is in [0, 1).
 KINOME_WIDE Int find_cell(const float* cdf, Int cdf_first, const uint32_t* guide, Int guide_first,
                           uint32_t guide_size, Float& u) {
   CellRange cells =
@@ -46,17 +47,17 @@ KINOME_WIDE Int find_cell(const float* cdf, Int cdf_first, const uint32_t* guide
   return enter_cell(cdf, cdf_first, cells.first, u);
 }
 
-/// In [0, 1): padding may be anything, and places in tables are found by such numbers.
+/// Clamps u to [0, 1), so that padding, which may hold anything, gives valid table indices.
 KINOME_WIDE Float unit_number(Float u) {
   return min(max(0.f, u), kOneMinusEpsilon);
 }
 
-/// As GridDistribution::Cell.
+/// GridDistribution::Cell for wide numbers.
 struct GridCell {
   Int column, row;
   Vec2 u;
 };
-/// GridDistribution::sample, of tables of less than 2^31 entries.
+/// GridDistribution::sample() for tables of less than 2^31 entries.
 KINOME_WIDE GridCell sample_grid(const GridDistribution::Tables& tables, Vec2 u) {
   GridCell cell;
   cell.u = {unit_number(u.x), unit_number(u.y)};

@@ -1,27 +1,27 @@
 #pragma once
 
-// Double precision, of as many lanes as wide::Float has: where shapes are exact beyond what a float
-// can tell. Formulas over D are for double and wide::Double, and make the same bits of both:
-// nothing is contracted. FloatOf<D> is the single-precision number that goes with D, DoubleOf<F>
-// the other way; comparisons make the masks of Float.
+// Double precision with as many lanes as wide::Float, for shapes that need more accuracy than float
+// has. Formulas over D are for double and wide::Double and give the same bits for both, because
+// nothing is contracted. FloatOf<D> is the single-precision number of D, DoubleOf<F> the reverse;
+// comparisons return Float's masks.
 
 #include "kinome/wide/functions.h"
 
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// Half of a number's lanes, in each precision; all of them where there is but one.
+/// Half of a number's lanes in each precision, or the only lane.
 using HalfTag = hn::CappedTag<float, (kLanes + 1) / 2>;
 using DoubleTag = hn::Rebind<double, HalfTag>;
 
 template <class T>
 concept PlainDouble = std::same_as<T, double>;
-/// What converts to a Double of equal lanes.
+/// Types that convert to a Double with equal lanes.
 template <class T>
 concept DoubleLiteral = PlainDouble<T> || std::same_as<T, int>;
 
 struct Double {
-  hn::Vec<DoubleTag> low, high;  ///< the first and the second half of the lanes
+  hn::Vec<DoubleTag> low, high;  ///< first and second half of the lanes
 
   Double() = default;
   KINOME_WIDE Double(hn::Vec<DoubleTag> l, hn::Vec<DoubleTag> h) : low(l), high(h) {}
@@ -38,7 +38,7 @@ KINOME_WIDE Double to_double(Float a) {
           hn::PromoteTo(DoubleTag(), hn::UpperHalf(HalfTag(), a.v))};
 #endif
 }
-/// Rounded; infinite where float has no such number.
+/// Rounds to single precision; infinity if out of range.
 KINOME_WIDE Float to_float(Double a) {
 #if HWY_TARGET == HWY_SCALAR
   // Highway's own demotion stops at the largest finite number here.
@@ -69,7 +69,7 @@ namespace detail {
 
 using DoubleMask = hn::Mask<DoubleTag>;
 
-/// Masks of two halves in double precision as one in single, and back.
+/// Conversion between one single-precision mask and the double-precision masks of both halves.
 KINOME_WIDE Mask joined(DoubleMask low, DoubleMask high) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
   return Mask(hn::Mask<FloatTag>{
@@ -121,7 +121,7 @@ KINOME_WIDE Double abs(Double a) {
 KINOME_WIDE Double copysign(Double a, Double sign) {
   return {hn::CopySign(a.low, sign.low), hn::CopySign(a.high, sign.high)};
 }
-/// As for Float.
+/// Same treatment of NaN and signed zeros as for Float.
 KINOME_WIDE Double min(Double a, Double b) {
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
   return {hn::Min(b.low, a.low), hn::Min(b.high, a.high)};
@@ -142,13 +142,14 @@ KINOME_WIDE Mask is_finite(Double a) {
   return abs(a) < HUGE_VAL;
 }
 
-/// To the nearest integer, halves to the even one; for |a| < 2^51.
+/// Rounds to the nearest integer, halves to even; for |a| < 2^51.
 KINOME_WIDE Double round(Double a) {
   const Double rounder = 0x1.8p52;
   return (a + rounder) - rounder;
 }
 
-/// Of wide numbers, the following are as exact as float's: to 2^-23, and to 4 ulp of a float.
+/// For wide numbers, the following functions have only float's accuracy: 2^-23, and 4 ulp of a
+/// float.
 inline void sincos(Double x, Double& s, Double& c) {
   const Double n = round(x * (2 * std::numbers::inv_pi));
   const Float r = to_float(x - n * (std::numbers::pi / 2));
@@ -161,7 +162,7 @@ inline Double atan2(Double y, Double x) {
   return to_double(atan2(to_float(y), to_float(x)));
 }
 
-/// A place or a direction a lane.
+/// Position or direction in each lane.
 struct DVec3 {
   Double x, y, z;
 
@@ -190,7 +191,7 @@ KINOME_WIDE DVec3 operator*(const glm::dmat3& m, DVec3 a) {
           m[0][1] * a.x + m[1][1] * a.y + m[2][1] * a.z,
           m[0][2] * a.x + m[1][2] * a.y + m[2][2] * a.z};
 }
-/// The transpose of m times a.
+/// Product with the transpose of m.
 KINOME_WIDE DVec3 operator*(DVec3 a, const glm::dmat3& m) {
   return {m[0][0] * a.x + m[0][1] * a.y + m[0][2] * a.z,
           m[1][0] * a.x + m[1][1] * a.y + m[1][2] * a.z,

@@ -1,9 +1,9 @@
 #pragma once
 
-// Elementary functions. Bounds are of the error against the exact result, in units of the last
-// place of the result (ulp), denormal results included where denormals aren't flushed; tests hold
-// them for each instruction set. Of NaN they make NaN. The overloads of float are the standard
-// library's.
+// Elementary functions. Comments give the maximum error against the exact result in units in the
+// last place of the result (ulp), including denormal results unless denormals are flushed. Tests
+// check the bounds for each instruction set. NaN arguments return NaN. The float overloads call the
+// standard library.
 
 #include <numbers>
 
@@ -14,7 +14,7 @@ inline namespace HWY_NAMESPACE {
 
 inline namespace formulas {
 
-/// first x^n + ... + last by Horner's rule.
+/// Evaluates first x^n + ... + last by Horner's rule.
 template <class... C>
 KINOME_WIDE float polynomial(Real auto x, float first, C... rest) {
   float p = first;
@@ -64,7 +64,7 @@ KINOME_WIDE Float polynomial(Float x, float first, C... rest) {
 
 namespace detail {
 
-/// x = n ln 2 + r with |r| <= ln 2 / 2, for |x| < 2^20.
+/// Decomposition x = n ln 2 + r with |r| <= ln 2 / 2, for |x| < 2^20.
 struct Exponential {
   Float power;  ///< e^r
   Int n;
@@ -75,11 +75,11 @@ inline Float exponential_of_small(Float r) {
   return mul_add(p, r * r, r) + 1.f;
 }
 inline Exponential exponential(Float x) {
-  // Added, it leaves x / ln 2 rounded in the last bits.
+  // Adding this number rounds x / ln 2 to an integer in the last bits.
   const Float rounder = 0x1.8p23f;
   const Float shifted = mul_add(x, std::numbers::log2e_v<float>, rounder);
   const Float n = shifted - rounder;
-  // ln 2 in two parts, of which the first has 9 bits: its product with n is exact.
+  // ln 2 is split into two parts. The first has 9 bits, so that its product with n is exact.
   const Float r = neg_mul_add(n, -2.12194440e-4f, neg_mul_add(n, 0.693359375f, x));
   return {exponential_of_small(r), as_int(shifted) - as_int(rounder)};
 }
@@ -88,7 +88,7 @@ KINOME_WIDE Float power_of_two(Int n) {
   return as_float(shift_left<23>(n + 127));
 }
 
-/// x = 2^e (1 + m) with m in [sqrt(1/2) - 1, sqrt(2) - 1], for finite x > 0.
+/// Decomposition x = 2^e (1 + m) with m in [sqrt(1/2) - 1, sqrt(2) - 1], for finite x > 0.
 struct Logarithm {
   Float m, e;
 };
@@ -102,16 +102,16 @@ inline Logarithm split(Float x) {
 
 }  // namespace detail
 
-/// 1.1 ulp.
+/// Maximum error 1.1 ulp.
 inline Float exp(Float x) {
-  // Beyond, the result is 0 or infinite.
+  // Outside this range, the result is 0 or infinity.
   const auto [power, n] = detail::exponential(clamp(x, -104.f, 89.f));
-  // In two steps, for results below 2^-126 and above 2^127.
+  // Scales in two steps, for results below 2^-126 and above 2^127.
   const Int half = shift_right<1>(n);
   return power * detail::power_of_two(half) * detail::power_of_two(n - half);
 }
 
-/// 1 ulp; -infinity of 0, NaN below.
+/// Maximum error 1 ulp; -infinity for 0, NaN for negative x.
 inline Float log(Float x) {
   const auto [m, e] = detail::split(x);
   const Float p = polynomial(m, 0.0697161183f, -0.114797339f, 0.116854198f, -0.124256872f,
@@ -124,7 +124,7 @@ inline Float log(Float x) {
   return select((x > 0.f) & (x < HUGE_VALF), result, special);
 }
 
-/// 1.5 ulp.
+/// Maximum error 1.5 ulp.
 inline Float erf(Float x) {
   const Float a = abs(x);
   const Float x2 = x * x;
@@ -142,14 +142,14 @@ inline Float erf(Float x) {
 
 namespace detail {
 
-/// r in [-pi/4, pi/4] and k with x = k pi/2 + r.
+/// Decomposition x = k pi/2 + r with r in [-pi/4, pi/4].
 struct Quadrant {
   Float r;
   Int k;
 };
 inline Quadrant quadrant(Float x) {
   const Float n = round(x * (2 * std::numbers::inv_pi_v<float>));
-  // pi/2 in three parts, of which the first two have few bits.
+  // pi/2 is split into three parts; the first two have few bits, for exact products.
   const Float r = neg_mul_add(n, 7.54978995489e-8f,
                               neg_mul_add(n, 4.83751296997e-4f, neg_mul_add(n, 1.5703125f, x)));
   return {r, to_int(n)};
@@ -164,7 +164,7 @@ inline Float cosine(Float r) {
                  mul_add(z, -0.5f, 1.f));
 }
 
-/// Of k pi/2 + r.
+/// Sine and cosine of k pi/2 + r.
 inline void sincos(const Quadrant& x, Float& s, Float& c) {
   const Float a = sine(x.r), b = cosine(x.r);
   const Mask swapped = (x.k & 1) == 1;
@@ -174,11 +174,11 @@ inline void sincos(const Quadrant& x, Float& s, Float& c) {
 
 }  // namespace detail
 
-/// To 2^-23 for |x| <= 8000; sines of |x| < 0.5 to 1 ulp. The sign of 0 is lost.
+/// Maximum absolute error 2^-23 for |x| <= 8000; sines of |x| < 0.5 to 1 ulp. Loses the sign of 0.
 inline void sincos(Float x, Float& s, Float& c) {
   detail::sincos(detail::quadrant(x), s, c);
 }
-/// As sincos.
+/// Same accuracy as sincos().
 inline Float sin(Float x) {
   Float s, c;
   sincos(x, s, c);
@@ -190,10 +190,10 @@ inline Float cos(Float x) {
   return c;
 }
 
-/// 2.5 ulp; of zeros what the standard says; NaN where both are infinite.
+/// Maximum error 2.5 ulp. Zeros as in the C standard; NaN if both arguments are infinite.
 inline Float atan2(Float y, Float x) {
   const Float ax = abs(x), ay = abs(y);
-  const Float large = max(ay, ax), small = min(ax, ay);  // in this order, one of them is NaN
+  const Float large = max(ay, ax), small = min(ax, ay);  // in this order, NaN stays
   const Float t = select(ax + ay == 0.f, 0.f, small / large);
   const Float z = t * t;
   const Float p =
@@ -204,7 +204,7 @@ inline Float atan2(Float y, Float x) {
   angle = select(as_int(x) < 0, std::numbers::pi_v<float> - angle, angle);
   return copysign(angle, y);
 }
-/// 3 ulp for |x| <= 1; NaN beyond. acos, too.
+/// Maximum error 3 ulp for |x| <= 1; NaN outside. Also holds for acos().
 inline Float asin(Float x) {
   return atan2(x, sqrt((1.f - x) * (1.f + x)));
 }
@@ -214,21 +214,21 @@ inline Float acos(Float x) {
 
 namespace detail {
 
-/// high + low is the number; |low| is at most about half an ulp of high.
+/// Number high + low; |low| is at most about half an ulp of high.
 struct Double {
   Float high, low;
 };
-/// a + b exactly, for |a| >= |b| or a = 0.
+/// Computes a + b exactly, for |a| >= |b| or a = 0.
 KINOME_WIDE Double fast_sum(Float a, Float b) {
   const Float s = a + b;
   return {s, b - (s - a)};
 }
-/// a b exactly, if nothing over- or underflows on the way.
+/// Computes a b exactly, unless an intermediate result over- or underflows.
 KINOME_WIDE Double product(Float a, Float b) {
   const Float p = a * b;
 #if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128 || HWY_TARGET == HWY_SSE4 || \
     HWY_TARGET == HWY_SSSE3
-  // Without FMA, from halves of 12 bits (Dekker 1971).
+  // Without FMA, multiplies halves of 12 bits (Dekker 1971).
   const auto halves = [](Float x) {
     const Float shifted = 4097.f * x;
     const Float high = shifted - (shifted - x);
@@ -259,13 +259,14 @@ inline Double log2(Float x) {
 
 }  // namespace detail
 
-/// x^y for x >= 0, NaN below; 3 ulp. As std::pow, 1 of x = 1 or y = 0, whatever the other is.
+/// x^y for x >= 0, to 3 ulp; NaN for negative x. Like std::pow(), 1 if x = 1 or y = 0, even for
+/// NaN.
 inline Float pow(Float x, Float y) {
   const Mask ordinary = (x > 0.f) & (x < HUGE_VALF);
   const detail::Double log = detail::log2(select(ordinary, x, 1.f));
   const Float special = select(x == 0.f, -HUGE_VALF, select(x > 0.f, x, NAN));
   const Float product = y * select(ordinary, log.high, special);
-  // Beyond, the result is 0 or infinite.
+  // Outside this range, the result is 0 or infinity.
   const Mask moderate = abs(product) < 160.f;
   const detail::Double exact = detail::product(select(moderate, y), select(moderate, log.high));
   const Float exponent = clamp(product, -160.f, 160.f);
@@ -298,7 +299,7 @@ inline F inverse_erf(F y) {
 
 }  // namespace detail
 
-/// The x whose error function is y, to 4 ulp; infinite for -1 and 1, NaN beyond.
+/// Inverse of erf(), to 4 ulp; infinite at -1 and 1, NaN outside.
 KINOME_WIDE Float inverse_erf(Float y) {
   return detail::inverse_erf(y);
 }

@@ -1,13 +1,13 @@
 #pragma once
 
-// Part of kinome/wide/numbers.h: what goes from lane to lane, or to memory by lanes' numbers.
+// Part of kinome/wide/numbers.h: operations across lanes, and memory access by lane indices.
 
 #include "kinome/wide/numbers.h"
 
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// p[i] of each lane; indices are not negative.
+/// Loads p[i] in each lane; indices must not be negative.
 KINOME_WIDE Float gather(const float* p, Int i) {
   return Float(hn::GatherIndex(FloatTag(), p, i.v));
 }
@@ -17,7 +17,8 @@ KINOME_WIDE Int gather(const int32_t* p, Int i) {
 KINOME_WIDE Uint gather(const uint32_t* p, Int i) {
   return Uint(hn::GatherIndex(UintTag(), p, i.v));
 }
-/// What gather is for memory: lane i of a, 0 <= i < kLanes; of a and, behind it, b, i < 2 kLanes.
+/// Selects lanes by index: lane i of a, with 0 <= i < kLanes; or lane i of a followed by b, with
+/// 0 <= i < 2 kLanes.
 KINOME_WIDE Float pick(Float a, Int i) {
   return Float(hn::TableLookupLanes(a.v, hn::IndicesFromVec(FloatTag(), i.v)));
 }
@@ -33,12 +34,12 @@ KINOME_WIDE Float pick(Float a, Float b, Int i) {
 KINOME_WIDE Uint pick(Uint a, Uint b, Int i) {
   return as_uint(pick(as_float(a), as_float(b), i));
 }
-/// 0, 1, 2 ...: each lane's own number.
+/// Index of each lane: 0, 1, 2 ...
 KINOME_WIDE Int iota() {
   return Int(hn::Iota(IntTag(), 0));
 }
 
-/// To and from p: a row of four numbers for each lane, one row after the other.
+/// Transposes between four vectors and rows of four numbers in memory, one row per lane.
 KINOME_WIDE void store_rows(Float a, Float b, Float c, Float d, float* p) {
   hn::StoreInterleaved4(a.v, b.v, c.v, d.v, FloatTag(), p);
 }
@@ -46,7 +47,7 @@ KINOME_WIDE void load_rows(const float* p, Float& a, Float& b, Float& c, Float& 
   hn::LoadInterleaved4(FloatTag(), p, a.v, b.v, c.v, d.v);
 }
 
-/// Over the lanes. The order of a sum is that of the instruction set.
+/// Reductions over the lanes. The summation order depends on the instruction set.
 KINOME_WIDE float sum(Float a) {
   return hn::GetLane(hn::SumOfLanes(FloatTag(), a.v));
 }
@@ -57,9 +58,9 @@ KINOME_WIDE float largest(Float a) {
   return hn::GetLane(hn::MaxOfLanes(FloatTag(), a.v));
 }
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
-/// Numbers of the lanes that are set in each mask of kLanes bits, one after the other. Highway's
-/// own Compress has this table inside of the function, from where GCC copies it to the stack in
-/// each call, which takes longer than all the rest.
+/// For each mask of kLanes bits, the indices of its set lanes, in order. Highway's Compress keeps
+/// this table inside the function; GCC then copies it to the stack in each call, which takes most
+/// of the time.
 struct SelectedLanes {
   uint8_t of_mask[size_t{1} << kLanes][kLanes];
   constexpr SelectedLanes() : of_mask() {
@@ -74,7 +75,7 @@ struct SelectedLanes {
 alignas(64) inline constexpr SelectedLanes kSelectedLanes;
 #endif
 
-/// The true lanes' values, one after the other; behind them, anything.
+/// Returns the values of true lanes first, in order; the remaining lanes are undefined.
 KINOME_WIDE Float selected_first(Mask m, Float a) {
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
   uint8_t bits[8];  // as many as Highway may write
@@ -86,8 +87,8 @@ KINOME_WIDE Float selected_first(Mask m, Float a) {
 #endif
 }
 
-/// The true lanes' values, one after the other, to p ..., which has room for kLanes values, all of
-/// which may be written. Returns how many they are.
+/// Stores the values of true lanes at p, in order, and returns their number. May overwrite all of
+/// p[0 … kLanes - 1].
 KINOME_WIDE size_t store_selected(Mask m, Float a, float* p) {
   selected_first(m, a).store(p);
   return count(m);
@@ -96,7 +97,7 @@ KINOME_WIDE size_t store_selected(Mask m, Uint a, uint32_t* p) {
   as_uint(selected_first(m, as_float(a))).store(p);
   return count(m);
 }
-/// The same, but what lies behind them is left alone.
+/// Same, but leaves the memory after the last value unchanged.
 KINOME_WIDE size_t store_only_selected(Mask m, Uint a, uint32_t* p) {
   const size_t n = count(m);
   const Uint first = as_uint(selected_first(m, as_float(a)));

@@ -1,7 +1,7 @@
 #pragma once
 
-// What points of meshes are, over F, and the base of meshes that makes them by blocks: compiled in
-// each plugin, for its instruction set.
+// Surface points of meshes as formulas over F, and the base class of meshes with block functions.
+// Compiled in each plugin, for its instruction set.
 
 #include <cstring>
 
@@ -13,8 +13,8 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// Three, or two, consecutive values of each lane; of three, the fourth is read, too. By loads and
-/// a transposition, which take less time than a gather for each.
+/// Loads three (or two) consecutive values in each lane; with three, the fourth is read, too. Loads
+/// and a transposition are faster than a gather per value.
 KINOME_WIDE Vec3 gather3(const float* from, Int i) {
 #if HWY_TARGET == HWY_SCALAR
   return {gather(from, i), gather(from + 1, i), gather(from + 2, i)};
@@ -56,14 +56,15 @@ KINOME_WIDE glm::vec2 gather2(const float* from, std::same_as<int32_t> auto i) {
   return {from[i], from[i + 1]};
 }
 
-/// Not normalised, and scaled to edges of length about 1; zero for a degenerate triangle.
+/// Normal direction of a triangle with edges e1 and e2, not normalised; edges are scaled to a
+/// length of about 1. Zero for a degenerate triangle.
 template <class V>
 KINOME_WIDE V face_direction(const V& e1, const V& e2) {
   const auto scale = max(max_component(abs(e1)), max_component(abs(e2)));
   return select(scale > 0.f, cross(e1 / scale, e2 / scale));
 }
 
-/// Unit normal of a triangle of two edges; `fallback` where it is degenerate.
+/// Unit normal of a triangle with edges e1 and e2; `fallback` if it is degenerate.
 template <class V>
 KINOME_WIDE V face_normal(const V& e1, const V& e2, const V& fallback) {
   const V normal = cross(e1, e2);
@@ -74,17 +75,23 @@ KINOME_WIDE V face_normal(const V& e1, const V& e2, const V& fallback) {
   return select(is_ordinary, unit, safe_normalize(face_direction(e1, e2), fallback));
 }
 
-/// Bound on the distance of a computed point, and of rays started near it, from the triangle's
-/// plane. With u = 2^-24 and M the largest coordinate of the vertices: b0 = 1 - b1 - b2 is off by
-/// at most 2u, the three products and two sums by gamma_3 M, the moved origin is rounded once (u),
-/// so each coordinate is off by less than 7 u M, and the distance by sqrt(3) times that: < 13 u M.
-/// Embree's own test subtracts the origin from the vertices and evaluates two dot products of three
-/// terms on them: relative error below 8u of the distance to the vertices (the normal taken as it
-/// is), which is at most sqrt(3) E, E being the largest side of the mesh's bounds, and 2 sqrt(3) M.
-/// Twice the sum is safe against the third-order terms left out. At M = 1 it is 5e-6 at most,
-/// twenty times smaller than a fixed 1e-4; of a small mesh far away, three times less than of one
-/// that reaches from there to the origin. It is no bound for a triangle next to this one whose
-/// coordinates are much larger.
+/// Bound on the distance of a computed point, and of the origins of rays that leave it, from the
+/// triangle's plane.
+///
+/// Let u = 2^-24, and M the largest coordinate of the vertices. b0 = 1 - b1 - b2 has an error of at
+/// most 2u, and the three products and two sums of at most gamma_3 M. The moved origin is rounded
+/// once more (u). So each coordinate has an error below 7 u M, and the distance one of sqrt(3)
+/// times that: < 13 u M.
+///
+/// Embree's intersection test subtracts the origin from the vertices and evaluates two dot products
+/// of three terms. Its relative error is below 8u of the distance to the vertices, with the normal
+/// taken as exact. That distance is at most sqrt(3) E and 2 sqrt(3) M, where E is the longest side
+/// of the mesh's bounds.
+///
+/// Twice the sum covers the omitted third-order terms. At M = 1 it is at most 5e-6, twenty times
+/// smaller than a fixed 1e-4. For a small mesh far away, it is three times smaller than for one
+/// that extends from there to the origin. It is no bound for an adjacent triangle with much larger
+/// coordinates.
 template <class V>
 KINOME_WIDE auto plane_error(const V& p0, const V& p1, const V& p2, float side) {
   const auto largest = max(max(max_component(abs(p0)), max_component(abs(p1))),
@@ -92,8 +99,8 @@ KINOME_WIDE auto plane_error(const V& p0, const V& p1, const V& p2, float side) 
   return 0x1p-24f * (26.f * largest + min(56.f * largest, decltype(largest)(28.f * side)));
 }
 
-/// Coordinates u and v in a triangle, uniformly. The square is folded along its diagonal, which
-/// keeps what is near, near (Heitz 2019, "A low-distortion map between triangle and square").
+/// Uniform barycentric coordinates u and v in a triangle. Folds the square along its diagonal,
+/// which preserves neighbourhoods (Heitz 2019, "A low-distortion map between triangle and square").
 template <class V2>
 KINOME_WIDE V2 square_to_triangle(const V2& u) {
   const auto half = min(u.x, u.y) / 2.f;
@@ -106,13 +113,15 @@ struct PartialDerivatives {
   V du, dv;
 };
 
-/// Of the position by uv: solves du duv_i.x + dv duv_i.y = e_i. A frame where uv is degenerate.
+/// Partial derivatives of the position by uv: solves du duv_i.x + dv duv_i.y = e_i. Returns a frame
+/// around n if uv is degenerate.
 template <class V, class V2>
 KINOME_WIDE PartialDerivatives<V> position_derivatives(const V& e1, const V& e2, const V2& duv1,
                                                        const V2& duv2, const V& n) {
   using F = NumberOf<V>;
   using D = DoubleOf<F>;
-  // In double, since texture coordinates of neighbours may differ in their last bits only.
+  // Double precision is needed because the texture coordinates of neighbours may differ only in the
+  // last bits.
   const D u1 = to_double(duv1.x), v1 = to_double(duv1.y);
   const D u2 = to_double(duv2.x), v2 = to_double(duv2.y);
   const D det = u1 * v2 - v1 * u2;
@@ -130,7 +139,7 @@ KINOME_WIDE PartialDerivatives<V> position_derivatives(const V& e1, const V& e2,
   return {select(is_regular, du, frame.s), select(is_regular, dv, frame.t)};
 }
 
-/// What all points of a triangle have in common.
+/// Data shared by all points of a triangle.
 template <class F>
 struct Triangle {
   using V = VecOf<F>;
@@ -138,13 +147,14 @@ struct Triangle {
   F p_error;
   V n;
   PartialDerivatives<V> dp;
-  Vec2Of<F> uv0, uv1, uv2;   ///< where the mesh has any
-  V n0, n1, n2;              ///< shading normals; where the mesh has none …
-  FrameOf<V> frame;          ///< … the shading frame
-  MaskOf<F> is_degenerate;   ///< such a triangle faces the ray
+  Vec2Of<F> uv0, uv1, uv2;  ///< set if the mesh has uvs
+  V n0, n1, n2;             ///< shading normals; set if the mesh has normals
+  FrameOf<V> frame;         ///< shading frame; set otherwise
+  MaskOf<F> is_degenerate;  ///< n of a degenerate triangle faces the ray
 };
 
-/// Three times the triangle's number is `first`; `backward`: to where the ray comes from, unit.
+/// Loads a triangle. `first` is three times its index; `backward` is the unit vector toward the
+/// ray's origin.
 template <class F>
 KINOME_WIDE Triangle<F> triangle_of(const MeshArrays& mesh, IntOf<F> first,
                                     const VecOf<F>& backward) {
@@ -181,7 +191,7 @@ KINOME_WIDE Triangle<F> triangle_of(const MeshArrays& mesh, IntOf<F> first,
   return t;
 }
 
-/// The point of coordinates b1, b2.
+/// Returns the point with barycentric coordinates b1, b2.
 template <class F>
 KINOME_WIDE ShapePoint<F> point_of(const MeshArrays& mesh, const Triangle<F>& t, F b1, F b2,
                                    const VecOf<F>& backward) {
@@ -211,13 +221,13 @@ KINOME_WIDE V opposite_of(const V& d) {
 
 }  // namespace formulas
 
-/// Makes points of a mesh, vector by vector. As long as all lanes stay on the triangles that they
-/// were on, as on large ones, what these have in common is computed once.
+/// Computes points of a mesh, vector by vector. Reuses the data of the triangles while all lanes
+/// stay on the same ones, as on large triangles.
 class MeshPoints {
  public:
   KINOME_WIDE explicit MeshPoints(const MeshArrays& mesh) : mesh_(mesh) {}
 
-  /// Of triangles `which` at b1, b2, seen along d.
+  /// Returns points at b1, b2 on triangles `which`, seen along d.
   KINOME_WIDE formulas::ShapePoint<Float> make(Int which, Float b1, Float b2, const Vec3& d) {
     const Vec3 backward = formulas::opposite_of(d);
     if (!all(which == known_)) {
@@ -233,7 +243,7 @@ class MeshPoints {
   Int known_ = -1;
 };
 
-/// Base of meshes in plugins that are built for several instruction sets.
+/// Base class of meshes in plugins that are compiled for several instruction sets.
 class Mesh : public MeshShape {
  public:
   void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {

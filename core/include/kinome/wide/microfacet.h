@@ -1,7 +1,7 @@
 #pragma once
 
-// Rough surfaces made of microfacets, for BSDFs and for what samples them: formulas over numbers F,
-// float or wide::Float. The core has no use for them.
+// Microfacet distributions for rough BSDFs and code that samples them: formulas over F, float or
+// wide::Float. Not used by the core.
 
 #include "kinome/bsdf.h"
 #include "kinome/math.h"
@@ -18,10 +18,10 @@ inline BsdfForm::Glossy glossy_form(MicrofacetType type) {
   return type == MicrofacetType::kBeckmann ? BsdfForm::Glossy::kBeckmann : BsdfForm::Glossy::kGgx;
 }
 
-/// Mitsuba's lower bound of a roughness.
+/// Lower bound of the roughness, as in Mitsuba.
 inline constexpr float kMinAlpha = 1e-4f;
 
-/// e^(a²) erfc(a) for a in [0, 5], to 4e-7 of itself.
+/// e^(a²) erfc(a) for a in [0, 5], with a relative error of 4e-7.
 template <class F>
 F scaled_erfc(F a) {
   const F t = 1.f / (1.f + 0.4f * a);
@@ -29,36 +29,35 @@ F scaled_erfc(F a) {
                         0.131497726f, 0.238144174f, 0.224802271f);
 }
 
-/// inverse_erf, but finite for every float in [-1, 1].
+/// Returns inverse_erf(), but finite for every float in [-1, 1].
 template <class F>
 F finite_inverse_erf(F y) {
   return inverse_erf(clamp(y, F(-kOneMinusEpsilon), F(kOneMinusEpsilon)));
 }
 
-/// Visible slopes of Beckmann's distribution at alpha = 1 have the density
-/// P22(x, y) (cos_theta - x sin_theta) with x toward the viewer's azimuth. y is Gaussian:
+/// Samples the y slope of visible normals for Beckmann with alpha = 1. Visible slopes have the
+/// density P22(x, y) (cos_theta - x sin_theta), with x toward the viewer's azimuth; y is Gaussian.
 template <class F>
 F beckmann_slope_y(F u) {
   return finite_inverse_erf(2.f * u - 1.f);
 }
-/// x has the distribution function
-/// F(x) = cos_theta (1 + erf x) / 2 + sin_theta exp(-x²) / (2 sqrt pi), x <= cot theta, which is
-/// inverted by Halley's method to 3e-7 of its range.
+/// Samples the x slope, with the distribution function F(x) = cos_theta (1 + erf x) / 2 + sin_theta
+/// exp(-x²) / (2 sqrt pi) for x <= cot theta. Inverts it by Halley's method, to 3e-7 of its range.
 template <class F>
 F beckmann_visible_slope_x(F cos_theta, F sin_theta, F u) {
   constexpr float kHalfInvSqrtPi = 0.5f * std::numbers::inv_sqrtpi_v<float>;
-  constexpr float kFar = 5;  // beyond it lies less than 2e-12
+  constexpr float kFar = 5;  // the probability beyond is less than 2e-12
   const F most = select(cos_theta < kFar * sin_theta, cos_theta / sin_theta, F(kFar));
   const F above_most = exp(-most * most);
   const F top = 2.f - above_most * scaled_erfc(most);  // 1 + erf
   const F target = u * (cos_theta * 0.5f * top + sin_theta * (kHalfInvSqrtPi * above_most));
-  // 1 + erf x is about top u along the normal and, as Jakob 2014 found, top erfc(sqrt(-log u)) at
-  // grazing angles. In between, mixed by the sine, F is off by less than 0.03.
+  // Initial guess: 1 + erf x is about top u along the normal, and top erfc(sqrt(-log u)) at grazing
+  // angles (Jakob 2014). Interpolated by the sine, F has an error below 0.03.
   const F v = max(u, F(1e-7f));
   const F grazing = scaled_erfc(safe_sqrt(-log(v)));  // erfc(...) / u
   F x = finite_inverse_erf(top * v * (1.f - sin_theta + sin_theta * grazing) - 1.f);
-  // Each step makes the third power of the error; the number of them is fixed, so that lanes
-  // needn't wait for one another.
+  // Each step cubes the error. The number of steps is fixed, so that lanes don't wait for each
+  // other.
   for (int i = 0; i < 3; ++i) {
     x = clamp(x, F(-kFar), most);
     const F e = exp(-x * x);
@@ -73,11 +72,11 @@ F beckmann_visible_slope_x(F cos_theta, F sin_theta, F u) {
   return clamp(x, F(-kFar), most);
 }
 
-/// Distribution of microfacet normals, anisotropic, with Smith's uncorrelated masking.
+/// Anisotropic distribution of microfacet normals, with Smith's uncorrelated masking.
 ///
-/// D and G1 are Mitsuba 3's. Its Beckmann G1 is Walter et al. 2007's rational fit, up to 0.35 % off
-/// the true one; values of f keep it, for parity. The density of visible normals must not: with the
-/// fit it would integrate to something other than 1. So densities take `smith_g1_exact`.
+/// D and G1 are those of Mitsuba 3. Its Beckmann G1 is the rational fit of Walter et al. 2007, with
+/// an error of up to 0.35 %; values of f use it, for parity. Densities of visible normals use
+/// `smith_g1_exact`, because they would not integrate to 1 with the fit.
 template <MicrofacetType kType, class F = float>
 class Microfacet {
  public:
@@ -88,8 +87,8 @@ class Microfacet {
         av_(max(alpha_v, F(kMinAlpha))),
         inverse_(1.f / (au_ * av_)) {}
 
-  /// (x / alpha_u)² + (y / alpha_v)², and the same multiplied: what D and G1 are functions of.
-  /// Where the roughness has no direction, x² + y² will do.
+  /// Returns (x / alpha_u)² + (y / alpha_v)², or the same with products: the arguments of D and G1.
+  /// For isotropic roughness, x² + y² suffices.
   F over_alpha2(const Vector& v) const {
     return sqr(v.x * (av_ * inverse_)) + sqr(v.y * (au_ * inverse_));
   }
@@ -97,7 +96,7 @@ class Microfacet {
   F times_alpha2(const Vector& v) const { return sqr(au_ * v.x) + sqr(av_ * v.y); }
   F times_alpha2(const F& xy2) const { return xy2 * (au_ * av_); }
 
-  /// D over |h|⁴ of the normal along h, which may have any length: no length need be known.
+  /// D divided by |h|⁴ for the normal along h; h may have any length.
   F d_along(const F& over_alpha2, const F& z) const {
     const F z2 = z * z;
     if constexpr (kType == MicrofacetType::kBeckmann) {
@@ -111,11 +110,11 @@ class Microfacet {
   /// Density of normals: D(m) (m . n) integrates to 1 over the hemisphere.
   F d(const Vector& m) const {
     const F value = d_along(m);
-    // Also where m is no direction (wi + wo = 0), which leaves NaN here.
+    // Returns 0 for NaN, too: m is not a direction if wi + wo = 0.
     return select(value * m.z > 1e-20f, value, F(0.f));
   }
 
-  /// The share of the microfacets facing v that is seen from v, v.z > 0.
+  /// Fraction of the microfacets facing v that is visible from v, v.z > 0.
   F smith_g1(const F& times_alpha2, const F& z) const {
     if constexpr (kType == MicrofacetType::kBeckmann) {
       const F s = sqrt(times_alpha2);  // z / s = 1 / (alpha tan theta) is a in the paper
@@ -129,7 +128,7 @@ class Microfacet {
   F smith_g1_exact(const Vector& v) const {
     if constexpr (kType == MicrofacetType::kBeckmann) {
       const F s = sqrt(times_alpha2(v));
-      const F a = min(v.z / s, F(5.f));  // from where on it is 1
+      const F a = min(v.z / s, F(5.f));  // G1 is 1 above
       constexpr float kInvSqrtPi = std::numbers::inv_sqrtpi_v<float>;
       return 2.f * v.z / (2.f * v.z + exp(-a * a) * (s * kInvSqrtPi - v.z * scaled_erfc(a)));
     } else {
@@ -137,7 +136,8 @@ class Microfacet {
     }
   }
 
-  /// A normal with density D(m) m.z, of which `along` has the direction and z = 1.
+  /// Samples a normal with density D(m) m.z. The `_along` version returns an unnormalised vector
+  /// with z = 1.
   Vector sample_all(const Vec2Of<F>& u) const { return normalize(sample_all_along(u)); }
   Vector sample_all_along(const Vec2Of<F>& u) const {
     F r2;
@@ -151,30 +151,31 @@ class Microfacet {
     sincos(2 * kPi * u.x, s, c);
     return {au_ * r * c, av_ * r * s, F(1.f)};
   }
-  /// The density, per solid angle, of a direction wi mirrored at such normals, h being the sum of
-  /// wi and what it is mirrored to: D(m) m.z / (4 wi . m), as 4 (wi . h)² = |h|⁴.
+  /// Density per solid angle of a direction reflected at such normals, where h is the sum of wi and
+  /// that direction: D(m) m.z / (4 wi . m), using 4 (wi . h)² = |h|⁴.
   F mirrored_density(const F& over_alpha2, const F& z, const F& length2) const {
     return 0.5f * d_along(over_alpha2, z) * length2 * z;
   }
 
-  /// What reflection knows of h = wi + wo.
+  /// Quantities of h = wi + wo that reflection needs.
   struct HalfVector {
-    F over_alpha2;  ///< see there
+    F over_alpha2;  ///< see over_alpha2()
     F z;
-    F length2;  ///< squared
+    F length2;  ///< squared length
   };
   struct Reflected {
-    F dg;        ///< D G / (4 cos_i): f cos(theta_o) without Fresnel; 0 where it isn't valid
-    F d;         ///< of the normal along h
+    F dg;        ///< D G / (4 cos_i): f cos(theta_o) without Fresnel; 0 if not valid
+    F d;         ///< density of the normal along h
     F cos_half;  ///< wi . h / |h|, for Fresnel
     MaskOf<F> is_valid;
   };
-  /// What dg has of wi alone.
+  /// Factor of dg that depends only on wi.
   F viewers_part(const F& times_alpha2, const F& cos_i) const {
     return smith_g1(times_alpha2, cos_i) / (4.f * cos_i);
   }
-  /// Of wo, times_alpha2 and the cosine are known. Not valid where wo is below the horizon, nor
-  /// where both lie in the surface, opposite one another: d may overflow, or be NaN.
+  /// Evaluates reflection between wi and wo; times_alpha2 and cos_o belong to wo. Not valid if wo
+  /// is below the horizon, or if both lie in the surface and are opposite; d may then overflow or
+  /// be NaN.
   Reflected reflect(const HalfVector& h, const F& times_alpha2, const F& cos_o,
                     const F& viewers_part) const {
     const F d = d_along(h.over_alpha2, h.z) * sqr(h.length2);
@@ -183,9 +184,9 @@ class Microfacet {
     return {select(is_valid, dg, F(0.f)), d, min(0.5f * sqrt(h.length2), F(1.f)), is_valid};
   }
 
-  /// A normal among those visible from wi: density G1(wi) D(m) max(0, wi . m) / wi.z.
+  /// Samples a normal visible from wi, with density G1(wi) D(m) max(0, wi . m) / wi.z.
   Vector sample_visible(const Vector& wi, const Vec2Of<F>& u) const {
-    // Stretched by the roughness the problem is that of alpha = 1.
+    // Stretching by the roughness reduces the problem to alpha = 1.
     const Vector stretched = normalize(Vector(au_ * wi.x, av_ * wi.y, wi.z));
     if constexpr (kType == MicrofacetType::kBeckmann) {
       const F sin_theta = sqrt(sqr(stretched.x) + sqr(stretched.y));
@@ -195,7 +196,7 @@ class Microfacet {
       const F y = beckmann_slope_y(u.y);
       return normalize(Vector(-au_ * (c * x - s * y), -av_ * (s * x + c * y), F(1.f)));
     } else {
-      // Dupuy and Benyoub 2023: halfway to a uniform point of a spherical cap.
+      // Dupuy and Benyoub 2023: half vector of a uniform point on a spherical cap.
       const F z = (1.f - u.y) * (1.f + stretched.z) - stretched.z;
       const F r = safe_sqrt(1.f - z * z);
       F sine, cosine;
@@ -213,25 +214,25 @@ class Microfacet {
   F inverse_;  ///< 1 / (au av)
 };
 
-/// wi mirrored at the normal m.
+/// Reflects wi at the normal m.
 template <class V>
 V mirrored_at(const V& wi, const V& m) {
   return 2.f * dot(wi, m) * m - wi;
 }
-/// The same at the normal along h, which may have any length.
+/// Reflects wi at the normal along h, which may have any length.
 template <class V>
 V mirrored_along(const V& wi, const V& h) {
   return 2.f * dot(wi, h) / dot(h, h) * h - wi;
 }
 
-/// D and G of reflection between wi and any wo, with the density of what sample() draws: the part
-/// that rough conductors and rough plastics share.
+/// Reflection between wi and any wo, with the density of sample(): the part that rough conductors
+/// and rough plastics share.
 template <MicrofacetType kType, class F = float>
 class RoughReflection {
  public:
   using Vector = VecOf<F>;
 
-  /// wi.z > 0.
+  /// Sets the viewing direction; wi.z must be positive.
   RoughReflection(const F& alpha_u, const F& alpha_v, bool sample_visible, const Vector& wi)
       : microfacet_(alpha_u, alpha_v),
         wi_(wi),
@@ -244,7 +245,7 @@ class RoughReflection {
     F pdf;       ///< per solid angle of wo
     F cos_half;  ///< wi . h, for Fresnel
   };
-  /// Zero where wo.z <= 0.
+  /// Returns 0 if wo.z <= 0.
   Value operator()(const Vector& wo) const {
     const Vector sum = wi_ + wo;
     const typename Microfacet<kType, F>::HalfVector h{microfacet_.over_alpha2(sum), sum.z,
@@ -255,7 +256,7 @@ class RoughReflection {
     return {r.dg, select(r.is_valid, min(pdf, F(1e18f)), F(0.f)), r.cos_half};
   }
 
-  /// wi mirrored at a microfacet; may lie below the horizon.
+  /// Samples a reflection of wi at a microfacet; it may be below the horizon.
   Vector sample(const Vec2Of<F>& u) const {
     return normalize(mirrored_at(
         wi_, visible_ ? microfacet_.sample_visible(wi_, u) : microfacet_.sample_all(u)));
@@ -270,7 +271,7 @@ class RoughReflection {
   F pdf_scale_;
 };
 
-/// Calls f with the distribution's type as a constant.
+/// Calls fn with the distribution's type as a constant.
 template <class Fn>
 auto with_microfacet_type(MicrofacetType type, const Fn& fn) {
   if (type == MicrofacetType::kBeckmann) {

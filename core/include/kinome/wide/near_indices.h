@@ -5,15 +5,15 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// Indices into columns, a vector of them. Where they lie close together, as of neighbours most of
-/// which are left, two loads and a permutation take the place of a gather, in a fraction of its
-/// time. Columns begin at a multiple of a vector's length, and are padded.
+/// Vector of indices into columns. If all indices are close together, for example after compaction
+/// with few gaps, loads use two vector loads and a permutation, which is several times faster than
+/// a gather. Columns must be aligned to a vector's length and padded.
 class NearIndices {
  public:
   KINOME_WIDE explicit NearIndices(const uint32_t* indices)
       : NearIndices(indices, [](auto index) { return index; }) {}
-  /// `place` of an index, an Int or an uint32_t, is where in memory it has its value: the values of
-  /// an aligned vector of indices must follow one another.
+  /// `place` maps an index (Int or uint32_t) to its position in memory. Indices in an aligned group
+  /// of kLanes must map to consecutive positions.
   template <class Place>
   KINOME_WIDE NearIndices(const uint32_t* indices, const Place& place) {
     const uint32_t first = indices[0] / kLanes * kLanes;
@@ -21,7 +21,7 @@ class NearIndices {
     is_near_ = all(beyond < static_cast<uint32_t>(2 * kLanes));
     at_ = is_near_ ? as_int(beyond) : place(Int::load(indices));
     low_ = place(first);
-    // What no lane needs may not be there.
+    // The second vector may not exist if no lane needs it.
     high_ = all(beyond < static_cast<uint32_t>(kLanes)) ? low_ : place(first + uint32_t{kLanes});
   }
 
@@ -36,7 +36,7 @@ class NearIndices {
     return is_near_ ? pick(T::load(p + low_), T::load(p + high_), at_) : gather(p, at_);
   }
   bool is_near_;
-  Int at_;  ///< where, or which of the values that begin at low_ and at high_
+  Int at_;  ///< index in memory, or among the values loaded from low_ and high_
   uint32_t low_, high_;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Functions that keep their digits near zero.
+// Functions that are accurate near zero.
 
 #include "kinome/wide/functions.h"
 
@@ -18,14 +18,14 @@ KINOME_WIDE float expm1(Real auto x) {
 
 }  // namespace formulas
 
-/// log(1 + x), 4 ulp; NaN below -1.
+/// log(1 + x), maximum error 4 ulp; NaN below -1.
 inline Float log1p(Float x) {
-  // What rounding 1 + x took from x is as large as it took from u - 1.
+  // The rounding error of 1 + x also affects u - 1, and cancels in the quotient.
   const Float u = 1.f + x;
   const Mask is_finite = u < HUGE_VALF;
   return select(u == 1.f, x, log(u) * select(is_finite, x / (u - 1.f), Float(1.f)));
 }
-/// e^x - 1, 4 ulp for x below 80.
+/// e^x - 1, maximum error 4 ulp for x below 80.
 inline Float expm1(Float x) {
   const Float u = exp(x);
   const Float less = u - 1.f;

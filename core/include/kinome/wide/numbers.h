@@ -1,8 +1,7 @@
 #pragma once
 
-// Numbers of as many lanes as the instruction set has that a file is compiled for, at most 16: what
-// block functions of plugins compute with. A formula is written once, as a template over its
-// number:
+// SIMD numbers with as many lanes as the file's instruction set has, at most 16; used in block
+// functions of plugins. A formula is written once, as a template over its number type:
 //
 //   using namespace wide::formulas;  // select, max, sqrt ... of plain numbers
 //
@@ -12,26 +11,25 @@
 //     return select(cos_theta > 0.f, mul_add(1.f - r0, x * x * x * x * x, r0), F(0.f));
 //   }
 //
-// F is float in the function for one point and wide::Float in the one for a block. Functions of
-// wide numbers are found by their arguments; those of float, int32_t, uint32_t, bool and GLM's
-// vectors, of the same names and meanings, are in `formulas` (and in `wide`). There, numbers don't
-// convert: sqrt(2.0) and max(x, 0) of a float x don't compile. Beside `&`, `|` and `!`, masks have
-// `&&` and `||`, which formulas use: of two bools, `&` makes an int. Both sides are computed in any
-// case.
+// F is float in the function for one point, and wide::Float in the function for a block. Functions
+// of wide numbers are found by argument-dependent lookup. Functions of float, int32_t, uint32_t,
+// bool and GLM's vectors with the same names and meanings are in `formulas` (and in `wide`). They
+// don't convert arguments: sqrt(2.0) and max(x, 0) for a float x don't compile. In formulas, use
+// `&&` and `||` for masks, since `&` of two bools is an int; masks evaluate both sides.
 //
-// Only what says mul_add is contracted, where the instruction set can; never for float.
+// Only mul_add() and its variants are contracted, if the instruction set can; never for float.
 //
-// Highway knows no SSE2: built for the x86-64 baseline, numbers have one lane by GCC, and four
-// emulated ones by clang.
+// Highway doesn't support SSE2. For the x86-64 baseline, numbers have one lane with GCC, and four
+// emulated lanes with clang.
 //
-// What is compiled for different instruction sets has different names (the inline namespace), so
-// that the linker can't take one for the other. Nothing here is seen in the interfaces of the core,
-// which are over columns. No function has state; all may be called by any number of threads.
+// Code compiled for different instruction sets has different names (the inline namespace), so that
+// the linker doesn't merge it. The interfaces of the core, which use columns, contain none of these
+// types. All functions are stateless and thread-safe.
 
 #ifndef HWY_COMPILE_ONLY_STATIC
 #define HWY_COMPILE_ONLY_STATIC
 #endif
-// Of what AVX2 brings in Highway's sense, the only thing that x86-64-v3 lacks.
+// Highway's AVX2 target needs this extension, which x86-64-v3 doesn't include.
 #ifndef HWY_DISABLE_PCLMUL_AES
 #define HWY_DISABLE_PCLMUL_AES
 #endif
@@ -56,7 +54,7 @@ using FloatTag = hn::CappedTag<float, kBlockLanes>;
 using IntTag = hn::RebindToSigned<FloatTag>;
 using UintTag = hn::RebindToUnsigned<FloatTag>;
 
-/// Lanes of a number; divides kBlockLanes.
+/// Number of lanes; divides kBlockLanes.
 inline constexpr size_t kLanes = hn::MaxLanes(FloatTag());
 static_assert(kBlockLanes % kLanes == 0);
 
@@ -66,11 +64,11 @@ template <class T>
 concept Boolean = std::same_as<T, bool>;
 template <class T>
 concept Integer = std::same_as<T, int32_t> || std::same_as<T, uint32_t>;
-/// What converts to a Float of equal lanes.
+/// Types that convert to a Float with equal lanes.
 template <class T>
 concept RealLiteral = Real<T> || std::same_as<T, int>;
 
-/// One truth a lane.
+/// Boolean per lane.
 struct Mask {
   hn::Mask<FloatTag> v;
 
@@ -78,12 +76,12 @@ struct Mask {
   KINOME_WIDE explicit Mask(hn::Mask<FloatTag> x) : v(x) {}
   KINOME_WIDE Mask(Boolean auto x)
       : v(hn::RebindMask(FloatTag(), hn::Ne(hn::Set(IntTag(), x ? 1 : 0), hn::Zero(IntTag())))) {}
-  /// True where a value isn't 0.
+  /// True where the value isn't 0.
   KINOME_WIDE static Mask load(const uint32_t* p) {
     const auto x = hn::LoadU(UintTag(), p);
     return Mask(hn::RebindMask(FloatTag(), hn::Ne(x, hn::Zero(UintTag()))));
   }
-  /// All bits of a value or none: what Embree takes for -1 and 0, too.
+  /// Stores all bits set or 0 per lane, the -1 and 0 that Embree expects.
   KINOME_WIDE void store(uint32_t* p) const {
     hn::StoreU(hn::VecFromMask(UintTag(), hn::RebindMask(UintTag(), v)), UintTag(), p);
   }
@@ -122,11 +120,11 @@ KINOME_WIDE bool all(Mask a) {
 KINOME_WIDE bool none(Mask a) {
   return hn::AllFalse(FloatTag(), a.v);
 }
-/// How many lanes are true.
+/// Number of true lanes.
 KINOME_WIDE size_t count(Mask a) {
   return hn::CountTrue(FloatTag(), a.v);
 }
-/// The first lane that is true; there must be one.
+/// Index of the first true lane; there must be one.
 KINOME_WIDE size_t first_true(Mask a) {
   return hn::FindKnownFirstTrue(FloatTag(), a.v);
 }
@@ -135,7 +133,7 @@ KINOME_WIDE Mask first_lanes(size_t n) {
   return Mask(hn::FirstN(FloatTag(), n));
 }
 
-/// Single precision.
+/// Single-precision number per lane.
 struct Float {
   hn::Vec<FloatTag> v;
 
@@ -145,7 +143,7 @@ struct Float {
   KINOME_WIDE static Float load(const float* p) { return Float(hn::LoadU(FloatTag(), p)); }
   KINOME_WIDE void store(float* p) const { hn::StoreU(v, FloatTag(), p); }
 };
-/// 32 bits with a sign; overflow wraps around.
+/// Signed 32-bit integer per lane; overflow wraps around.
 struct Int {
   hn::Vec<IntTag> v;
 
@@ -159,7 +157,7 @@ struct Int {
   KINOME_WIDE void store(int32_t* p) const { hn::StoreU(v, IntTag(), p); }
   KINOME_WIDE void store(uint32_t* p) const { hn::StoreU(hn::BitCast(UintTag(), v), UintTag(), p); }
 };
-/// 32 bits without a sign.
+/// Unsigned 32-bit integer per lane.
 struct Uint {
   hn::Vec<UintTag> v;
 
@@ -213,7 +211,7 @@ KINOME_WIDE_COMPARISON(Uint, !=, Ne)
 #undef KINOME_WIDE_OPERATOR
 #undef KINOME_WIDE_COMPARISON
 
-/// True of NaN, which Highway's isn't.
+/// True for NaN, unlike Highway's operator.
 KINOME_WIDE Mask operator!=(Float a, Float b) {
   return !(a == b);
 }
@@ -244,7 +242,7 @@ KINOME_WIDE Int operator~(Int a) {
 KINOME_WIDE Uint operator~(Uint a) {
   return Uint(hn::Not(a.v));
 }
-/// By 0 to 31 bits; an Int's sign is kept to the right.
+/// Shifts by 0 to 31 bits; right shifts of an Int keep its sign.
 template <int bits>
 KINOME_WIDE Int shift_left(Int a) {
   return Int(hn::ShiftLeft<bits>(a.v));
@@ -262,7 +260,8 @@ KINOME_WIDE Uint shift_right(Uint a) {
   return Uint(hn::ShiftRight<bits>(a.v));
 }
 
-/// a where the mask is true, b elsewhere. What isn't taken may be anything, NaN included.
+/// Returns a where the mask is true, and b elsewhere. The value not selected may be
+/// anything, NaN included.
 KINOME_WIDE Float select(Mask m, Float a, Float b) {
   return Float(hn::IfThenElse(m.v, a.v, b.v));
 }
@@ -275,7 +274,7 @@ KINOME_WIDE Uint select(Mask m, Uint a, Uint b) {
 KINOME_WIDE Mask select(Mask m, Mask a, Mask b) {
   return (m & a) | (b & !m);
 }
-/// a or 0.
+/// Returns a where the mask is true, and 0 elsewhere.
 KINOME_WIDE Float select(Mask m, Float a) {
   return Float(hn::IfThenElseZero(m.v, a.v));
 }
@@ -286,7 +285,7 @@ KINOME_WIDE Uint select(Mask m, Uint a) {
   return Uint(hn::IfThenElseZero(hn::RebindMask(UintTag(), m.v), a.v));
 }
 
-/// a b + c, a b - c and c - a b, rounded once where the instruction set can.
+/// a b + c, a b - c and c - a b, rounded once if the instruction set can.
 KINOME_WIDE Float mul_add(Float a, Float b, Float c) {
   return Float(hn::MulAdd(a.v, b.v, c.v));
 }
@@ -297,10 +296,11 @@ KINOME_WIDE Float neg_mul_add(Float a, Float b, Float c) {
   return Float(hn::NegMulAdd(a.v, b.v, c.v));
 }
 
-/// As std::min and std::max, to the sign of 0: a if the two are equal or one is NaN.
+/// Like std::min() and std::max(), including signed zeros and NaN: return a if the arguments are
+/// equal or one is NaN.
 KINOME_WIDE Float min(Float a, Float b) {
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
-  return Float(hn::Min(b.v, a.v));  // the instruction's answer to NaN is its second operand
+  return Float(hn::Min(b.v, a.v));  // x86 returns the second operand if one is NaN
 #else
   return select(b < a, b, a);
 #endif
@@ -324,7 +324,7 @@ KINOME_WIDE Uint min(Uint a, Uint b) {
 KINOME_WIDE Uint max(Uint a, Uint b) {
   return Uint(hn::Max(a.v, b.v));
 }
-/// lo <= hi; NaN stays.
+/// Requires lo <= hi. NaN stays NaN.
 KINOME_WIDE Float clamp(Float a, Float lo, Float hi) {
   return min(max(a, lo), hi);
 }
@@ -351,15 +351,15 @@ KINOME_WIDE Float sqr(Float a) {
 KINOME_WIDE Float sqrt(Float a) {
   return Float(hn::Sqrt(a.v));
 }
-/// What rounding brought below 0 counts as 0.
+/// Treats negative values from rounding as 0.
 KINOME_WIDE Float safe_sqrt(Float a) {
   return sqrt(max(a, 0.f));
 }
 KINOME_WIDE Float lerp(Float a, Float b, Float t) {
   return a * (1.f - t) + b * t;
 }
-/// To an integer below, above, or the nearest (halves to the even one); the sign of 0 is kept.
-#if HWY_TARGET == HWY_SCALAR  // whose functions don't keep it
+/// Round down, up, or to nearest (halves to even). The sign of 0 is kept.
+#if HWY_TARGET == HWY_SCALAR  // its functions lose the sign
 KINOME_WIDE Float floor(Float a) {
   return std::floor(hn::GetLane(a.v));
 }
@@ -387,16 +387,17 @@ KINOME_WIDE Mask is_finite(Float a) {
   return abs(a) < HUGE_VALF;
 }
 
-/// Of what int32_t can't hold, some integer or other.
+/// Truncates toward 0. The result for numbers out of int32_t's range is unspecified.
 KINOME_WIDE Int to_int(Float a) {
 #if HWY_TARGET == HWY_SCALAR
   a = select(a == a, a, 0.f);  // Highway's plain conversion is not defined for NaN
 #endif
   return Int(hn::ConvertTo(IntTag(), a.v));
-}  ///< toward 0
+}
+/// Rounds as round() does.
 KINOME_WIDE Int round_to_int(Float a) {
   return Int(hn::NearestInt(a.v));
-}  ///< as round()
+}
 KINOME_WIDE Float to_float(Int a) {
   return Float(hn::ConvertTo(FloatTag(), a.v));
 }
@@ -418,7 +419,7 @@ KINOME_WIDE Float as_float(Int a) {
 KINOME_WIDE Float as_float(Uint a) {
   return Float(hn::BitCast(FloatTag(), a.v));
 }
-/// Rounded once, like a plain number's conversion.
+/// Rounded once, like the conversion of a plain number.
 KINOME_WIDE Float to_float(Uint a) {
   const Float high = to_float(as_int(shift_right<16>(a)));
   const Float low = to_float(as_int(a & 0xffff));

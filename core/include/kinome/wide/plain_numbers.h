@@ -1,13 +1,13 @@
 #pragma once
 
-// Part of kinome/wide/numbers.h.
+// Part of kinome/wide/numbers.h: the same functions for plain numbers, which have one lane.
 
 #include "kinome/wide/numbers.h"
 
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// The same for plain numbers, which have one lane.
+/// Versions for plain numbers.
 inline namespace formulas {
 
 KINOME_WIDE bool any(Boolean auto a) {
@@ -23,7 +23,7 @@ KINOME_WIDE size_t count(Boolean auto a) {
   return a ? 1 : 0;
 }
 
-/// Of numbers, masks and GLM's vectors.
+/// For numbers, masks and GLM's vectors.
 template <class T>
 KINOME_WIDE T select(bool m, const T& a, const std::type_identity_t<T>& b) {
   return m ? a : b;

@@ -5,11 +5,11 @@
 
 namespace kinome::wide {
 
-/// A reconstruction filter by its formula, written once: `Derived`, a final class, has a public
+/// Reconstruction filter given by a formula, written once. `Derived`, a final class, has a public
 ///
-///     template <class F> F weight(F x) const     zero beyond the radius
+///     template <class F> F weight(F x) const     // 0 beyond the radius
 ///
-/// for F of one position (float) and of a vector of them (wide::Float).
+/// for F = float (one position) and wide::Float (a vector of positions).
 template <class Derived>
 class FormulaFilter : public ReconstructionFilter {
  public:

@@ -1,7 +1,7 @@
 #pragma once
 
-// Points of surfaces as formulas over F make them, and how they become a SurfaceInteraction or
-// values of a SurfaceBlock.
+// Surface points as formulas over F compute them, and their conversion to a SurfaceInteraction or
+// to values of a SurfaceBlock.
 
 #include "kinome/blocks.h"
 #include "kinome/interaction.h"
@@ -12,12 +12,12 @@ inline namespace HWY_NAMESPACE {
 
 inline namespace formulas {
 
-/// v / |v| without under- or overflow of |v|²; `fallback` where v is zero or not finite. Edges of
-/// a small mesh scaled by 1e-6 have cross products whose squares are below the smallest float.
+/// Returns v / |v| without under- or overflow of |v|², or `fallback` if v is zero or not finite.
+/// Cross products of a small mesh's edges, scaled by 1e-6, have squares below the smallest float.
 template <class V>
 KINOME_WIDE V safe_normalize(const V& v, const V& fallback) {
   using F = NumberOf<V>;
-  // Nearly always, and without the wait for a first division.
+  // Common case, which avoids the latency of a first division.
   const F length2 = dot(v, v);
   const MaskOf<F> is_ordinary = length2 > 1e-20f && length2 < 1e20f;
   const V unit = v / sqrt(length2);
@@ -27,8 +27,9 @@ KINOME_WIDE V safe_normalize(const V& v, const V& fallback) {
   return select(is_ordinary, unit, select(is_direction, normalize(v / scale), fallback));
 }
 
-/// Density, per solid angle at a point, of one of a surface at `to` from there that was chosen
-/// uniformly by area; n is the surface's unit normal. 0 where it is edge-on, or no number at all.
+/// Density per solid angle of a surface point sampled uniformly by area. `to` is the vector from
+/// the reference point to it; n is the surface's unit normal. 0 if the surface is edge-on, or the
+/// result is not finite.
 template <class V>
 KINOME_WIDE auto solid_angle_density(const V& to, const V& n, float area) {
   const auto distance2 = dot(to, to);
@@ -38,7 +39,7 @@ KINOME_WIDE auto solid_angle_density(const V& to, const V& n, float area) {
   return select(projected > 0.f && is_finite(pdf), pdf);
 }
 
-/// Of SurfaceInteraction, what a shape sets: each as there.
+/// Fields of SurfaceInteraction that a shape sets.
 template <class F>
 struct ShapePoint {
   VecOf<F> p;
@@ -65,7 +66,7 @@ KINOME_WIDE SurfaceInteraction interaction_of(const formulas::ShapePoint<float>&
   return si;
 }
 
-/// Values i, i + 1 … of the block, all but primitive, ray and shape.
+/// Stores values i, i + 1 … of the block, except primitive, ray and shape.
 KINOME_WIDE void store(const formulas::ShapePoint<Float>& point, const SurfaceBlock& out,
                        size_t i) {
   point.p.store(out.p, i);
@@ -80,12 +81,12 @@ KINOME_WIDE void store(const formulas::ShapePoint<Float>& point, const SurfaceBl
   point.wi.store(out.wi, i);
 }
 
-/// The shading frames of points i, i + 1 …
+/// Shading frames of points i, i + 1 …
 KINOME_WIDE FrameOf<Vec3> frame_at(const SurfaceBlock& points, size_t i) {
   return {Vec3::load(points.s, i), Vec3::load(points.t, i), Vec3::load(points.sn, i)};
 }
 
-/// Shape::pdf_solid_angle_block of shapes that are sampled by area.
+/// Implements Shape::pdf_solid_angle_block() for shapes sampled uniformly by area.
 inline void store_solid_angle_densities(const Columns3& p, const SurfaceBlock& points, float area,
                                         float* pdf) {
   for_lanes(points.count, [&](size_t i) {
@@ -94,7 +95,7 @@ inline void store_solid_angle_densities(const Columns3& p, const SurfaceBlock& p
   });
 }
 
-/// Fields of rays by their numbers, from blocks of 16.
+/// Fields of rays gathered by ray index, from blocks of 16.
 class GatheredRays {
  public:
   KINOME_WIDE GatheredRays(const RayHit16* rays, const uint32_t* numbers)
@@ -107,7 +108,7 @@ class GatheredRays {
   KINOME_WIDE Uint primitive() const { return at_.in(rays_.primitive); }
 
  private:
-  /// In values, from a field of ray 0 to the same one of ray k.
+  /// Returns the offset in values from a field of ray 0 to that of ray k.
   template <class I>
   KINOME_WIDE static I offset(I k) {
     constexpr auto block = static_cast<int32_t>(sizeof(RayHit16) / sizeof(float));

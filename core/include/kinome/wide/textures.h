@@ -1,6 +1,6 @@
 #pragma once
 
-// Textures as formulas read them: at one point, or wide, from columns.
+// Textures as inputs of formulas, at one point or in columns.
 
 #include <algorithm>
 #include <memory>
@@ -14,12 +14,12 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// Columns for as long as the object lives; their memory stays with the thread, for the next one.
-/// What they hold at first is anything.
+/// Uninitialised columns for the lifetime of the object. Their memory stays with the thread for
+/// reuse.
 class ScratchColumns {
  public:
   ScratchColumns(size_t columns, size_t count)
-      : length_(std::max(padded(count), kBlockLanes)) {  // also of no points, columns are somewhere
+      : length_(std::max(padded(count), kBlockLanes)) {  // never empty
     Pool& pool = of_thread();
     if (pool.idle.empty()) {
       pool.idle.reserve(++pool.made);
@@ -30,14 +30,14 @@ class ScratchColumns {
     const size_t wanted = columns * length_ / kBlockLanes;
     if (memory_.size() < wanted) memory_.resize(wanted);
   }
-  ~ScratchColumns() { of_thread().idle.push_back(std::move(memory_)); }  // there is room for it
+  ~ScratchColumns() { of_thread().idle.push_back(std::move(memory_)); }  // never allocates
   ScratchColumns(const ScratchColumns&) = delete;
   ScratchColumns& operator=(const ScratchColumns&) = delete;
 
   float* operator[](size_t column) const {
     return const_cast<float*>(memory_.data()->v) + column * length_;
   }
-  /// Columns `first` to first + 2, or first + 1.
+  /// Returns columns `first` to first + 2 (or first + 1, for two()).
   Columns3 three(size_t first = 0) const {
     return {(*this)[first], (*this)[first + 1], (*this)[first + 2]};
   }
@@ -47,7 +47,7 @@ class ScratchColumns {
   struct alignas(kColumnAlignment) Lanes {
     float v[kBlockLanes];
   };
-  /// Has room for all that were ever in use at once.
+  /// Free memory of the thread, with capacity for all columns ever in use at once.
   struct Pool {
     std::vector<std::vector<Lanes>> idle;
     size_t made = 0;
@@ -60,7 +60,7 @@ class ScratchColumns {
   std::vector<Lanes> memory_;
 };
 
-/// A texture's colours. One colour costs no call.
+/// Texture read as a colour. Uniform textures are evaluated only once.
 class ColorInput {
  public:
   explicit ColorInput(std::shared_ptr<const Texture> texture)
@@ -77,7 +77,7 @@ class ColorInput {
   const Texture* operator->() const { return texture_.get(); }
   const std::shared_ptr<const Texture>& texture() const { return texture_; }
 
-  /// Its colours at `count` places, wide.
+  /// Colours at the points of a block.
   class Columns {
    public:
     Columns(const ColorInput& input, const Columns2& uv, size_t count)
@@ -108,7 +108,7 @@ class ColorInput {
   glm::vec3 value_;
 };
 
-/// A texture read as one number.
+/// Texture read as a scalar. Uniform textures are evaluated only once.
 class NumberInput {
  public:
   explicit NumberInput(std::shared_ptr<const Texture> texture)
@@ -124,7 +124,7 @@ class NumberInput {
   const Texture* operator->() const { return texture_.get(); }
   const std::shared_ptr<const Texture>& texture() const { return texture_; }
 
-  /// Its numbers at `count` places, wide.
+  /// Scalars at the points of a block.
   class Columns {
    public:
     Columns(const NumberInput& input, const Columns2& uv, size_t count)

@@ -1,6 +1,7 @@
 #pragma once
 
-// Vectors of wide numbers, and what belongs to a number: VecOf<F>, MaskOf<F> ... for formulas.
+// Vectors of wide numbers, and the types that belong to a number type (VecOf<F>, MaskOf<F> ...) for
+// formulas.
 
 #include "kinome/color.h"
 #include "kinome/math.h"
@@ -9,7 +10,7 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// A point in the plane a lane.
+/// 2D vector per lane.
 struct Vec2 {
   Float x, y;
 
@@ -17,12 +18,12 @@ struct Vec2 {
   KINOME_WIDE Vec2(Float x_, Float y_) : x(x_), y(y_) {}
   KINOME_WIDE explicit Vec2(Float a) : x(a), y(a) {}
   KINOME_WIDE Vec2(const glm::vec2& a) : x(a.x), y(a.y) {}
-  /// Values i, i + 1 ... of columns.
+  /// Loads values i, i + 1 ... of columns.
   KINOME_WIDE static Vec2 load(const Columns2& c, size_t i) {
     return {Float::load(c.x + i), Float::load(c.y + i)};
   }
   KINOME_WIDE void store(const Columns2& c, size_t i) const { x.store(c.x + i), y.store(c.y + i); }
-  /// x, y, x, y ...
+  /// Loads x, y, x, y ...
   KINOME_WIDE static Vec2 load_interleaved(const float* p) {
     Vec2 a;
     hn::LoadInterleaved2(FloatTag(), p, a.x.v, a.y.v);
@@ -35,7 +36,7 @@ struct Vec2 {
   KINOME_WIDE const Float& operator[](int i) const { return i == 0 ? x : y; }
 };
 
-/// A point, direction or colour a lane.
+/// Point, direction or colour per lane.
 struct Vec3 {
   Float x, y, z;
 
@@ -43,14 +44,14 @@ struct Vec3 {
   KINOME_WIDE Vec3(Float x_, Float y_, Float z_) : x(x_), y(y_), z(z_) {}
   KINOME_WIDE explicit Vec3(Float a) : x(a), y(a), z(a) {}
   KINOME_WIDE Vec3(const glm::vec3& a) : x(a.x), y(a.y), z(a.z) {}
-  /// Values i, i + 1 ... of columns.
+  /// Loads values i, i + 1 ... of columns.
   KINOME_WIDE static Vec3 load(const Columns3& c, size_t i) {
     return {Float::load(c.x + i), Float::load(c.y + i), Float::load(c.z + i)};
   }
   KINOME_WIDE void store(const Columns3& c, size_t i) const {
     x.store(c.x + i), y.store(c.y + i), z.store(c.z + i);
   }
-  /// x, y, z, x, y, z ...
+  /// Loads x, y, z, x, y, z ...
   KINOME_WIDE static Vec3 load_interleaved(const float* p) {
     Vec3 a;
     hn::LoadInterleaved3(FloatTag(), p, a.x.v, a.y.v, a.z.v);
@@ -112,7 +113,7 @@ KINOME_WIDE Vec3 operator*(const glm::mat3& m, Vec3 a) {
           m[0][1] * a.x + m[1][1] * a.y + m[2][1] * a.z,
           m[0][2] * a.x + m[1][2] * a.y + m[2][2] * a.z};
 }
-/// By the transpose of m.
+/// Product with the transpose of m.
 KINOME_WIDE Vec3 operator*(Vec3 a, const glm::mat3& m) {
   return {m[0][0] * a.x + m[0][1] * a.y + m[0][2] * a.z,
           m[1][0] * a.x + m[1][1] * a.y + m[1][2] * a.z,
@@ -143,7 +144,7 @@ KINOME_WIDE Float dot(Vec2 a, Vec2 b) {
 KINOME_WIDE Float dot(Vec3 a, Vec3 b) {
   return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
 }
-/// Each difference of two products that are both rounded: of equal products, it is 0.
+/// Rounds both products of each difference, so that equal products give 0.
 KINOME_WIDE Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
@@ -153,7 +154,7 @@ KINOME_WIDE Float length(Vec2 a) {
 KINOME_WIDE Float length(Vec3 a) {
   return sqrt(dot(a, a));
 }
-/// Of a vector whose square is neither 0 nor infinite.
+/// Requires a squared length that is neither 0 nor infinite.
 KINOME_WIDE Vec2 normalize(Vec2 a) {
   return a * (1.f / length(a));
 }
@@ -161,7 +162,7 @@ KINOME_WIDE Vec3 normalize(Vec3 a) {
   return a * (1.f / length(a));
 }
 
-/// By coordinates.
+/// Componentwise functions.
 KINOME_WIDE Vec3 min(Vec3 a, Vec3 b) {
   return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
 }
@@ -196,12 +197,12 @@ KINOME_WIDE Mask is_finite(Vec3 a) {
 KINOME_WIDE Mask is_black(Rgb c) {
   return (c.x == 0.f) & (c.y == 0.f) & (c.z == 0.f);
 }
-/// As for one colour, see kinome/color.h.
+/// Luminance of linear Rec.709, see kinome/color.h.
 KINOME_WIDE Float luminance(Rgb c) {
   return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z;
 }
 
-/// Values of columns at each lane's index.
+/// Loads values of columns at each lane's index.
 KINOME_WIDE Vec2 gather(const Columns2& c, Int i) {
   return {gather(c.x, i), gather(c.y, i)};
 }
@@ -230,8 +231,9 @@ struct NumberTraits<Float> {
 
 inline namespace formulas {
 
-/// What goes with the number F, float or wide::Float. A parameter of type VecOf<F> can't tell the
-/// compiler what F is: another one must, or the caller. NumberOf goes the other way.
+/// Types that belong to the number type F, float or wide::Float. The compiler can't deduce F from a
+/// parameter of type VecOf<F>; another parameter or the caller must determine it. NumberOf is the
+/// reverse.
 template <class F>
 using MaskOf = typename NumberTraits<F>::Mask;
 template <class F>
@@ -244,7 +246,7 @@ template <class F>
 using VecOf = typename NumberTraits<F>::Vec3;
 template <class F>
 using RgbOf = VecOf<F>;
-/// The number of a vector: NumberOf<decltype(wo)>.
+/// Number type of a vector type: NumberOf<decltype(wo)>.
 template <class V>
 using NumberOf = std::remove_cvref_t<decltype(std::declval<V>().x)>;
 
@@ -266,7 +268,7 @@ KINOME_WIDE glm::vec3 gather(const Columns3& c, std::same_as<int32_t> auto i) {
   return c.at(static_cast<size_t>(i));
 }
 
-/// Of F, the values at p ...; of a vector, values i ... of columns.
+/// Loads an F from p, or a vector from values i ... of columns.
 template <class F>
 KINOME_WIDE F load(const float* p) {
   if constexpr (std::same_as<F, float>) {
@@ -305,8 +307,8 @@ KINOME_WIDE void store(Vec3 a, const Columns3& c, size_t i) {
   a.store(c, i);
 }
 
-/// fn(i) for each vector of `count` values, i being its first: 0, kLanes ... The last one may reach
-/// into the columns' padding.
+/// Calls fn(i) for each vector of `count` values, where i is the index of its first value: 0,
+/// kLanes ... The last vector may extend into the columns' padding.
 template <class Function>
 KINOME_WIDE void for_lanes(size_t count, const Function& fn) {
   for (size_t i = 0; i < count; i += kLanes) fn(i);
