@@ -17,8 +17,8 @@ class Scene;
 class Sensor;
 
 /// Progressive render: passes over the whole image that accumulate in the sensor's film. Each pass
-/// is an unbiased estimate by itself, weighted by its number of samples; neither passes nor weights
-/// depend on the rendered values. Memory doesn't grow with the number of passes.
+/// is an unbiased estimate by itself, weighted by its number of samples. No pass is weighted or
+/// dropped because of its result. Memory doesn't grow with the number of passes.
 class KINOME_EXPORT Passes {
  public:
   virtual ~Passes() = default;
@@ -32,8 +32,8 @@ class KINOME_EXPORT Passes {
   virtual double seconds_per_sample() const { return 0; }
 };
 
-/// Renders a scene into a film. Integrators don't create threads: the render context calls them for
-/// tiles or items.
+/// Renders a scene into a film. Integrators create no threads; they loop over tiles or items with
+/// the render context.
 class KINOME_EXPORT Integrator : public Object {
  public:
   /// Film layers that render() fills (see Film::prepare()). The first layer lists channels beside

@@ -8,20 +8,21 @@
 
 namespace kinome {
 
-/// Checks results of the scene's plugins at random places that the sensor sees, and returns a list
-/// of invalid ones: non-finite values, negative densities, exceptions.
+/// Checks results of the scene's plugins at `places` random points that the sensor sees, and
+/// returns a list of invalid ones: non-finite values, negative densities, exceptions.
 ///
-/// At the first 256 places, also checks consistency: samples against the densities and values of
+/// At the first 256 points, also checks consistency: samples against the densities and values of
 /// their directions, unit length of directions, scalar against block functions, an environment
 /// against its cell_grid(), and the distribution of samples against their densities. Tolerances
 /// allow for rounding (core/plugin/rounding.h), so that correct plugins are never reported. Of
 /// nested plugins, the innermost is reported.
+///
 /// Not checked: sample_emission(), because some emitters build large tables for it on first use,
 /// and whether samples of a surface follow pdf_surface() if both agree on their densities.
 ///
-/// Takes about ten microseconds per place, on the calling thread; render loops contain no such
+/// Takes about ten microseconds per point, on the calling thread; render loops contain no such
 /// checks. Call it after a render: by then the camera's view is known, and the image can be written
-/// whatever the result. The same seed checks the same places.
+/// whatever the result. The same seed checks the same points.
 KINOME_EXPORT std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor,
                                                      uint64_t seed, uint32_t places);
 

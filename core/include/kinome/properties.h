@@ -63,6 +63,9 @@ class KINOME_EXPORT Properties {
 
   /// True if the scene sets the parameter.
   bool has(const std::string& name) const;
+
+  /// Value of a parameter: the scene's, or the table's default. All getters throw Error if there is
+  /// neither.
   bool boolean(const std::string& name) const;
   int64_t integer(const std::string& name) const;
   /// Returns an integer in [low, high]. Throws Error otherwise.

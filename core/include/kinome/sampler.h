@@ -25,6 +25,7 @@ class KINOME_EXPORT Sampler : public Object {
  public:
   /// Samples per pixel, rounded up to a number that the sampler supports.
   uint32_t sample_count() const { return sample_count_; }
+  /// Parameter `seed` of the sampler.
   uint64_t seed() const { return seed_; }
 
   /// Value of one dimension.

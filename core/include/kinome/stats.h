@@ -11,6 +11,7 @@
 
 namespace kinome {
 
+/// Purpose of a ray, for counting.
 enum class RayKind { kCamera, kShadow, kBsdf, kLobe, kLight };
 inline constexpr int kRayKindCount = 5;
 KINOME_EXPORT const char* to_string(RayKind kind);
@@ -19,8 +20,7 @@ KINOME_EXPORT const char* to_string(RayKind kind);
 struct KINOME_EXPORT RenderCounters {
   std::array<uint64_t, kRayKindCount> rays{};
   double embree_seconds = 0;                    ///< time in Embree calls, summed over threads
-  std::map<std::string, double> stage_seconds;  ///< time per stage of the integrator, summed over
-                                                ///< threads
+  std::map<std::string, double> stage_seconds;  ///< time per stage, summed over threads
   uint64_t skipped_shadow_rays = 0;             ///< rays not traced because the contribution is 0
   void add(const RenderCounters& other);
   uint64_t& operator[](RayKind kind) { return rays[static_cast<int>(kind)]; }
@@ -63,7 +63,7 @@ struct GroupTraffic {
   double seconds = 0;  ///< until all data arrived, including waiting; summed over processes
 };
 
-/// Invalid result that a plugin returned at `count` of `looks` audited places (see
+/// Invalid result that a plugin returned at `count` of `looks` audited points (see
 /// audit_plugins()).
 struct PluginFault {
   std::string plugin;  ///< "bsdf/ward", with the object's id
