@@ -22,9 +22,9 @@ struct BsdfForm {
   Rgb diffuse{0.f};
   const float* transmittance = nullptr;
 
-  /// The kGlossy lobe: absent, without a closed form (kOther), or microfacets with Smith masking, f
-  /// cos = specular F(wi . h) D(h) G1(wi) G1(wo) / (4 cos_i). G1 of Beckmann is the rational fit of
-  /// Walter et al. 2007.
+  /// The kGlossy lobe: absent, without a closed form (kOther), or microfacets with Smith masking,
+  /// f cos = specular F(wi . h) D(h) G1(wi) G1(wo) / (4 cos_i). G1 of Beckmann is the rational fit
+  /// of Walter et al. 2007.
   enum class Glossy { kNone, kOther, kBeckmann, kGgx };
   Glossy glossy = Glossy::kNone;
   Rgb specular{0.f};
@@ -57,7 +57,7 @@ struct BsdfForm {
 /// thread-safe.
 class KINOME_EXPORT BsdfFormKinds {
  public:
-  /// Number of points without a form. Kinds are numbered from 1.
+  /// Kind number of points without a form. Kinds are numbered from 1.
   static constexpr uint32_t kNone = 0;
   static constexpr size_t kMaxKinds = 64;
 

@@ -18,7 +18,7 @@ namespace kinome {
 struct Unset {};
 /// Edit that restores the value of the scene's file.
 struct AsWritten {};
-/// Transform that save() writes in the form of the scene's file if possible, by changing only its
+/// Transform that is set in the form of the scene's file if possible, by changing only the file's
 /// last step: a `<lookat>` or a `<translate>`; if the last step is neither, a `<translate>` is
 /// added. The transform is then rounded to the file's precision (some millionths). Otherwise it is
 /// set unchanged.
@@ -59,7 +59,6 @@ struct SceneParameter {
 };
 
 /// Object of a scene.
-/// An object of a scene.
 struct SceneObject {
   std::string path;
   std::string plugin;      ///< "bsdf/diffuse"
