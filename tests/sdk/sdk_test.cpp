@@ -53,7 +53,7 @@ TEST_F(Sdk, PluginsAreFoundByEnvironmentVariable) {
   const ProcessResult without = run_process({program(), "-q", scene, "-o", image});
   EXPECT_EQ(without.status, 1);
   EXPECT_FALSE(fs::exists(image));
-  EXPECT_NE(without.err.find("no integrator plugin 'normals'"), std::string::npos) << without.err;
+  EXPECT_NE(without.err.find("unknown integrator plugin 'normals'"), std::string::npos) << without.err;
   expect_success(run_process({"env", "KINOME_PLUGIN_PATH=/nonexistent:" + plugins(), program(),
                               "-q", scene, "-o", image}));
   EXPECT_TRUE(fs::exists(image));
