@@ -5,6 +5,7 @@
 
 #include <array>
 #include <functional>
+#include <tuple>
 
 #include "path_scenes.h"
 #include "support/bsdf_cases.h"
@@ -12,7 +13,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 280
+constexpr double kAlpha = 1e-4;  // of each z-test; there are about 300
 
 constexpr int kSide = 4;  // pixels
 
@@ -297,6 +298,45 @@ TEST(StraightLight, PassesAnyNumberOfSurfaces) {
       expect_product_is_path(corner() + sheets + constant_xml("1 2 3"), -1, rr_depth_xml(100),
                              std::to_string(count) + " by product sampling");
     }
+  }
+}
+
+/// Points on large surfaces, and far from the origin, are inaccurate. Light that passes such surfaces
+/// on its way to a flat lamp must not be lost: rays that were moved off each of them met the lamp.
+TEST(StraightLight, PassesLargeSurfaces) {
+  for (const auto& [count, scale, x] :
+       {std::tuple(8, "20", 0), {1, "1000", 0}, {1, "1", 0}, {4, "20", 100}}) {
+    const std::string there = "<translate x=\"" + std::to_string(x) + "\"/>";
+    const auto flat = [&, at = there](const std::string& size, const std::string& turn, double y,
+                                      const std::string& inside) {
+      return shape_xml("rectangle",
+                       "<scale value=\"" + size + "\"/><rotate x=\"1\" angle=\"" + turn +
+                           "\"/><translate y=\"" + std::to_string(y) + "\"/>" + at,
+                       inside);
+    };
+    const std::string near = std::to_string(x), middle = std::to_string(x + 0.5);
+    const std::string scene =
+        flat("8", "-90", 0, diffuse_xml("0.5")) + flat("0.4", "90", 1.6, area_xml("9 6 3")) +
+        sensor_xml("perspective", look_at(near + " 0.6 2", middle + " 0 -1", "0 1 0"), kSide, 64);
+    std::string sheets;
+    for (int k = 0; k < count; ++k) {
+      sheets += flat(scale, "90", 0.8 + 0.05 * k, "<bsdf type=\"null\"/>");
+    }
+    const auto estimate = [&](const std::string& integrator, const std::string& between,
+                              uint64_t seed) {
+      return estimate_tiles(*scene_from(scene + between + integrator), kRenders, kSide, seed);
+    };
+    const std::string path = integrator_xml("path", -1, rr_depth_xml(100));
+    const auto expected = estimate(path, "", 1);
+    const std::string name = std::to_string(count) + " of scale " + scale;
+    expect_equal(expected, estimate(path, sheets, 50001), kAlpha, name);
+    expect_equal(expected,
+                 estimate(integrator_xml("clustered", -1,
+                                         rr_depth_xml(100) +
+                                             "<boolean name=\"trial\" value=\"false\"/><float "
+                                             "name=\"rays_per_pixel\" value=\"96\"/>"),
+                          sheets, 50001),
+                 kAlpha, name + " by product sampling");
   }
 }
 

@@ -1,6 +1,7 @@
 #include "straight_shadows.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "kinome/wide/vectors.h"
 #include "rays.h"
@@ -8,6 +9,23 @@
 namespace kinome::transport {
 
 using namespace wide;
+
+namespace {
+
+/// Errors of a point by which a ray goes on behind it, along the normal: one for the surface, one for
+/// the point of the ray next to it.
+constexpr float kErrors = 2;
+/// Rays at flatter angles go on as far behind a surface as at this cosine.
+constexpr float kMinCosine = 1e-3f;
+
+/// Distance along a ray at which it goes on behind a point that it met. The ray stays on its line:
+/// origins off the surfaces would move its end sideways, and toward the emitter that it aims at.
+float distance_behind(const Ray& ray, const kinome::Vec3& p, const kinome::Vec3& n, float error) {
+  const float cosine = std::max(std::abs(glm::dot(n, ray.d)), kMinCosine);
+  return glm::dot(p - ray.o, ray.d) + kErrors * error / cosine;
+}
+
+}  // namespace
 
 StraightShadows::StraightShadows(const SceneTable& scene, size_t points, size_t rays)
     : scene_(scene),
@@ -80,14 +98,14 @@ size_t StraightShadows::pass(const Ray16* rays, const float* max_passes, float p
       next.transmittance.set(count, transmittance);
       next.probability[count] = wave.probability[before] * through_.probability[i];
       const Ray from = ray_of(rays, k);
-      const kinome::Vec3 o =
-          origin_off_surface(points.p.at(i), points.n.at(i), points.p_error[i], from.d);
+      const float distance =
+          distance_behind(from, points.p.at(i), points.n.at(i), points.p_error[i]);
       Ray16& to = rays_[count / kBlockLanes].ray;
       const size_t lane = count++ % kBlockLanes;
-      Columns3{to.ox, to.oy, to.oz}.set(lane, o);
+      Columns3{to.ox, to.oy, to.oz}.set(lane, from.o + distance * from.d);
       Columns3{to.dx, to.dy, to.dz}.set(lane, from.d);
       // To where the whole ray ends.
-      to.tmax[lane] = std::max(from.tmax - glm::dot(o - from.o, from.d), 0.f);
+      to.tmax[lane] = std::max(from.tmax - distance, 0.f);
     }
   }
   for (size_t i = count; i < padded(count); ++i) {

@@ -144,7 +144,8 @@ class DistantCells {
   CellBlocks blocks_;
 };
 
-/// Cells that the sampler can number: an index shares 16 bits with one of visibility.
+/// Maximum number of cells. With those of local light, a VisibilityRecord must be able to store
+/// their indices, in 16 bits.
 inline constexpr uint32_t kMaxCells = 1u << 15;
 
 }  // namespace kinome

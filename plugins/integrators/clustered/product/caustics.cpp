@@ -208,6 +208,7 @@ void Caustics::go_on(uint64_t seed, Paths& paths) const {
                                   {random_float(own, kLobeX), random_float(own, kLobeY)});
     if (!sample || is_black(sample->weight)) continue;
     const bool passes = sample->is_straight && !path.is_lamps && light_.passing();
+    const bool is_first = path.is_direct && !passes;
     if (!passes) {
       path.is_direct = false;
       path.is_mirrored = sample->is_delta || path.is_lamps;
@@ -220,7 +221,7 @@ void Caustics::go_on(uint64_t seed, Paths& paths) const {
       path.power /= survival;
     }
     path.power *= sample->weight;
-    if (path.edges == 1) {
+    if (is_first) {
       paths.reflected.push_back({path.origin.source, path.origin.numbers, mean_of(path.power)});
     }
     ++path.edges;

@@ -49,7 +49,8 @@ Estimator::Estimator(const CellLight& light)
       glossy_(light),
       local_(light, choice_),
       eye_rays_(light),
-      shadow_rays_(times_, light.passing(), passes_left(light.local ? light.local->max_depth() : 2, 2)) {}
+      shadow_rays_(times_, light.passing(),
+                   passes_left(light.local ? light.local->max_depth() : 2, 2)) {}
 
 void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
                            std::span<Patch> patches, std::span<const Visibility> visibility,

@@ -4,6 +4,7 @@
 
 #include "clustered/product/path_numbers.h"
 #include "kinome/block_points.h"
+#include "kinome/sampler.h"
 #include "transport/coverage.h"
 #include "transport/rays.h"
 
@@ -67,6 +68,7 @@ void EyePaths::pass(const Begin& path, const SurfaceInteraction& z, float distan
   if (is_black(next.throughput)) return;
   ++next.passes;
   next.before = distance;
+  next.seed = hash_words(path.seed, next.passes);
   next.ray = Ray{};
   next.ray.d = path.ray.d;
   next.ray.o = z.ray_origin(next.ray.d);

@@ -171,7 +171,7 @@ class LocalLight {
   const PathLength& length() const { return length_; }
   /// The scene, if it has surfaces that light passes straight (Lobe::kNull); nullptr: it has none.
   /// Light passes them, each as one edge of its path, as if it came to what is behind them by the
-  /// edge before. But light of lamps stops at them.
+  /// edge before. But light of lamps stops at them, unless Caustics finds it behind one of them.
   const transport::SceneTable* passing() const {
     return passes_straight(table_, max_depth()) ? &table_ : nullptr;
   }

@@ -28,6 +28,8 @@ constexpr size_t kMinEmitters = 500;
 /// Share of the render's work that the tiles of a trial take, and the work of a tile.
 constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
 constexpr int kMaxTiles = 256;
+/// Tiles by which the work of `path` is estimated if a render ends at an error.
+constexpr int kTilesForError = 64;
 /// Share of the time that a trial may take. It takes some 0.05 on an idle machine, and more beside
 /// other programs.
 constexpr double kTrialShare = 0.25;
@@ -97,6 +99,27 @@ bool is_for_path(const MethodMap& map, double factor) {
   return factor * paths < map.product_work() && paths < map.mixed_work() / kMaxWorkOfTiles;
 }
 
+MethodTrial::Way way_of(const TrialPaths& paths, uint64_t seed, uint64_t stream) {
+  return {[&paths, seed, stream](const MethodTrial& tiles, uint64_t index,
+                                 std::vector<Rgb>& picture) {
+    paths.trace(tiles, hash_words(seed, stream, index), picture);
+  }};
+}
+
+/// Rays per pixel with which `path` is expected to reach an error, by its error in some tiles.
+double path_rays_to_error(double rel_mse, const Scene& scene, const Sensor& sensor,
+                          RenderContext& context, const ProductSettings& settings,
+                          const TileGrid& grid, uint64_t seed) {
+  const MethodTrial tiles(grid, kTilesForError, hash_words(seed, 3),
+                          PixelFilter(sensor.film().filter()));
+  if (tiles.empty()) return 0;
+  const transport::SceneTable table(scene);
+  const TrialPaths paths(table, sensor, grid, path_settings(settings), context);
+  const MethodTrial::RenderError found = tiles.measure(way_of(paths, seed, 4), context);
+  const double rays = found.cost / static_cast<double>(tiles.pixels().size());
+  return rays * std::max(found.rel_mse / rel_mse, 1. / TrialPaths::kPaths);
+}
+
 /// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product
 /// sampling must render the image, or if the render was cancelled.
 std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -128,10 +151,7 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   };
   const transport::SceneTable table(scene);
   const TrialPaths paths(table, sensor, trial.grid(), path_settings(settings), context);
-  const MethodTrial::Way path_way{[&](const MethodTrial& tiles, uint64_t index,
-                                      std::vector<Rgb>& picture) {
-    paths.trace(tiles, hash_words(seed, 2, index), picture);
-  }};
+  const MethodTrial::Way path_way = way_of(paths, seed, 2);
   // The pilot's rays are taken from those of the image.
   const double share_of_image =
       std::max(0.1, 1 - pilot_rays / std::max(length.rays_per_pixel, 1.));
@@ -197,8 +217,12 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
     choice.paths = path_passes(scene, sensor, context, settings, paths_per_sample, reason);
     return choice;
   };
-  const double work = length.rays_per_pixel * grid.crop().area() * kCostOfRay;
   const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), kTrialSeed);
+  double work = length.rays_per_pixel * grid.crop().area() * kCostOfRay;
+  if (const double rel_mse = context.budget().rel_mse; rel_mse > 0) {
+    work = std::min(work, grid.crop().area() * path_rays_to_error(rel_mse, scene, sensor, context,
+                                                                  settings, grid, seed));
+  }
   const auto tiles = static_cast<int>(
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
   const MethodTrial trial(grid, tiles, seed, PixelFilter(sensor.film().filter()));
@@ -220,8 +244,12 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
   const double product = measured->map->product_work(), paths = measured->map->path_work();
   const double mixed = measured->map->mixed_work();
   log_debug(fmt::format("trial: work to the same error by product sampling 1, by path {:.3g}, by "
-                        "tiles of both {:.3g}; brightness by product sampling uncertain by {:.1f} %",
-                        paths / product, mixed / product, 100 * measured->deviation));
+                        "tiles of both {:.3g}{}",
+                        paths / product, mixed / product,
+                        measured->deviation > 0
+                            ? fmt::format("; brightness by product sampling uncertain by {:.1f} %",
+                                          100 * measured->deviation)
+                            : ""));
   const double paths_per_sample = std::max(1., measured->paths_per_ray * kRaysPerSample);
   if (measured->deviation > kMaxDeviation) {
     return by_path(paths_per_sample, "in a trial, its brightness was too uncertain");

@@ -234,6 +234,21 @@ MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& secon
   return result;
 }
 
+MethodTrial::RenderError MethodTrial::measure(const Way& way, RenderContext& context) const {
+  Renders renders;
+  for (const uint64_t index : {0, 1}) render(way, *this, index, renders, context);
+  for (std::vector<Rgb>& picture : renders.pictures) filter(picture);
+  const std::vector<Part> parts = parts_of(renders, renders);
+  const double floor = floor_of(parts);
+  RenderError error{0, renders.cost / 2};
+  if (context.cancelled() || !(floor > 0)) return error;
+  for (const Part& part : parts) {
+    error.rel_mse += noise_of(way, renders, part, weights_of(renders, renders, part, floor));
+  }
+  error.rel_mse /= static_cast<double>(pixels().size());
+  return error;
+}
+
 MethodTrial::Result MethodTrial::compare(
     const Way& first, const Way& second, RenderContext& context,
     const std::function<bool(const Result&)>& is_enough) const {

@@ -58,6 +58,14 @@ class MethodTrial {
     double deviation = 0;
     std::vector<TileErrors> tiles;
   };
+  /// Error of a single render, and its cost.
+  struct RenderError {
+    double rel_mse = 0;
+    double cost = 0;
+  };
+  /// Renders the tiles twice by one way and measures its relMSE, which is 0 if all is black.
+  RenderError measure(const Way& way, RenderContext& context) const;
+
   /// Renders the tiles and measures errors and costs. `tiles` is empty if there is nothing to
   /// compare. The error of a pixel is relative to the brightness of its tile or, if that is larger,
   /// to its own: the mean of the middle two of its four renders, so that a single outlier does not

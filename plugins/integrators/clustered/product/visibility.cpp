@@ -30,7 +30,8 @@ constexpr float kMixedDoubt = 0.01f;
 
 /// Records of counts, and the sum of their shares.
 wide::Float all_of(wide::Uint counts) {
-  return kUnit * to_float(wide::as_uint(wide::as_int(counts) & wide::Int(VisibilityLearner::kMostWeight)));
+  const wide::Int lower = wide::as_int(counts) & wide::Int(VisibilityLearner::kMostWeight);
+  return kUnit * to_float(wide::as_uint(lower));
 }
 wide::Float visible_of(wide::Uint counts) {
   return kUnit * to_float(wide::shift_right<kHalf>(counts));
