@@ -139,7 +139,7 @@ const BadScene kScenes[] = {
      {"'beam_width'", "cutoff_angle (20", "got 25"}},
     {"negative_light",
      "<emitter type=\"point\">@<rgb name=\"intensity\" value=\"1 -1 1\"/></emitter>",
-     {"'intensity'", "not negative"}},
+     {"'intensity'", "must be between 0 and 1e36"}},
     // $ and references.
     {"undefined_variable",
      "<shape type=\"sphere\"><float name=\"radius\" @value=\"$size\"/></shape>",

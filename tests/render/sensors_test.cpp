@@ -143,7 +143,7 @@ TEST(Sensors, OfTheWrongKindOrFilmAreRefused) {
     }
   };
   refuses("<sensor type=\"irradiancemeter\"/>", "put it into a <shape>");
-  refuses("<shape type=\"sphere\"><sensor type=\"perspective\"/></shape>", "into the scene itself");
+  refuses("<shape type=\"sphere\"><sensor type=\"perspective\"/></shape>", "move it out of the shape");
   refuses("<sensor type=\"radiancemeter\"/>", "must have one pixel");
   refuses("<sensor type=\"distant\">" + film_xml(2, 2) + "</sensor>", "must have one pixel");
   refuses("<sensor type=\"radiancemeter\"><point name=\"origin\" value=\"1\"/>" + film_xml(1, 1) +

@@ -94,7 +94,8 @@ bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
 LocalLight::LocalLight(const Scene& scene, const Settings& settings,
                        std::span<const SurfaceInteraction> seen, uint64_t seed,
                        RenderContext& context)
-    : scene_(scene), table_(scene), length_(settings.length), finds_caustics_(settings.caustics) {
+    : scene_(scene), table_(scene), length_(settings.length), finds_caustics_(settings.caustics),
+      has_short_guides_(settings.has_short_guides) {
   find_sources(seed);
   if (!bounce_ends_.empty()) aim_sources(seen, seed, context);
   const bool has_lamps = std::any_of(sources_.begin(), sources_.end(),

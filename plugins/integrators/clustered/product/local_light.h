@@ -151,6 +151,8 @@ class LocalLight {
     /// If aimed_share() is below this and there are no lamps, no cells are made, and is_complete() is
     /// false.
     double min_aimed_share = 0;
+    /// Guides that few places learn end after fewer draws of use, for a trial.
+    bool has_short_guides = false;
   };
   static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
   static constexpr uint32_t kMostExtendedPoints = 1u << 17;
@@ -343,7 +345,7 @@ class LocalLight {
   PointPartition surface_partition_, bounce_partition_;
   uint32_t lamp_cells_ = 0, surface_cells_ = 0, size_ = 0;
   uint32_t surface_count_ = 0, bounce_count_ = 0;
-  const bool finds_caustics_;
+  const bool finds_caustics_, has_short_guides_;
   bool has_extended_ = false, needs_eye_rays_ = false;
   bool has_lamp_caustics_ = false, has_glossy_caustics_ = false, has_extended_caustics_ = false;
   LocalCellColumns columns_;

@@ -20,7 +20,7 @@ constexpr double kEnough = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
 constexpr double kMinKnown = 64;
 /// Number from which on no more draws are made to improve a guide.
 constexpr double kWellKnown = 1024;
-/// Of few places, each finds so few draws of use that these many for each place are enough.
+/// The same numbers for each place, which limit short guides.
 constexpr double kEnoughOfPlace = 0.5, kWellKnownOfPlace = 0.9;
 /// Each round is guided by the one before, and so sees more of what is of use.
 constexpr uint64_t kMostRounds = 5;
@@ -210,7 +210,7 @@ LocalLight::Guided LocalLight::learn_guide(bool bounce, uint32_t count,
   for (const Source& source : sources_) {
     shares.push_back(bounce ? source.bounce_share : source.surface_share);
   }
-  const auto places = static_cast<double>(seen.size());
+  const double places = has_short_guides_ ? static_cast<double>(seen.size()) : kInfinity;
   const double enough = std::min(kEnough, kEnoughOfPlace * places);
   const double well_known = std::min(kWellKnown, kWellKnownOfPlace * places);
   std::vector<LightGuide::Use> all;
