@@ -94,8 +94,7 @@ bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
 LocalLight::LocalLight(const Scene& scene, const Settings& settings,
                        std::span<const SurfaceInteraction> seen, uint64_t seed,
                        RenderContext& context)
-    : scene_(scene), table_(scene), length_(settings.length), finds_caustics_(settings.caustics),
-      has_short_guides_(settings.has_short_guides) {
+    : scene_(scene), table_(scene), length_(settings.length), finds_caustics_(settings.caustics) {
   find_sources(seed);
   if (!bounce_ends_.empty()) aim_sources(seen, seed, context);
   const bool has_lamps = std::any_of(sources_.begin(), sources_.end(),
@@ -113,7 +112,7 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
     const uint32_t least = bounce_ends_.empty() ? settings.points : settings.points / 4;
     surface_count_ = std::clamp(surfaces * kPointsOfSurface, least, kMostSurfacePoints);
     make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMostSurfaceCells),
-               learn_guide(false, surface_count_, seen, own, context).drawn, 1);
+               learn_guide(false, surface_count_, seen, own, context), 1);
     surface_cells_ = size_ - lamp_cells_;
   }
   if (!bounce_ends_.empty()) {
@@ -124,12 +123,13 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
     bounce_count_ = static_cast<uint32_t>(
         std::lerp(settings.points, std::max(settings.points, settings.extended_points),
                   std::min(extended, 1.)));
-    Guided guided = learn_guide(true, settings.points, seen, hash_words(own, 1), context);
-    if (learn_splits(guided, seen, hash_words(own, 2), context)) {
-      guided.drawn.clear();
-      draw_part(true, settings.points, hash_words(own, 3), context, guided.drawn);
+    std::vector<Drawn> drawn =
+        learn_guide(true, settings.points, seen, hash_words(own, 1), context);
+    if (learn_splits(drawn, seen, hash_words(own, 2), context)) {
+      drawn.clear();
+      draw_part(true, settings.points, hash_words(own, 3), context, drawn);
     }
-    make_cells(true, settings.bounce_cells, guided.drawn,
+    make_cells(true, settings.bounce_cells, drawn,
                static_cast<double>(bounce_count_) / settings.points);
     const bool mirrors =
         std::any_of(scene.shapes().begin(), scene.shapes().end(),

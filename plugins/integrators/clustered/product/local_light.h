@@ -151,8 +151,6 @@ class LocalLight {
     /// If aimed_share() is below this and there are no lamps, no cells are made, and is_complete() is
     /// false.
     double min_aimed_share = 0;
-    /// Guides that few places learn end after fewer draws of use, for a trial.
-    bool has_short_guides = false;
   };
   static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
   static constexpr uint32_t kMostExtendedPoints = 1u << 17;
@@ -283,13 +281,10 @@ class LocalLight {
   std::vector<LightGuide::Use> find_uses(const std::vector<Drawn>& chunks,
                                          std::span<const SurfaceInteraction> seen, uint64_t seed,
                                          RenderContext& context) const;
-  /// Draws that are guided as those of passes will be, and their uses, or none.
-  struct Guided {
-    std::vector<Drawn> drawn;
-    std::vector<LightGuide::Use> uses;
-  };
-  Guided learn_guide(bool bounce, uint32_t count, std::span<const SurfaceInteraction> seen,
-                     uint64_t seed, RenderContext& context);
+  /// Returns `count` draws that are guided as those of passes will be.
+  std::vector<Drawn> learn_guide(bool bounce, uint32_t count,
+                                 std::span<const SurfaceInteraction> seen, uint64_t seed,
+                                 RenderContext& context);
   /// At most `count`; a pass will have `repeated` times as many points as were drawn.
   void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn, double repeated);
   /// unguided, useless: sums over the expected points of 1 / LightOrigin::guided and of
@@ -310,8 +305,8 @@ class LocalLight {
   std::optional<Ray> go_on(LightWalk& walk, const SurfaceInteraction& si,
                            const transport::AdjointSample& sample, float distance) const;
   /// Learns where walks are split, from draws without. Returns false if no walk is.
-  bool learn_splits(const Guided& guided, std::span<const SurfaceInteraction> seen, uint64_t seed,
-                    RenderContext& context);
+  bool learn_splits(const std::vector<Drawn>& drawn, std::span<const SurfaceInteraction> seen,
+                    uint64_t seed, RenderContext& context);
   /// Number of parts in which a walk goes on from a light point that it has left.
   uint32_t parts_at(const LightPoint& point) const;
   void land(const LightWalk& walk, const SurfaceInteraction& si, float distance, Drawn& out) const;
@@ -345,7 +340,7 @@ class LocalLight {
   PointPartition surface_partition_, bounce_partition_;
   uint32_t lamp_cells_ = 0, surface_cells_ = 0, size_ = 0;
   uint32_t surface_count_ = 0, bounce_count_ = 0;
-  const bool finds_caustics_, has_short_guides_;
+  const bool finds_caustics_;
   bool has_extended_ = false, needs_eye_rays_ = false;
   bool has_lamp_caustics_ = false, has_glossy_caustics_ = false, has_extended_caustics_ = false;
   LocalCellColumns columns_;

@@ -20,8 +20,6 @@ constexpr double kEnough = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
 constexpr double kMinKnown = 64;
 /// Number from which on no more draws are made to improve a guide.
 constexpr double kWellKnown = 1024;
-/// The same numbers for each place, which limit short guides.
-constexpr double kEnoughOfPlace = 0.5, kWellKnownOfPlace = 0.9;
 /// Each round is guided by the one before, and so sees more of what is of use.
 constexpr uint64_t kMostRounds = 5;
 /// Each place looks at so many of the points, and sends rays to some of these.
@@ -202,17 +200,14 @@ std::vector<LightGuide::Use> LocalLight::find_uses(const std::vector<Drawn>& chu
   return uses;
 }
 
-LocalLight::Guided LocalLight::learn_guide(bool bounce, uint32_t count,
-                                           std::span<const SurfaceInteraction> seen, uint64_t seed,
-                                           RenderContext& context) {
+std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t count,
+                                                       std::span<const SurfaceInteraction> seen,
+                                                       uint64_t seed, RenderContext& context) {
   LightGuide& guide = bounce ? bounce_guide_ : surface_guide_;
   std::vector<float> shares;
   for (const Source& source : sources_) {
     shares.push_back(bounce ? source.bounce_share : source.surface_share);
   }
-  const double places = has_short_guides_ ? static_cast<double>(seen.size()) : kInfinity;
-  const double enough = std::min(kEnough, kEnoughOfPlace * places);
-  const double well_known = std::min(kWellKnown, kWellKnownOfPlace * places);
   std::vector<LightGuide::Use> all;
   double known = 0;
   uint32_t draws = 0;
@@ -225,11 +220,11 @@ LocalLight::Guided LocalLight::learn_guide(bool bounce, uint32_t count,
       needs_eye_rays_ = needs_eye_rays_ || chunk.meets_mirroring;
       has_glossy_caustics_ = has_glossy_caustics_ || chunk.lamp_meets_mirroring;
     }
-    if (seen.empty() || round == kMostRounds) return {std::move(drawn), {}};
+    if (seen.empty() || round == kMostRounds) return drawn;
     auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfLooks), context);
     const double number = effective_number(uses);
-    if (guide.empty() ? number >= well_known : number >= enough && known >= well_known) {
-      return {std::move(drawn), std::move(uses)};
+    if (guide.empty() ? number >= kWellKnown : number >= kEnough && known >= kWellKnown) {
+      return drawn;
     }
     // Each round counts by the number of draws that it is worth.
     double sum = 0;

@@ -65,12 +65,11 @@ uint32_t LocalLight::parts_at(const LightPoint& point) const {
   return static_cast<uint32_t>(parts_of(power_of(point) * splits_[cell]));
 }
 
-bool LocalLight::learn_splits(const Guided& guided, std::span<const SurfaceInteraction> seen,
-                              uint64_t seed, RenderContext& context) {
+bool LocalLight::learn_splits(const std::vector<Drawn>& drawn,
+                              std::span<const SurfaceInteraction> seen, uint64_t seed,
+                              RenderContext& context) {
   if (max_depth() <= kBounceDepth || seen.empty()) return false;
-  const std::vector<Drawn>& drawn = guided.drawn;
-  const std::vector<LightGuide::Use> uses =
-      guided.uses.empty() ? find_uses(drawn, seen, seed, context) : guided.uses;
+  const std::vector<LightGuide::Use> uses = find_uses(drawn, seen, seed, context);
   std::vector<OrientedPoint> places;
   std::vector<float> powers, later;  // `later`: use of the points that the walk leaves after this
   double all_power = 0, all_later = 0;

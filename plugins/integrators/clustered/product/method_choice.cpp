@@ -45,9 +45,8 @@ constexpr double kMaxWorkOfTiles = 0.9;
 /// `path` takes less work by this factor.
 constexpr double kClearRatio = 2.5, kClearRatioOfPart = 4;
 /// Renders whose brightness by product sampling is expected to deviate by more than this are left to
-/// `path`. Most trials of a dozen interiors find less than 0.03, and most seeds whose images are too
-/// bright or too dark by more than that have more.
-constexpr double kMaxDeviation = 0.04;
+/// `path`. Most trials of a dozen interiors find less than 0.02.
+constexpr double kMaxDeviation = 0.025;
 /// If a smaller share of the light is aimed at what the camera sees, there is no trial. Light points
 /// of the other light are rare and bright, which two renders seldom show.
 constexpr double kMinAimedShare = 0.1;

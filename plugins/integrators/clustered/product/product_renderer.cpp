@@ -99,7 +99,6 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   local.length = settings.length;
   local.bounce_cells = settings.bounce_cells;
   local.min_aimed_share = min_aimed_share;
-  local.has_short_guides = share < 1;
   local.caustics = Caustics::serves(sensor);
   // Where rays are few, points are, too: each takes about as long as two. Until an error is
   // reached, there will be many. What is rendered by parts draws as many for each.
