@@ -12,14 +12,10 @@
 /// image and +Y up.
 namespace kinome {
 
-/// Parameters of every camera.
-#define KINOME_CAMERA_PARAMETERS                                                                   \
-  {"to_world", ParameterType::kTransform, "identity",                                              \
-   "transform from camera to world; the camera looks along +Z"},                                   \
-      {"near_clip", ParameterType::kFloat, "0.01", "depth of the nearest visible point"},          \
-      {"far_clip", ParameterType::kFloat, "10000", "depth of the farthest visible point"},         \
-      {"shutter_open", ParameterType::kFloat, "0",                                                 \
-       "start of the exposure; only affects timed_sunsky"},                                        \
+/// Parameters of all sensors.
+#define KINOME_SENSOR_PARAMETERS                                                                   \
+  {"shutter_open", ParameterType::kFloat, "0",                                                     \
+   "start of the exposure; only affects timed_sunsky"},                                            \
       {"shutter_close", ParameterType::kFloat, "0",                                                \
        "end of the exposure; only affects timed_sunsky"},                                          \
       {"film", ParameterType::kObject, nullptr, "film; default: hdrfilm", false, Category::kFilm}, \
@@ -27,6 +23,14 @@ namespace kinome {
     "sampler", ParameterType::kObject, nullptr, "sampler; default: independent", false,            \
         Category::kSampler                                                                         \
   }
+
+/// Parameters of every camera.
+#define KINOME_CAMERA_PARAMETERS                                                                   \
+  {"to_world", ParameterType::kTransform, "identity",                                              \
+   "transform from camera to world; the camera looks along +Z"},                                   \
+      {"near_clip", ParameterType::kFloat, "0.01", "depth of the nearest visible point"},          \
+      {"far_clip", ParameterType::kFloat, "10000", "depth of the farthest visible point"},         \
+      KINOME_SENSOR_PARAMETERS
 
 inline constexpr const char* kFovAxes[] = {"x", "y", "diagonal", "smaller", "larger"};
 

@@ -7,18 +7,6 @@
 /// Helpers of sensors that measure one value, or a few, instead of an image.
 namespace kinome {
 
-/// Parameters of all sensors.
-#define KINOME_SENSOR_PARAMETERS                                                                   \
-  {"shutter_open", ParameterType::kFloat, "0",                                                     \
-   "start of the exposure; only affects timed_sunsky"},                                            \
-      {"shutter_close", ParameterType::kFloat, "0",                                                \
-       "end of the exposure; only affects timed_sunsky"},                                          \
-      {"film", ParameterType::kObject, nullptr, "film; default: hdrfilm", false, Category::kFilm}, \
-  {                                                                                                \
-    "sampler", ParameterType::kObject, nullptr, "sampler; default: independent", false,            \
-        Category::kSampler                                                                         \
-  }
-
 /// Throws if the film has several rows and columns, as Mitsuba does, because all pixels would show
 /// the same.
 inline void check_film_of_one_pixel(const Properties& props, const Film& film) {
