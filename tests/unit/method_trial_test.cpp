@@ -145,7 +145,8 @@ TEST(MethodTrial, ComparesErrorTimesRays) {
   EXPECT_NEAR(work(0.02f, 1000, 0.25) * 4, 1, tolerance);
 }
 
-/// A single render by the first way tells its error by its difference from those of the second way.
+/// The error of a single render by the first way is estimated by its difference from the second
+/// way's renders.
 TEST(MethodTrial, EndsAfterOneRenderThatIsEnough) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});

@@ -88,7 +88,8 @@ def parse(arguments=None):
                         help="budgets: of the images; default: 160x120. Scenes of other sizes have "
                              "rows of their own")
     parser.add_argument("--seconds", type=seconds_given, metavar="S,...", default=(1, 5),
-                        help="budgets: by --time, of 1, 5 and 30; default: 1,5")
+                        help="budgets: by --time, of 1, 5 and 30; replaces those that the page has of "
+                             "the scene; default: 1,5")
     parser.add_argument("--work", type=pathlib.Path, help=argparse.SUPPRESS)
     parser.add_argument("--check", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_intermixed_args(arguments)

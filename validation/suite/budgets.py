@@ -102,8 +102,8 @@ class Budgets:
 
     def runs(self, scene, integrator, budgets):
         """{budget: renders of all seeds}. Larger numbers of samples are left out if they would take
-        longer than MAX_SECONDS for each SIZE of pixels to the power 1/2; by `clustered` only in
-        images larger than SIZE."""
+        longer than MAX_SECONDS times the square root of the image's size relative to SIZE. For
+        `clustered`, they are left out only in images larger than SIZE."""
         limit = MAX_SECONDS * math.sqrt(scale_of(self.size))
         is_limited = integrator != "clustered" or scale_of(self.size) > 1
         found = {}
@@ -119,8 +119,7 @@ class Budgets:
         """The same of `clustered` by --error, if that takes less than MAX_SECONDS_OF_ERROR by the
         errors that numbers of samples have."""
         mean = weighted_mean([best(found)])
-        points = [point(budget, renders, mean, 0) for budget, renders in found.items()
-                  if budget.samples]
+        points = [point(budget, renders, mean, 0) for budget, renders in found.items()]
         last = max(points, key=seconds_of)
         return self.runs(scene, "clustered", [
             Budget(error=error) for error in ERRORS

@@ -13,9 +13,8 @@ class StraightShadows {
   /// For rays of at most `points` points, of which no more than `rays` are on.
   StraightShadows(const SceneTable& scene, size_t points, size_t rays);
 
-  /// Of the first `count` rays, those that are on must have unit directions. `max_passes`: of each
-  /// ray, the number of surfaces that it passes at most. Segments behind the first count as shadow
-  /// rays.
+  /// Traces the first `count` rays. Rays that are on must have unit directions. `max_passes` is the
+  /// maximum number of surfaces that each ray passes. Segments behind the first count as shadow rays.
   void trace(const Ray16* rays, size_t count, const float* max_passes, RenderCounters& counters);
 
   /// Of each ray of the last trace(): the product of transmittances along it; 0 if it is off or

@@ -15,7 +15,7 @@ constexpr uint16_t kPilotPrimaries = 4;
 /// As many as the pilot sends from the tiles that a patch learns from.
 constexpr uint32_t kPilotRays = 25 * kTileSide * kTileSide * 3 * kPilotPrimaries;
 /// Of each of them, in sixteenths: all are those of one patch, at worst.
-constexpr uint32_t kRecordWeight = std::min(16u, VisibilityLearner::kMostWeight / kPilotRays);
+constexpr uint32_t kRecordWeight = std::min(16u, VisibilityLearner::kMaxWeight / kPilotRays);
 constexpr uint16_t kPrimaries = 16;
 /// Teeth of a comb that tells each cell's share of the rays.
 constexpr uint32_t kShares = 1u << 16;

@@ -30,7 +30,7 @@ constexpr float kMixedDoubt = 0.01f;
 
 /// Records of counts, and the sum of their shares.
 wide::Float all_of(wide::Uint counts) {
-  const wide::Int lower = wide::as_int(counts) & wide::Int(VisibilityLearner::kMostWeight);
+  const wide::Int lower = wide::as_int(counts) & wide::Int(VisibilityLearner::kMaxWeight);
   return kUnit * to_float(wide::as_uint(lower));
 }
 wide::Float visible_of(wide::Uint counts) {
@@ -101,7 +101,7 @@ void VisibilityLearner::begin() {
 
 void VisibilityLearner::add(std::span<const VisibilityRecord> records, uint32_t weight) {
   if (weight == 0) return;
-  records = records.first(std::min<size_t>(records.size(), (kMostWeight - weight_) / weight));
+  records = records.first(std::min<size_t>(records.size(), (kMaxWeight - weight_) / weight));
   weight_ += static_cast<uint32_t>(records.size()) * weight;
   constexpr uint32_t kWhole = VisibilityRecord::kWhole;
   uint32_t shares = 0, squares = 0;
@@ -115,7 +115,7 @@ void VisibilityLearner::add(std::span<const VisibilityRecord> records, uint32_t 
   squares_ += uint64_t{weight} * squares;
 }
 
-/// No half of a sum is more than kMostWeight.
+/// No half of a sum is more than kMaxWeight.
 void VisibilityLearner::sum_up() {
   const auto sum = [](const Count* children, size_t count, std::vector<Count>& nodes) {
     for (size_t i = 0; i < nodes.size(); ++i) {
@@ -138,7 +138,7 @@ void VisibilityLearner::share_down() {
   const auto share = [](const Level& level, size_t i, float above, float shrinkage) {
     const Count count = level.counts[i];
     return (kUnit * static_cast<float>(count >> kHalf) + shrinkage * above) /
-           (kUnit * static_cast<float>(count & kMostWeight) + shrinkage);
+           (kUnit * static_cast<float>(count & kMaxWeight) + shrinkage);
   };
   levels_.back().share[0] = share(levels_.back(), 0, 0.5f, 1);
   for (size_t k = levels_.size() - 1; k-- > 0;) {

@@ -12,8 +12,8 @@
 
 namespace kinome {
 
-/// What one shadow ray found: the cell that it went to, and the share of its light that arrived,
-/// which panes and masks may weaken. Three bytes, because pilots keep many.
+/// Result of a shadow ray: its cell, and the share of the light that arrives, which panes and masks may
+/// weaken. Three bytes, because pilots keep many.
 class VisibilityRecord {
  public:
   /// share() of unweakened light.
@@ -61,12 +61,12 @@ CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& c
 class VisibilityLearner {
  public:
   /// The most that all records together may weigh: 4,095 whole ones.
-  static constexpr int32_t kMostWeight = 0xffff;
+  static constexpr int32_t kMaxWeight = 0xffff;
 
   /// Without `neighbours`, cells lean on the tree alone; else they must outlive the learner.
   explicit VisibilityLearner(size_t padded_cells, const CellNeighbours* neighbours = nullptr);
   void begin();
-  /// Each record counts `weight` / 16. What would exceed kMostWeight is left out.
+  /// Each record counts `weight` / 16. What would exceed kMaxWeight is left out.
   void add(std::span<const VisibilityRecord> records, uint32_t weight);
   /// Without any record: nothing is known.
   void finish(Visibility& out);
