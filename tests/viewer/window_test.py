@@ -71,6 +71,23 @@ class Viewer:
             time.sleep(0.01)
         raise AssertionError(f"no '{pattern}' in {self.lines[after:]}")
 
+    def edition(self, end=None):
+        """The latest edition that the lines before `end` show."""
+        shown = re.findall(r" edition (\d+) ", "\n".join(self.lines[:end]))
+        return int(shown[-1]) if shown else -1
+
+    def wait_for_change(self, after, patience=PATIENCE):
+        """Waits for a pass of a later edition than the lines before `after` show. A preview is not
+        waited for: a window with little time may see only the passes that follow it."""
+        old = self.edition(after)
+        end = time.monotonic() + patience
+        while time.monotonic() < end and self.process.poll() is None:
+            passes = re.findall(r" edition (\d+) \S+ (?:pass [2-9]|final)", "\n".join(self.lines[after:]))
+            if passes and int(passes[-1]) > old and int(passes[-1]) == self.edition():
+                return
+            time.sleep(0.01)
+        raise AssertionError(f"no pass after edition {old} in {self.lines[after:]}")
+
     def screenshot(self):
         before = len(self.lines)
         xdotool("key", "F12")
@@ -149,27 +166,23 @@ class WindowTest(unittest.TestCase):
         for patience in (PATIENCE / 4, PATIENCE / 4, PATIENCE):
             try:
                 viewer.drag(x, y, -300, 0)
-                viewer.wait_for("preview", before, patience)
+                viewer.wait_for_change(before, patience)
                 break
             except AssertionError:
                 if patience == PATIENCE:
                     raise
-        before = len(viewer.lines)
-        viewer.wait_for("pass [2-9]", before)
         red, green, _ = self.middle(viewer.screenshot())
         self.assertLess(red, 1.5 * green)
         # "Undo" takes back the whole drag.
         before = len(viewer.lines)
         xdotool("key", "ctrl+z")
-        viewer.wait_for("preview", before)
-        viewer.wait_for("pass [2-9]", before)
+        viewer.wait_for_change(before)
         np.testing.assert_allclose(self.middle(viewer.screenshot()), self.middle(shot), atol=12)
         # A checkerboard takes the place of the colour, by the menu at the left end of its row.
         for place in ((921, y), (960, y + 31)):
             before = len(viewer.lines)
             click(*place)
-        viewer.wait_for("preview", before)
-        viewer.wait_for("pass [2-9]", before)
+        viewer.wait_for_change(before)
         red, green, _ = self.middle(viewer.screenshot())
         self.assertLess(red, 1.5 * green)
 
@@ -178,9 +191,7 @@ class WindowTest(unittest.TestCase):
         picture = viewer.screenshot()[100:700, 50:850]
         before = len(viewer.lines)
         viewer.drag(200, 200, 100, 50)
-        viewer.wait_for("preview", before)
-        before = len(viewer.lines)
-        viewer.wait_for("pass [2-9]", before)
+        viewer.wait_for_change(before)
         orbited = viewer.screenshot()[100:700, 50:850]
         self.assertGreater(np.mean(abs(picture - orbited) > 12), 0.2)
         # The ball, around which it goes, stays in the middle.
@@ -189,8 +200,7 @@ class WindowTest(unittest.TestCase):
         for move in (["keydown", "w", "sleep", 0.3, "keyup", "w"], ["click", 4]):
             before = len(viewer.lines)
             xdotool(*move)
-            viewer.wait_for("preview", before)
-        viewer.wait_for("pass [2-9]", before)
+            viewer.wait_for_change(before)
         nearer = viewer.screenshot()[100:700, 50:850]
         is_red = [np.mean(p[..., 0] > 2 * p[..., 1]) for p in (orbited, nearer)]
         self.assertGreater(is_red[1], 1.05 * is_red[0])

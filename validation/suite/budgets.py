@@ -21,7 +21,10 @@ from .budget_scenes import derived
 SIZE = (160, 120)
 # Samples, seconds (--time) and errors (--error) of `clustered`, and samples of the others.
 SAMPLES, SECONDS, ERRORS = (2, 8, 32, 128), (1, 5, 30), (1e-2, 1e-3)
-PATH_SAMPLES, PTRACER_SAMPLES = (8, 32, 128), (32,)
+PATH_SAMPLES, PTRACER_SAMPLES = (4, 8, 32, 128), (32,)
+# Short renders are made with more seeds than asked for, since few seeds seldom show rare bright
+# samples: as many as fit this processor time, up to a maximum. By --time, with as many as asked for.
+SECONDS_OF_SEEDS, MAX_SEEDS = 5, 16
 MAX_SECONDS = 6  # of processor time, of a render of `path`: beyond, its errors are extrapolated
 MAX_SECONDS_OF_ERROR = 15  # of a render of `clustered` by --error: beyond, it is not made
 LIMIT = 0.9
@@ -108,12 +111,20 @@ class Budgets:
         is_limited = integrator != "clustered" or scale_of(self.size) > 1
         found = {}
         for budget in budgets:
-            found[budget] = [self.measure(scene, integrator, budget, seed)
-                             for seed in range(1, self.options.seeds + 1)]
+            first = self.measure(scene, integrator, budget, 1)
+            found[budget] = [first, *(self.measure(scene, integrator, budget, seed)
+                                      for seed in range(2, self.seeds(budget, first) + 1))]
             if is_limited and budget.samples and found[budget][0]["processor"] > limit / 4:
                 break
         self.log.say(f"{scene.name}: {integrator}")
         return found
+
+    def seeds(self, budget, first):
+        """Number of seeds, by the processor time of the first render."""
+        if budget.seconds:
+            return self.options.seeds
+        fit = int(SECONDS_OF_SEEDS / max(first["processor"], 1e-3))
+        return max(self.options.seeds, min(fit, MAX_SEEDS))
 
     def runs_to_errors(self, scene, found):
         """The same of `clustered` by --error, if that takes less than MAX_SECONDS_OF_ERROR by the

@@ -3,7 +3,7 @@
 import matplotlib
 
 from .analysis import geometric_mean
-from .budgets import BUDGETS, LIMIT, SIZE, ratios
+from .budgets import BUDGETS, LIMIT, MAX_SEEDS, SIZE, ratios
 from .plots import png_file
 
 matplotlib.use("Agg")
@@ -52,7 +52,7 @@ def page(machine, scenes):
         f"Written by `sh validation/run.sh budgets` at {', '.join(commits)}, on "
         f"{machine['processor']}, {machine['cores']} cores. Images of {SIZE[0]}x{SIZE[1]} pixels unless "
         "the name gives another size, "
-        f"max_depth -1, {'/'.join(map(str, seeds))} seeds. Each figure is the relMSE of the better of "
+        f"max_depth -1, {'/'.join(map(str, seeds))} seeds, and up to {MAX_SEEDS} for short renders. Each figure is the relMSE of the better of "
         "`path` and `ptracer` at equal time, divided by that of `clustered`: above 1, `clustered` is "
         "better. Time is processor time (user and system, of all threads) without start-up and loading; "
         "error is the variance between seeds, so that few seeds tell ratios to some 20 % only, and light "
