@@ -1,7 +1,8 @@
-/// Arbitrary output variables: what the first hit is, as further channels of the image, beside what
-/// nested integrators render: each as channels NAME.R, .G, .B, .A, and the first as the film's colour,
-/// too (without one, that stays black). Channels are filtered as colour is; rays that hit nothing count as 0. `aovs` lists name:type pairs; channels are named as
-/// Mitsuba names them, NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on.
+/// Arbitrary output variables: properties of the first hit, as additional channels of the image.
+/// Each nested integrator adds the channels NAME.R, .G, .B and .A. The first one also renders the
+/// film's colour, which is black without nested integrators. Channels are filtered like colour;
+/// rays that hit nothing count as 0. `aovs` lists name:type pairs. Channels have Mitsuba's names:
+/// NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on.
 ///
 ///     <integrator type="aov">
 ///       <string name="aovs" value="depth:depth,n:sh_normal,albedo:albedo"/>
@@ -31,30 +32,30 @@ namespace {
 constexpr Parameter kTable[] = {
     kIgnoredHideEmitters,
     {"aovs", ParameterType::kString, nullptr,
-     "NAME:TYPE pairs, commas or spaces between them; types: albedo, depth, position, uv, "
+     "NAME:TYPE pairs, separated by commas or spaces; types: albedo, depth, position, uv, "
      "geo_normal, sh_normal, dp_du, dp_dv, duv_dx, duv_dy, prim_index, shape_index (from 1).",
      true},
     {"integrator", ParameterType::kObject, nullptr,
-     "What renders the colour channels; of several, each gets channels of its own.", false,
+     "Integrators that render the colour channels; each gets channels of its own.", false,
      Category::kIntegrator, 16},
 };
 
 struct SurfaceHit {
   SurfaceInteraction si;
   uint32_t shape;
-  float depth;  ///< from the camera's near plane, as in Mitsuba
-  Vec2 duv_dx;  ///< only where asked for, as duv_dy
+  float depth;  ///< distance from the camera's near plane, as in Mitsuba
+  Vec2 duv_dx;  ///< 0 unless a type has needs_next_rays, like duv_dy
   Vec2 duv_dy;
 };
 
 struct Type {
   const char* name;
-  const char* suffixes;  ///< of the channels, one letter each
+  const char* suffixes;  ///< suffixes of the channels, one letter each
   Vec3 (*value)(const SurfaceHit&);
   bool needs_next_rays = false;
 };
 
-/// Shape indices count from 1, as Mitsuba's do: 0 is the background.
+/// Shape indices start at 1, as in Mitsuba: 0 is the background.
 constexpr Type kTypes[] = {
     {"depth", "T", [](const SurfaceHit& hit) { return Vec3(hit.depth); }},
     {"position", "XYZ", [](const SurfaceHit& hit) { return hit.si.p; }},
@@ -70,12 +71,12 @@ constexpr Type kTypes[] = {
     {"albedo", "RGB", [](const SurfaceHit& hit) { return hit.si.shape->bsdf().albedo(hit.si); }},
 };
 
-/// How uv changes where the tangent plane of a point is met by `ray` in place of the ray that hit
-/// the point; 0 where the surface has no parametrisation, or the plane is not met.
+/// Returns the difference in uv between the point and the intersection of `ray` with its tangent
+/// plane. Returns 0 if the surface has no parametrisation or the ray misses the plane.
 Vec2 uv_offset(const SurfaceInteraction& si, const Ray& ray) {
   const float t = glm::dot(si.n, si.p - ray.o) / glm::dot(si.n, ray.d);
   const Vec3 offset = ray.o + t * ray.d - si.p;
-  // The tangents needn't be perpendicular: least squares.
+  // Least squares, because the tangents needn't be perpendicular.
   const float uu = glm::dot(si.dp_du, si.dp_du), uv = glm::dot(si.dp_du, si.dp_dv),
               vv = glm::dot(si.dp_dv, si.dp_dv);
   const float u = glm::dot(si.dp_du, offset), v = glm::dot(si.dp_dv, offset);
@@ -83,13 +84,13 @@ Vec2 uv_offset(const SurfaceInteraction& si, const Ray& ray) {
   return is_finite(Vec3(result, 0)) ? result : Vec2(0);
 }
 
-/// The rays next to those of a block, at the same points of the lens: what Mitsuba calls ray
-/// differentials. One per thread.
+/// Rays through the neighbouring pixels of a block's rays, from the same points of the lens:
+/// Mitsuba's ray differentials. One per thread.
 class NextRays {
  public:
   NextRays(const Sensor& sensor, size_t rays)
       : sensor_(sensor),
-        // By the distance between a pixel's samples, as in Mitsuba.
+        // Distance between a pixel's samples, as in Mitsuba.
         scale_(1 / std::sqrt(static_cast<float>(std::max(1u, sensor.sampler().sample_count())))),
         arena_(rays + kBlockLanes),
         position_(arena_.two()),
@@ -105,10 +106,11 @@ class NextRays {
     }
   }
 
-  /// Of the pixel to the right (axis 0) or below (1), moved toward `ray` by the number of samples.
+  /// Returns the ray of the pixel to the right (axis 0) or below (1), moved toward `ray` until they
+  /// are as far apart as a pixel's samples.
   Ray at(size_t i, const Ray& ray, int axis) const {
     Ray next = ray_of(&next_[axis][i / kBlockLanes].ray, i % kBlockLanes);
-    // Mitsuba's pinhole has them all begin where the ray itself begins, on the near plane.
+    // In Mitsuba's pinhole camera, all of them begin at the ray's own origin on the near plane.
     const bool is_pinhole = !sensor_.needs_aperture_sample() && next.o == ray.o;
     const Vec3 from = ray.o + ray.tmin * ray.d;
     next.o = is_pinhole ? from : from + scale_ * (next.o + next.tmin * next.d - from);
@@ -124,12 +126,12 @@ class NextRays {
   RayHit16* next_[2];
 };
 
-/// What lies between commas and spaces.
+/// Splits a list at commas and white space.
 std::vector<std::string_view> items_of(std::string_view list) {
-  constexpr std::string_view kBetween = ", \t\r\n";
+  constexpr std::string_view kSeparators = ", \t\r\n";
   std::vector<std::string_view> items;
-  for (size_t at = 0; (at = list.find_first_not_of(kBetween, at)) != std::string_view::npos;) {
-    const size_t end = std::min(list.find_first_of(kBetween, at), list.size());
+  for (size_t at = 0; (at = list.find_first_not_of(kSeparators, at)) != std::string_view::npos;) {
+    const size_t end = std::min(list.find_first_of(kSeparators, at), list.size());
     items.push_back(list.substr(at, end - at));
     at = end;
   }
@@ -147,7 +149,7 @@ const Type& find_type(const Properties& props, const std::string& name) {
                                 (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
 }
 
-/// What one thread works with.
+/// State of one thread.
 class AovWorker {
  public:
   AovWorker(const transport::SceneTable& scene, const Sensor& sensor,
@@ -176,7 +178,7 @@ class AovWorker {
   }
 
  private:
-  /// The values of a point's ray.
+  /// Sets the values of the point's ray.
   void fill(size_t point) {
     const SurfaceBlock& points = camera_.surfaces().points();
     const uint32_t ray = points.ray[point];
@@ -220,7 +222,7 @@ class AovIntegrator final : public NestingIntegrator {
 
   std::vector<Stage> stages() const override {
     std::vector<Stage> stages = NestingIntegrator::stages();
-    stages.push_back({"aov", "reads off the first hits"});
+    stages.push_back({"aov", "records properties of the first hits"});
     return stages;
   }
 
@@ -237,7 +239,7 @@ class AovIntegrator final : public NestingIntegrator {
   }
 
  private:
-  /// Notes the types; the names of their channels.
+  /// Sets types_ and returns the names of the channels.
   std::vector<std::string> parse(const Properties& props) {
     std::vector<std::string> names;
     std::set<std::string> taken;
@@ -271,5 +273,5 @@ class AovIntegrator final : public NestingIntegrator {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::AovIntegrator, kinome::Category::kIntegrator, "aov",
-              "What the first hit is (depth, normals, albedo, …), as channels of their own.",
+              "Properties of the first hit (depth, normals, albedo, …) as separate channels.",
               kinome::kTable);

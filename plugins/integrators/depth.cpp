@@ -1,5 +1,5 @@
 /// Distance of the first hit along the ray, from the camera's near plane (as in Mitsuba), in all
-/// three colour channels; 0 where there is none.
+/// three colour channels. 0 if the ray hits nothing.
 ///
 ///     <integrator type="depth"/>
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr Parameter kTable[] = {kIgnoredHideEmitters};
 
-/// What one thread works with.
+/// State of one thread.
 class DepthWorker {
  public:
   DepthWorker(const transport::SceneTable& scene, const Sensor& sensor)
@@ -54,7 +54,7 @@ class DepthIntegrator final : public Integrator {
   explicit DepthIntegrator(const Properties&) {}
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    context.skip("shading", "only distances are asked for");
+    context.skip("shading", "only distances are needed");
     const transport::SceneTable table(scene);
     transport::render_tiles<DepthWorker>(
         sensor, context, 0, [&] { return std::make_unique<DepthWorker>(table, sensor); },
@@ -69,5 +69,5 @@ class DepthIntegrator final : public Integrator {
 
 KINOME_PLUGIN(
     kinome::DepthIntegrator, kinome::Category::kIntegrator, "depth",
-    "Distance of the first hit along the ray, from the near plane; 0 where there is none.",
+    "Distance of the first hit along the ray, from the near plane; 0 if the ray hits nothing.",
     kinome::kTable);

@@ -1,7 +1,7 @@
-/// Direct illumination, as Mitsuba's `direct`: at each first hit, directions from the emitters and
-/// from the BSDF, combined by the power heuristic (Veach 1997, 9.2.4). Emitters are picked
-/// uniformly. Points are shaded in blocks, and their shadow rays traced in the order of their
-/// directions; none is traced for a contribution of zero.
+/// Direct illumination, as Mitsuba's `direct`: emitter samples and BSDF samples at each first hit,
+/// combined by the power heuristic (Veach 1997, 9.2.4). Emitters are chosen uniformly. Points are
+/// shaded in blocks; their shadow rays are sorted by direction. No shadow ray is traced for a
+/// contribution of zero.
 ///
 ///     <integrator type="direct"><integer name="shading_samples" value="4"/></integrator>
 
@@ -20,11 +20,11 @@ namespace {
 
 constexpr Parameter kTable[] = {
     {"shading_samples", ParameterType::kInteger, "1",
-     "Emitter samples and BSDF samples for each primary ray: this many of both."},
+     "Number of emitter samples, and of BSDF samples, for each primary ray."},
     {"emitter_samples", ParameterType::kInteger, nullptr,
-     "Emitter samples alone (default: shading_samples). Not together with shading_samples."},
+     "Number of emitter samples (default: shading_samples). Not together with shading_samples."},
     {"bsdf_samples", ParameterType::kInteger, nullptr,
-     "BSDF samples alone (default: shading_samples). Not together with shading_samples."},
+     "Number of BSDF samples (default: shading_samples). Not together with shading_samples."},
     {"hide_emitters", ParameterType::kBoolean, "false",
      "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black, "
      "also behind masks and panes."},

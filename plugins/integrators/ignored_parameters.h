@@ -2,7 +2,7 @@
 
 #include "kinome/parameter.h"
 
-/// Rows of integrators that show surfaces, not light.
+/// Parameter rows of integrators that show surfaces, not light.
 namespace kinome {
 
 inline constexpr Parameter kIgnoredHideEmitters = ignored_row(

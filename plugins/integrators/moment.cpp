@@ -1,15 +1,15 @@
-/// Second moments: the mean of the square of what each sample sees, from which the variance of a
-/// sample follows as m2 - mean². Nested integrators render as they do alone; for each, the picture
-/// gets its colour as CIE XYZ (NAME.X, .Y, .Z), what else it shows (NAME.CHANNEL), and the second
-/// moment of all of it with `m2_` before the name. The film's colour is that of the first.
+/// Second moments: the mean of each sample's squared value. The variance of a sample is m2 - mean².
+/// Nested integrators render as they do alone. For each, the image gets its colour as CIE XYZ
+/// (NAME.X, .Y, .Z), its other channels (NAME.CHANNEL), and the second moments of all of these with
+/// the prefix `m2_`. The film's colour is that of the first nested integrator.
 ///
 ///     <integrator type="moment">
 ///       <integrator type="path" name="img"/>
 ///     </integrator>
 ///
-/// `ptracer` and `clustered` by `product` have no samples of a pixel that could be squared one by
-/// one: light paths meet all pixels, and rays are shared by neighbours. `--variance` tells how noisy
-/// their pictures are.
+/// `ptracer` and `clustered` by `product` have no independent samples of a pixel: light paths
+/// contribute to all pixels, and neighbours share rays. Use `--variance` to estimate the noise of
+/// their images.
 
 #include <algorithm>
 
@@ -22,7 +22,7 @@ namespace {
 constexpr Parameter kTable[] = {
     kIgnoredHideEmitters,
     {"integrator", ParameterType::kObject, nullptr,
-     "What renders; each one's second moments are computed.", true, Category::kIntegrator, 16},
+     "Integrators whose second moments are computed.", true, Category::kIntegrator, 16},
 };
 
 class MomentIntegrator final : public NestingIntegrator {
@@ -32,7 +32,8 @@ class MomentIntegrator final : public NestingIntegrator {
       if (!nested.integrator->gives_samples()) {
         throw Error(nested.where,
                     "there are no second moments of '" + nested.integrator->plugin() +
-                        "', which doesn't sample pixels one by one: --variance tells its noise");
+                        "', which doesn't sample pixels one by one; use --variance to estimate its "
+                        "noise");
       }
       add_channels_of(nested);
       add_color(nested, {{"X", FilmChannel::kX}, {"Y", FilmChannel::kY}, {"Z", FilmChannel::kZ}});
@@ -49,5 +50,5 @@ class MomentIntegrator final : public NestingIntegrator {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::MomentIntegrator, kinome::Category::kIntegrator, "moment",
-              "What nested integrators render, with the second moments of its samples as channels.",
+              "Nested integrators, with the second moments of their samples as channels.",
               kinome::kTable);

@@ -16,9 +16,9 @@
 
 namespace kinome {
 
-/// An integrator that renders others, nested in it, each into layers of the film that are its own.
-/// The first one's colour is the film's. What they show beside it is shown, too, as Mitsuba names
-/// it: by the nested integrator's name in the scene ("_arg_0" and so on, where it has none).
+/// An integrator that renders nested integrators, each into its own layers of the film. The colour
+/// of the first one is the film's. Their other channels are named as in Mitsuba: by the nested
+/// integrator's name in the scene ("_arg_0" and so on if it has none).
 class NestingIntegrator : public Integrator {
  public:
   explicit NestingIntegrator(const Properties& props) {
@@ -50,7 +50,7 @@ class NestingIntegrator : public Integrator {
     return stages;
   }
 
-  /// Of the first that has a use for any.
+  /// Returns the default of the first nested integrator that has one.
   const char* default_indirect_emitter() const override {
     for (const Nested& nested : nested_) {
       if (const char* name = nested.integrator->default_indirect_emitter()) return name;
@@ -89,19 +89,19 @@ class NestingIntegrator : public Integrator {
   };
   const std::vector<Nested>& nested() const { return nested_; }
 
-  /// A layer of one's own, whose values have these names: its number.
+  /// Adds a layer of this integrator's own, whose values have these names. Returns its number.
   int add_layer(const std::vector<std::string>& names) {
     layers_.push_back(names);
     return static_cast<int>(layers_.size()) - 1;
   }
   void add_channel(FilmChannel channel) { channels_.push_back(std::move(channel)); }
-  /// Parts of the colour of a nested integrator, as NAME.R or the like.
+  /// Adds components of a nested integrator's colour as channels, such as NAME.R.
   void add_color(const Nested& nested, std::initializer_list<std::pair<const char*, int>> parts) {
     for (const auto& [suffix, value] : parts) {
       add_channel({nested.name + "." + suffix, nested.first_layer, value});
     }
   }
-  /// All that a nested integrator shows beside its colour.
+  /// Adds all channels of a nested integrator other than its colour.
   void add_channels_of(const Nested& nested) {
     for (FilmChannel channel : nested.integrator->channels()) {
       channel.name = nested.name + "." + channel.name;

@@ -1,7 +1,7 @@
 /// Path tracing from the camera, as Mitsuba's `path`; see transport::Paths. Emitter samples also
-/// pass surfaces that don't bend light (`thindielectric`, `mask`, `null`), each of which counts as
-/// an edge. The image is that of Mitsuba, with less noise behind panes and leaves: light of
-/// emitters without extent (`point`, `spot`, `directional`, …) still stops at such surfaces.
+/// pass surfaces that don't bend light (`thindielectric`, `mask`, `null`); each counts as an edge.
+/// The expectation is that of Mitsuba, with less noise behind panes and leaves. Light of lamps
+/// (`point`, `spot`, `directional`, …) still stops at such surfaces.
 ///
 ///     <integrator type="path"><integer name="max_depth" value="8"/></integrator>
 

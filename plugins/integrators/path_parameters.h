@@ -7,13 +7,13 @@
 #include "kinome/properties.h"
 #include "kinome/wide/vectors.h"
 
-/// What integrators over whole paths have in common.
+/// Parameters and formulas that path tracing and light tracing share.
 namespace kinome {
 
 /// Rows of a parameter table.
 #define KINOME_PATH_PARAMETERS                                                                  \
   {"max_depth", ParameterType::kInteger, "-1",                                                  \
-   "Longest path, in edges: 1 is emission alone, 2 direct light, 3 one bounce; -1: no limit."}, \
+   "Maximum edges of a path: 1 is emission alone, 2 direct light, 3 one bounce; -1: no limit."}, \
   {                                                                                             \
     "rr_depth", ParameterType::kInteger, "5",                                                   \
         "Russian roulette ends paths from this many surface points on."                         \
@@ -21,20 +21,21 @@ namespace kinome {
 
 inline constexpr uint32_t kNoMaxDepth = std::numeric_limits<uint32_t>::max() / 2;
 
-/// `max_depth` as Mitsuba takes it: edges, where 0 leaves a black picture; -1 is kNoMaxDepth.
+/// Reads `max_depth` with Mitsuba's meaning: a number of edges. 0 renders a black image; -1 returns
+/// kNoMaxDepth.
 inline uint32_t read_max_depth(const Properties& props) {
   const int64_t depth = props.integer("max_depth");
   if (depth < -1) {
     throw props.error("max_depth",
-                      "must not be negative, but for -1, no limit; got " + std::to_string(depth));
+                      "must be -1 (no limit) or at least 0, got " + std::to_string(depth));
   }
   return depth < 0 ? kNoMaxDepth : static_cast<uint32_t>(std::min<int64_t>(depth, kNoMaxDepth));
 }
 
-/// How long paths get.
+/// Limits on the length of paths.
 struct PathLength {
-  uint32_t max_depth = kNoMaxDepth;  ///< edges
-  uint32_t rr_depth = 5;             ///< surface points
+  uint32_t max_depth = kNoMaxDepth;  ///< number of edges
+  uint32_t rr_depth = 5;             ///< number of surface points before Russian roulette
 
   PathLength() = default;
   PathLength(uint32_t edges, uint32_t roulette_from)
@@ -48,14 +49,14 @@ struct PathLength {
   }
 };
 
-/// What `path` is asked for.
+/// Settings of `path`.
 struct PathSettings {
   PathLength length;
   bool hide_emitters = false;
 };
 
-/// With what probability Russian roulette lets a path go on; 0 only where it carries nothing. V is
-/// Rgb, or a vector of such (wide::Rgb).
+/// Returns the probability that a path survives Russian roulette; 0 only if its throughput is 0.
+/// V is Rgb or wide::Rgb.
 template <class V>
 wide::NumberOf<V> survival_probability(const V& throughput) {
   using namespace wide::formulas;

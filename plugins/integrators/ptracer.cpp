@@ -1,11 +1,13 @@
-/// Light tracing, as Mitsuba's `ptracer`: paths begin at emitters, and every surface point that
-/// they come to is connected to the sensor (Veach 1997, 10.1; Dutré and Willems 1994). It finds
-/// what paths from the camera hardly do, such as the light of a spot after one bounce, and misses
-/// what is seen in mirrors. An environment lights the scene, yet is itself black to the camera, as
-/// in Mitsuba: no light path comes from there to the lens. Likewise, what lies behind a mask or a
-/// pane is black. A film's alpha is found by camera rays, as that of `path`. Where a normal map
-/// tilts so far that it is turned toward the viewer (`flip_invalid_normals`), what mirrors below it
-/// send to where its turned normal is seen is missing.
+/// Light tracing, as Mitsuba's `ptracer`: paths begin at emitters, and each of their surface points
+/// is connected to the sensor (Veach 1997, 10.1; Dutré and Willems 1994). It finds light that paths
+/// from the camera hardly find, such as a spot's light after one bounce.
+///
+/// Some light is missing. Reflections in mirrors are black. An environment lights the scene, but is
+/// itself black to the camera, as in Mitsuba, because no light path connects it to the lens.
+/// Surfaces behind a mask or a pane are black. `flip_invalid_normals` may turn a normal map's
+/// normal toward the viewer: mirrors then send no light to viewers that see the turned normal.
+///
+/// Camera rays find a film's alpha, as in `path`.
 ///
 ///     <integrator type="ptracer"><integer name="max_depth" value="3"/></integrator>
 
@@ -28,8 +30,9 @@ constexpr Parameter kTable[] = {
      "Emitters look black to the camera, and hide what lies behind them."},
 };
 
-/// Light paths between two passes: bounds the memory of splats that wait for their turn.
-constexpr uint64_t kPassPaths = uint64_t{1} << 20;
+/// Maximum number of light paths in a pass, unless one sample of each pixel is more. It bounds the
+/// memory of splats that wait to be added to the film.
+constexpr uint64_t kMaxPathsPerPass = uint64_t{1} << 20;
 
 /// State of one thread.
 struct LightTracingWorker {
@@ -54,7 +57,7 @@ struct LightTracingWorker {
   }
 
   transport::LightPaths paths;
-  std::optional<transport::CameraBlock> camera;  ///< for alpha; nullopt: the film has none
+  std::optional<transport::CameraBlock> camera;  ///< finds alpha; nullopt if the film has none
 };
 
 class LightTracingIntegrator final : public Integrator {
@@ -63,7 +66,7 @@ class LightTracingIntegrator final : public Integrator {
       : length_(props), hide_emitters_(props.boolean("hide_emitters")) {}
 
   std::vector<Stage> stages() const override {
-    return {{"emit", "sends light from the lamps"}, kBounceStage, kShadeStage, kShadowStage,
+    return {{"emit", "samples rays from emitters"}, kBounceStage, kShadeStage, kShadowStage,
             kPrimaryStage, kFilmStage};
   }
 
@@ -76,7 +79,7 @@ class LightTracingIntegrator final : public Integrator {
       return;
     }
     if (length_.max_depth == 0) {
-      context.skip("light paths", "max_depth is 0: the picture is black");
+      context.skip("light paths", "max_depth is 0: the image is black");
       return;
     }
     const transport::SceneTable table(scene);
@@ -89,7 +92,8 @@ class LightTracingIntegrator final : public Integrator {
     const uint32_t count = sensor.sampler().sample_count();
     Film& film = sensor.film();
     const auto pixels = static_cast<uint64_t>(std::max(1, film.crop().area()));
-    const auto step = static_cast<uint32_t>(std::clamp<uint64_t>(kPassPaths / pixels, 1, count));
+    const auto step =
+        static_cast<uint32_t>(std::clamp<uint64_t>(kMaxPathsPerPass / pixels, 1, count));
     for (uint32_t done = 0; done < count && !context.cancelled(); done += step) {
       const uint32_t of_pass = std::min(step, count - done);
       context.set_progress_range(static_cast<double>(done) / count,
@@ -103,7 +107,8 @@ class LightTracingIntegrator final : public Integrator {
                 worker.trace(samples, tile);
               });
         });
-        // By each tile, so that a render that is cut short has the brightness of its paths so far.
+        // Counted for each tile, so that a cancelled render has the right brightness for the paths
+        // traced so far.
         tile.film.add_light_paths(static_cast<double>(tile.pixels.area()) * of_pass);
       });
     }

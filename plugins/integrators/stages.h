@@ -2,14 +2,14 @@
 
 #include "kinome/primary_rays.h"
 
-/// Stages that several integrators have.
+/// Stages that several integrators share.
 namespace kinome {
 
-inline constexpr Stage kBounceStage{"bounce", "traces rays on from surfaces"};
-inline constexpr Stage kShadeStage{"shade", "draws directions and computes light"};
-inline constexpr Stage kShadowStage{"shadow", "finds out what hides the light"};
+inline constexpr Stage kBounceStage{"bounce", "traces rays from surfaces"};
+inline constexpr Stage kShadeStage{"shade", "samples directions and computes light"};
+inline constexpr Stage kShadowStage{"shadow", "traces shadow rays"};
 
-/// `stage` as a part of another.
+/// Returns `stage` as a part of the stage `whole`.
 constexpr Stage part_of(const char* whole, Stage stage) {
   stage.within = whole;
   return stage;

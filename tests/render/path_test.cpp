@@ -242,7 +242,7 @@ TEST(Path, ChecksItsParameters) {
     }
     for (const int bad : {-2, -1000}) {
       const std::string message = error_of(integrator_xml(type, bad));
-      EXPECT_NE(message.find("'max_depth' must not be negative, but for -1, no limit; got " +
+      EXPECT_NE(message.find("'max_depth' must be -1 (no limit) or at least 0, got " +
                              std::to_string(bad)),
                 std::string::npos)
           << message;

@@ -9,7 +9,7 @@ void render_paths(const PathSettings& settings, const Scene& scene, const Sensor
                   RenderContext& context) {
   if (scene.emitters().empty()) context.skip("paths", "the scene has no emitters");
   if (settings.length.max_depth == 0) {
-    context.skip("paths", "max_depth is 0: the picture is black");
+    context.skip("paths", "max_depth is 0: the image is black");
     return;
   }
   const SceneTable table(scene);
