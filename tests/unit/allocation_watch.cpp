@@ -25,12 +25,13 @@ static void* watched_allocation(size_t size) noexcept {
 
 }  // namespace kinome::test
 
-// A separate source, lest the compiler see half of a pair inlined and warn of a mismatch.
+// These operators are in a separate source file. Otherwise the compiler may inline only one of a
+// pair and warn of a mismatch.
 void* operator new(size_t size) {
   if (void* memory = kinome::test::watched_allocation(size)) return memory;
   throw std::bad_alloc();
 }
-// What std::stable_sort asks for its buffer. Its memory goes back by the deletes below, too.
+// std::stable_sort allocates its buffer with this operator. The deletes below free it, too.
 void* operator new(size_t size, const std::nothrow_t&) noexcept {
   return kinome::test::watched_allocation(size);
 }

@@ -4,8 +4,8 @@
 
 namespace kinome::test {
 
-/// The largest single allocation since the last reset, of the whole process with its plugins: a
-/// broken file must not make a reader ask for gigabytes, whether or not it ever touches them.
+/// Returns the largest single allocation of the process, plugins included, since the last reset. A
+/// broken file must not make a reader request gigabytes, even if it never touches them.
 size_t largest_allocation();
 void reset_largest_allocation();
 

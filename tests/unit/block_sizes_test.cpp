@@ -1,5 +1,5 @@
-// Stages over blocks sort what they are given by material, emitter and direction, and come to the
-// same bits in any company, whatever the size of the blocks.
+// Tests that the size of blocks doesn't change results. Stages sort the samples of a block by
+// material, emitter and direction, and must return the same bits for each sample in any block.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using namespace transport;
 constexpr int kWidth = 32, kHeight = 16;
 constexpr uint32_t kSamples = 16;
 
-/// Several materials and lights, one of them a surface.
+/// Returns a scene with several materials and emitters, one of which is a surface.
 std::unique_ptr<Scene> balls() {
   return scene_from(R"(
     <sensor type="perspective">
@@ -42,7 +42,7 @@ std::unique_ptr<Scene> balls() {
     </shape>)");
 }
 
-/// Calls fn(samples) for blocks of `block` samples of all pixels.
+/// Calls fn(samples) for all pixels in blocks of `block` samples.
 template <class Function>
 void for_blocks(size_t block, const Function& fn) {
   std::vector<uint32_t> x, y;
@@ -55,7 +55,8 @@ void for_blocks(size_t block, const Function& fn) {
   }
 }
 
-/// Of each sample, what `add(samples, seen, radiance, counters)` adds to what the camera sees.
+/// Returns the radiance of each sample: emission that the camera sees, plus the light that
+/// `add(samples, seen, radiance, counters)` adds.
 template <class Add>
 std::vector<Rgb> radiance_by(const SceneTable& table, size_t block, const Add& add) {
   Camera camera(table, *table.scene().sensors()[0], block, false);
@@ -110,7 +111,7 @@ TEST(BlockSizes, ChangeNoDirectLight) {
   EXPECT_EQ(radiance_by_direct_light(table, 8192), expected);
 }
 
-/// The film's sums of what light paths add to it.
+/// Returns the sums that light paths add to the film.
 std::vector<double> splats_by_light_paths(const SceneTable& table, size_t block) {
   const Sensor& sensor = *table.scene().sensors()[0];
   LightPaths paths(table, sensor, PathLength(), false, block);
@@ -124,15 +125,16 @@ std::vector<double> splats_by_light_paths(const SceneTable& table, size_t block)
   film.commit(of_film);
   std::vector<double> sums;
   film.transfer([&](void* bytes, size_t count) {
-    if (count != sizeof(double) * 3 * kWidth * kHeight) return;  // what else there is
+    if (count != sizeof(double) * 3 * kWidth * kHeight) return;  // other data of the film
     sums.resize(count / sizeof(double));
     std::memcpy(sums.data(), bytes, count);
   });
   return sums;
 }
 
-/// All splats are the same; the film adds them in the order of their blocks, in double precision,
-/// where another float's last bit would be a hundred million times what that makes of it.
+/// The splats are the same for all block sizes, but the film adds them in the order of their
+/// blocks. Its sums are in double precision, so only their last bits may differ. A wrong last bit
+/// of a float would cause a difference that is a hundred million times larger.
 TEST(BlockSizes, ChangeNoLightPath) {
   const auto scene = balls();
   const SceneTable table(*scene);

@@ -1,4 +1,4 @@
-// BSDFs over blocks of points say what they say at each point by itself.
+// Tests that BSDFs return the same values for blocks of points as for each point alone.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ std::vector<BsdfQuestion> random_questions(size_t count, unsigned seed) {
     q.si.p_error = 1e-6f;
     q.si.uv = 3.f * random.unit2() - 1.f;
     q.si.wi = random.sphere();
-    // Half of the directions near the mirror's.
+    // Half of the directions are near the mirror direction.
     q.wo = random.sphere();
     if (i % 2) q.wo = glm::normalize(Vec3(-q.si.wi.x, -q.si.wi.y, q.si.wi.z) + 0.1f * q.wo);
     q.u1 = random.unit();
@@ -34,7 +34,7 @@ std::vector<BsdfQuestion> random_questions(size_t count, unsigned seed) {
   return questions;
 }
 
-/// Directions and numbers at their ends, in all combinations that matter.
+/// Returns directions and random numbers at the ends of their ranges, in all relevant combinations.
 std::vector<BsdfQuestion> extreme_questions() {
   std::vector<Vec3> directions{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}, {0.6f, 0.8f, 0}};
   for (const float z : {1e-38f, 1e-20f, 1e-6f, 1e-3f, 0.4f, 1 - 1e-7f}) {
@@ -61,7 +61,7 @@ std::vector<BsdfQuestion> extreme_questions() {
   return questions;
 }
 
-/// The same numbers to the bit; all NaN are one.
+/// Returns true if the values are equal. All NaN are equal.
 bool same(float a, float b) {
   return a == b || (std::isnan(a) && std::isnan(b));
 }
@@ -76,10 +76,10 @@ bool same(const BsdfSample& a, const BsdfSample& b) {
          any(a.lobe & Lobe::kDelta) == any(b.lobe & Lobe::kDelta);
 }
 
-/// How far a block may be from its points. Sums and products in another order, or contracted, are
-/// off by some 1e-6 of themselves; an exponential by its argument's error, which is relative: where
-/// it is exp(-25), say, by 25 times as much. A cosine or a Fresnel reflectance that is the
-/// difference of larger numbers is off by 1e-7, however small it is.
+/// Permitted difference between a block and its points. Reordered or fused sums and products have
+/// relative errors of some 1e-6. An exponential has the relative error that its argument has as an
+/// absolute one: for exp(-25), 25 times as much. A cosine or a Fresnel reflectance that is the
+/// difference of larger numbers has an absolute error of 1e-7, however small it is.
 struct Bounds {
   float relative = 1e-5f;
   float absolute = 2e-7f;
@@ -90,17 +90,18 @@ struct Bounds {
   bool hold(const Vec3& a, const Vec3& b, float scale = 1) const {
     return hold(a.x, b.x, scale) && hold(a.y, b.y, scale) && hold(a.z, b.z, scale);
   }
-  /// f is of the density's magnitude, where it isn't of that of a diffuse surface.
+  /// f has the magnitude of the density, unless the surface is nearly diffuse.
   bool hold(const Rgb& f, float pdf, const BsdfValue& b) const {
     return hold(f, b.f, 1 + b.pdf) && hold(pdf, b.pdf, 1);
   }
 };
 
 Bounds bounds_of(const std::string& name) {
-  // A turned direction's coordinates are off by 1e-7, which grazing cosines and smooth surfaces
-  // magnify.
+  // The coordinates of a rotated direction have errors of 1e-7, which grazing cosines and smooth
+  // surfaces magnify.
   if (name.find("normalmap") != name.npos || name.find("bumpmap") != name.npos) return {1e-3f, 1e-5f};
-  // At the angle of total reflection Fresnel's slope is infinite, and little goes through.
+  // At the critical angle the slope of the Fresnel reflectance is infinite, and little light is
+  // transmitted.
   if (name.find("inside_out") != name.npos) return {1e-3f, 2e-7f};
   if (name.find("roughdielectric") != name.npos || name.find("principled") != name.npos) {
     return {1e-3f, 1e-5f};
@@ -120,7 +121,7 @@ std::string text(const BsdfQuestion& q) {
   "'/><rgb name='color1' value='" b                                           \
   "'/><transform name='to_uv'><scale value='3'/></transform></texture>"
 
-/// Textures wherever there may be some; ends of parameters.
+/// Returns BSDFs with textures for all parameters that permit them, and with extreme parameters.
 std::vector<BsdfCase> block_cases() {
   std::vector<BsdfCase> cases = bsdf_cases();
   const std::vector<BsdfCase> more{
@@ -226,8 +227,8 @@ class BsdfBlocks : public testing::TestWithParam<std::tuple<BsdfCase, Instructio
     }
   }
 
-  /// Samples of the tails, where densities are small, may be far from one another for a difference
-  /// of rounding; `most_far` of them.
+  /// Compares samples of a block with those of its points. In the tails, where densities are small,
+  /// rounding may move a sample far away. At most a fraction `most_far` of the samples may move.
   static void check_samples(const Bsdf& bsdf, const std::vector<BsdfQuestion>& questions,
                             double most_far) {
     BsdfBlock block(questions);
@@ -238,7 +239,7 @@ class BsdfBlocks : public testing::TestWithParam<std::tuple<BsdfCase, Instructio
       const BsdfSample a = block.reply(i).sample, b = reply_at(bsdf, questions[i]).sample;
       EXPECT_TRUE(is_finite(a.wo) && std::isfinite(a.pdf) && is_finite(a.weight));
       if ((a.pdf > 0) != (b.pdf > 0)) {
-        // Only at the horizon, or by numbers next to 1, which are the tails' last ones.
+        // Permitted only at the horizon, or for random numbers next to 1, which sample the tails.
         if (max_component(Vec3(questions[i].u2, 0)) > 0.9999f) {
           ++far;
         } else {
@@ -257,12 +258,13 @@ class BsdfBlocks : public testing::TestWithParam<std::tuple<BsdfCase, Instructio
         continue;
       }
       far += glm::length(a.wo - b.wo) > 1e-4f;
-      // Turning wo and back rounds it, which shows at the nested surface's horizon: at points, too.
+      // Rotating wo to the nested frame and back rounds it. The error matters at the horizon of the
+      // nested surface, and affects single points, too.
       if (bounds().hold(a.wo, b.wo) &&
           bounds().hold(a.weight * a.pdf, a.pdf, {b.weight * b.pdf, b.pdf})) {
         continue;
       }
-      // A lobe of exponent 0 ends at once, at right angles to the mirror's direction.
+      // A lobe of exponent 0 ends abruptly at 90 degrees from the mirror direction.
       const Vec3 wi = questions[i].si.wi;
       const float in_lobe = glm::dot(a.wo, Vec3(-wi.x, -wi.y, wi.z));
       if (std::get<0>(GetParam()).name == std::string("phong_0") && std::abs(in_lobe) < 1e-6f) {
@@ -295,7 +297,7 @@ TEST_P(BsdfBlocks, MayHaveAnyLength) {
   BsdfBlock whole(questions);
   bsdf->shade_block(whole.points, whole.query, whole.answer);
   for (const size_t count : {size_t(1), size_t(15), size_t(16), size_t(17), size_t(33)}) {
-    // What lies beyond is NaN.
+    // The lanes beyond `count` are NaN.
     BsdfBlock block({questions.begin(), questions.begin() + static_cast<ptrdiff_t>(count)});
     bsdf->shade_block(block.points, block.query, block.answer);
     for (size_t i = 0; i < count; ++i) {
@@ -346,7 +348,8 @@ TEST_P(BsdfBlocks, KeepToTheLobesThatAreAsked) {
       }
       EXPECT_EQ(any(a.lobe & Lobe::kDelta), any(b.lobe & Lobe::kDelta)) << text(q);
       if (!(a.pdf > 0) || any(b.lobe & Lobe::kDelta)) continue;
-      // Of other samples than the point's, as of tails, the density is still these lobes'.
+      // If the samples differ, as in the tails, the density must still be that of the block's
+      // sample.
       const BsdfValue there = bsdf->eval_pdf(q.si, lobes, a.wo);
       EXPECT_TRUE(bounds().hold(a.weight * a.pdf, a.pdf, there) ||
                   bounds().hold(a.weight * a.pdf, a.pdf, {b.weight * b.pdf, b.pdf}))
@@ -355,7 +358,7 @@ TEST_P(BsdfBlocks, KeepToTheLobesThatAreAsked) {
   }
 }
 
-/// Columns for what a BSDF says of a block's points.
+/// Columns for the parametric forms of a block's points.
 struct FormColumns {
   explicit FormColumns(size_t count) : memory(count), kind(padded(count)) {
     out.normal = memory.three(), out.tangent = memory.three();
@@ -370,7 +373,7 @@ struct FormColumns {
   BsdfFormBlock out;
 };
 
-/// Where there is no room for one kind more, points are described as those without a form.
+/// Points are described as having no form if the block already contains too many kinds.
 TEST_P(BsdfBlocks, AreDescribedByColoursWhereKindsAreTooMany) {
   const auto bsdf = make();
   const Bounds bounds = bounds_of(std::get<0>(GetParam()).name);
@@ -407,7 +410,7 @@ TEST_P(BsdfBlocks, AreDescribedLikeTheirPoints) {
     for (size_t i = 0; i < count; ++i) {
       const SurfaceInteraction& si = questions[i].si;
       const Frame frame = bsdf->reflection_frame(si);
-      // Of nearly grazing views, which side they are on is a matter of rounding.
+      // For nearly grazing views, rounding decides on which side they are.
       if (!(glm::dot(frame.n, si.frame.to_world(si.wi)) > 1e-3f)) continue;
       EXPECT_TRUE(bounds.hold(out.normal.at(i), frame.n)) << text(questions[i]);
       EXPECT_TRUE(bounds.hold(out.tangent.at(i), frame.s)) << text(questions[i]);

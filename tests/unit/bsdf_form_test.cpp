@@ -1,5 +1,5 @@
-// BsdfForm says the same as eval_pdf; kernels that evaluate it, and weigh what they find, agree
-// with plain code, once for each instruction set that they are built for and this machine has.
+// Tests that BsdfForm has the values of eval_pdf, and that kernels which evaluate and weight forms
+// agree with plain code. Kernels are tested for each instruction set that this machine can run.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ class Random {
   std::mt19937 rng_{7};
 };
 
-/// A point whose frame is not that of the world.
+/// Returns a point whose frame differs from the world's.
 SurfaceInteraction random_point(Random& random) {
   SurfaceInteraction si;
   si.frame = Frame::from_normal(square_to_uniform_sphere(random.pair()));
@@ -42,7 +42,7 @@ float transmittance(const BsdfForm& form, float cosine) {
   return (1 - w) * form.transmittance[i] + w * form.transmittance[i + 1];
 }
 
-/// f of one direction by the kernel.
+/// Evaluates f of one direction with the kernel.
 Rgb microfacet_value(const BsdfForm& form, const Frame& frame, const Vec3& viewer, const Vec3& wo,
                      bool by_point) {
   constexpr size_t kLanes = simd::kLobeLanes;
@@ -62,7 +62,7 @@ Rgb microfacet_value(const BsdfForm& form, const Frame& frame, const Vec3& viewe
   }
   const simd::MicrofacetKind kind = kind_of(form);
   const simd::FirstMicrofacet first = microfacet_of(form);
-  // Once as a group that fits a vector, once as one that doesn't.
+  // Evaluates a group that fits into one vector, and one that doesn't.
   const std::vector<uint32_t> member(kLanes, 1), few{0, 1};
   std::vector<uint32_t> many(3 * kLanes, 0);
   many[1] = 1;
@@ -107,7 +107,7 @@ TEST(BsdfForm, SaysWhatEvalPdfSays) {
       if (!(glm::dot(frame.n, viewer) > 1e-3f)) continue;
       const auto form = bsdf->form(si);
       if (!form) break;
-      // Half of the directions near the mirror's.
+      // Half of the directions are near the mirror direction.
       const Vec3 mirrored = 2 * glm::dot(frame.n, viewer) * frame.n - viewer;
       const Vec3 any_direction = square_to_uniform_sphere(random.pair());
       const Vec3 wo = i % 2 ? any_direction : glm::normalize(mirrored + 0.1f * any_direction);
@@ -121,7 +121,7 @@ TEST(BsdfForm, SaysWhatEvalPdfSays) {
       const Rgb expected =
           cosine > 0 ? form->diffuse * (transmittance(*form, cosine) * cosine * kInvPi * turned)
                      : Rgb(0.f);
-      // Cosines of frames that are rounded: 2^-22 beside 1.
+      // The cosines of rounded frames have an absolute error of 2^-22.
       for (int k = 0; k < 3; ++k)
         EXPECT_NEAR(lambertian[k], expected[k], 1e-6f + 3e-5f * expected[k]);
       ++diffuse;
@@ -134,8 +134,8 @@ TEST(BsdfForm, SaysWhatEvalPdfSays) {
       }
       const Rgb f = bsdf->eval_pdf(si, Lobe::kGlossy, si.frame.to_local(wo)).f;
       const Rgb by_kernel = microfacet_value(*form, frame, viewer, wo, i % 3 == 0);
-      // The half vector's slope has an error of 2^-22, which the distribution magnifies by its
-      // width, twice the slope over alpha² in the exponent.
+      // The half vector's slope has an error of 2^-22. The distribution magnifies it by twice the
+      // slope over alpha² in the exponent.
       const float alpha = std::min(form->alpha_u, form->alpha_v);
       const float tolerance = 1e-4f + 2e-5f / alpha;
       for (int k = 0; k < 3; ++k) EXPECT_NEAR(by_kernel[k], f[k], tolerance * f[k] + 1e-7f);
@@ -162,7 +162,7 @@ TEST(WeighCandidates, AgreesWithPlainCode) {
     for (float& x : *values) x = random.unit();
   }
   for (size_t i = 0; i < kCount; ++i) cell[i] = static_cast<uint32_t>(i * 5 % kCells);
-  cell_density[3] = lobe_density[3] = 0;  // neither could have drawn it
+  cell_density[3] = lobe_density[3] = 0;  // neither density can have drawn it
   const std::vector<float> drawn = cell_density;
   const simd::CandidateColumns columns{{{f[0].data(), f[1].data(), f[2].data()},
                                         radiance.data(),

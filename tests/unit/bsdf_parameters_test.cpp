@@ -3,7 +3,7 @@
 #include "kinome/texture.h"
 #include "support/bsdf_cases.h"
 
-/// What BSDFs take and refuse.
+/// Tests which parameters BSDFs accept and reject.
 namespace kinome::test {
 namespace {
 
@@ -176,7 +176,7 @@ TEST(BsdfParameters, TexturesAreReadAtThePoint) {
   struct Textured {
     const char* plugin;
     const char* parameter;
-    bool is_number;  ///< read as one number: the checkerboard's colours swap
+    bool is_number;  ///< read as a scalar: the checkerboard's colours swap
   };
   for (const Textured& t :
        {Textured{"diffuse", "reflectance", false}, Textured{"phong", "exponent", true},

@@ -6,8 +6,8 @@
 
 #include "support/bsdf_cases.h"
 
-/// BSDFs against Mitsuba 3.9.1, and where that has none (phong, ward), against their formulas
-/// written out in double precision.
+/// Compares BSDFs with Mitsuba 3.9.1. BSDFs that it lacks (phong, ward) are compared with their
+/// formulas in double precision.
 namespace kinome::test {
 namespace {
 
@@ -24,11 +24,11 @@ struct Tolerance {
   float pdf;
 };
 
-/// Floats that went through other operations differ by about 1e-5 at these roughnesses. Beyond
-/// that:
-/// - the table of rough plastic's transmittance comes from another quadrature. Mitsuba's own, 32
+/// Relative tolerance. Floats that went through other operations differ by about 1e-5 at these
+/// roughnesses. Larger differences:
+/// - The table of rough plastic's transmittance uses another quadrature. Mitsuba's, with 32
 ///   nodes for GGX, is off by up to 5e-4, and the lobe probability magnifies that at grazing
-///   angles;
+///   angles.
 /// - Mitsuba's density for Beckmann's visible normals uses an approximate G1, off by up to .35 %.
 Tolerance tolerance(const std::string& xml) {
   const bool ggx = xml.find("ggx") != std::string::npos;
@@ -39,7 +39,7 @@ Tolerance tolerance(const std::string& xml) {
   const bool rough = xml.find("rough") != std::string::npos;
   // Mitsuba's Bessel function is a truncated series, up to .55 % too small.
   if (xml.find("hair") != std::string::npos) return {6e-3f, 6e-3f};
-  // Bumps are slopes of a texture, differences of heights.
+  // Bump maps compute slopes of a texture from differences of heights.
   if (xml.find("bumpmap") != std::string::npos) return {3e-4f, rough && !ggx ? 4e-3f : 3e-4f};
   return {5e-5f, rough && !ggx && visible ? 4e-3f : 5e-5f};
 }
@@ -79,7 +79,7 @@ TEST(BsdfReference, PhongFollowsItsFormula) {
       wi.z = std::abs(wi.z);
       Vec3 wo = random.sphere();
       if (i % 2) wo = glm::normalize(Vec3(-wi.x, -wi.y, wi.z) + 0.02f * wo);
-      // In double, from directions of exactly unit length.
+      // Computes in double precision, from directions of exactly unit length.
       const glm::dvec3 a = glm::normalize(glm::dvec3(wi));
       const glm::dvec3 b = glm::normalize(glm::dvec3(wo));
       const double cos_alpha = glm::dot(glm::dvec3(-a.x, -a.y, a.z), b);
@@ -87,7 +87,7 @@ TEST(BsdfReference, PhongFollowsItsFormula) {
       const double f = b.z > 0 ? (0.4 / kPiD + 0.1 * (n + 2) / (2 * kPiD) * lobe) * b.z : 0.;
       const double pdf = b.z > 0 ? 0.8 * b.z / kPiD + 0.2 * (n + 1) / (2 * kPiD) * lobe : 0.;
       const BsdfValue got = bsdf->eval_pdf(seen_from(wi), Lobe::kAll, wo);
-      // n times the rounding of alpha², about 1e-6 of .0004.
+      // Tolerance: n times the rounding of alpha², about 1e-6 of .0004.
       EXPECT_NEAR(got.f.x, f, 2e-4 * f + 1e-7);
       EXPECT_NEAR(got.pdf, pdf, 2e-4 * pdf + 1e-7);
     }
@@ -126,7 +126,7 @@ TEST(BsdfReference, WardFollowsItsFormulas) {
   }
 }
 
-// Mitsuba 0.6: where kd + ks exceeds 1 in any channel, both are scaled by .99 / max(kd + ks).
+// In Mitsuba 0.6, both are scaled by .99 / max(kd + ks) if kd + ks exceeds 1 in any channel.
 TEST(BsdfReference, EnergyIsConservedByScaling) {
   const std::string colors =
       "<rgb name='diffuse_reflectance' value='.9 .5 .1'/>"
@@ -141,7 +141,7 @@ TEST(BsdfReference, EnergyIsConservedByScaling) {
         make<Bsdf>("<bsdf type='" + plugin + "'>" + colors +
                    "<boolean name='ensure_energy_conservation' value='false'/></bsdf>");
     EXPECT_FLOAT_EQ(raw->reflectance(si).diffuse.x, 0.9f);
-    // By channel: .9 + .1 and .1 + .9 need no scaling.
+    // The sums are tested by channel: .9 + .1 and .1 + .9 need no scaling.
     const auto apart = make<Bsdf>("<bsdf type='" + plugin +
                                   "'>"
                                   "<rgb name='diffuse_reflectance' value='.9 .1 .1'/>"
@@ -151,7 +151,7 @@ TEST(BsdfReference, EnergyIsConservedByScaling) {
 }
 
 TEST(BsdfReference, ConductorPresetsReflectLikeTheirMetals) {
-  // Normal incidence: ((eta - 1)² + k²) / ((eta + 1)² + k²), gold in red and blue.
+  // Reflectance of gold in red and blue at normal incidence: ((eta - 1)² + k²) / ((eta + 1)² + k²).
   const auto gold =
       make<Bsdf>("<bsdf type='conductor'><string name='material' value='Au'/></bsdf>");
   const auto s = gold->sample(seen_at(0, 0), Lobe::kAll, 0.5f, Vec2(0.5f));

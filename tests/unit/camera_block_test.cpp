@@ -1,5 +1,5 @@
-// Samplers, sensors and filters over blocks of samples: the same as point by point, by the library
-// of each instruction set that this processor has.
+// Tests that samplers, sensors and filters return the same for blocks of samples as for single
+// samples. Uses the library of each instruction set that this processor supports.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace kinome::test {
 namespace {
 
-/// Calls fn(make) for each instruction set: make(xml) makes an object by its libraries.
+/// Calls fn(make) for each instruction set; make(xml) creates an object from its libraries.
 template <class Function>
 void for_each_set(const Function& fn) {
   for (const InstructionSet set : instruction_sets()) {
@@ -47,7 +47,7 @@ TEST_P(EverySampler, FillsBlocksWithTheSameNumbers) {
       const auto sampler = std::dynamic_pointer_cast<Sampler>(make(
           std::string("<sampler type=\"") + GetParam() +
           "\"><integer name=\"sample_count\" value=\"" + std::to_string(count) + "\"/></sampler>"));
-      // Vectors within a pixel, across pixels, and ones that end in the middle.
+      // Tests vectors within a pixel, vectors across pixels, and a partial last vector.
       for (const uint32_t samples : {1u, 3u, 4u, 15u, 16u, 17u, 48u}) {
         for (const uint32_t first : {0u, 5u, 4294967200u}) {
           for (const size_t pixels : {size_t{1}, x.size()}) {
@@ -78,7 +78,8 @@ TEST_P(EveryFilterBlock, WeighsAsPointByPoint) {
             (2 * static_cast<float>(i) / static_cast<float>(count) - 1) * 1.1f * filter->radius();
       }
       filter->eval_block(x, count, w);
-      // The exponential's two ulps, of a value of at most 1 that a constant is taken from.
+      // Tolerance: two ulps of the exponential, which is at most 1; the filter subtracts a
+      // constant.
       for (size_t i = 0; i < count; ++i) ASSERT_NEAR(w[i], filter->eval(x[i]), 2.5e-7f) << x[i];
     }
   });
@@ -108,7 +109,7 @@ TEST_P(EverySensor, MakesTheSameRays) {
         at.set(i, {20 * f - 3, 500 - 17 * f});
         lens.set(i, {std::fmod(0.37f * f, 1.f), std::fmod(0.71f * f, 1.f)});
       }
-      // Vectors are aligned.
+      // Vectors must be aligned.
       struct alignas(64) Rays {
         RayHit16 blocks[3];
       };
@@ -117,7 +118,7 @@ TEST_P(EverySensor, MakesTheSameRays) {
       for (size_t i = 0; i < count; ++i) {
         const Ray expected = sensor->sample_ray(at.at(i), lens.at(i));
         const Ray ray = ray_hit_of(rays->blocks, i).ray;
-        // Some ten roundings, of coordinates up to 8.
+        // Tolerance: some ten roundings of coordinates up to 8.
         for (int c = 0; c < 3; ++c) {
           ASSERT_NEAR(ray.o[c], expected.o[c], 2e-6f) << i;
           ASSERT_NEAR(ray.d[c], expected.d[c], 6e-7f) << i;
@@ -139,7 +140,7 @@ TEST_P(EverySensor, SeesTheSamePoints) {
       size_t seen = 0;
       for (size_t i = 0; i < count; ++i) {
         const auto f = static_cast<float>(i);
-        // Some beside the picture, some behind the camera, and one at the lens.
+        // Some points are outside the image, some behind the camera, and one is at the lens.
         p.set(i, {3 * std::sin(f), 2 * std::cos(1.7f * f), i % 5 == 4 ? -20.f : std::sin(3 * f)});
         if (i % 32 == 13) p.set(i, {1, 2, -7});
         lens.set(i, {std::fmod(0.37f * f, 1.f), std::fmod(0.71f * f, 1.f)});
@@ -149,11 +150,11 @@ TEST_P(EverySensor, SeesTheSamePoints) {
       for (size_t i = 0; i < count; ++i) {
         const auto expected = sensor->connect(p.at(i), lens.at(i));
         ASSERT_EQ(out.weight[i] > 0, expected.has_value()) << i;
-        // Unit whether or not it is seen.
+        // The direction has unit length even if the point isn't seen.
         ASSERT_NEAR(glm::length(out.d.at(i)), 1, 1e-6f) << i;
         if (!expected) continue;
         ++seen;
-        // Some ten roundings, of positions up to a thousand pixels.
+        // Tolerance: some ten roundings of positions up to a thousand pixels.
         for (int c = 0; c < 2; ++c) {
           ASSERT_NEAR(out.film_position.at(i)[c], expected->film_position[c], 2e-3f) << i;
         }

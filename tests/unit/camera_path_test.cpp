@@ -1,4 +1,4 @@
-/// Where the cameras of films go.
+/// Tests of camera paths of films.
 #include "camera_path.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance = 1e
 
 TEST(CameraPath, OrbitGoesRoundTheAxisThroughTheTarget) {
   expect_near(orbit(start(), 0).position, {1, 3, 6});
-  // Against the clock, seen from above: from the front to the right.
+  // The orbit is counterclockwise seen from above: from the front to the right.
   expect_near(orbit(start(), 0.25).position, {6, 3, 1});
   expect_near(orbit(start(), 0.5).position, {1, 3, -4});
   expect_near(orbit(start(), 1).position, {1, 3, 6});
@@ -40,7 +40,7 @@ TEST(CameraPath, EllipseLiesOnTheSphereAboutItsTarget) {
     const double t = 2 * 3.14159265358979 * 0.01 * i;
     EXPECT_NEAR(angle, std::hypot(30 * std::cos(t), 10 * std::sin(t)), 1e-5) << i;
   }
-  // It begins at the right, and then goes up.
+  // The ellipse begins at the right and then goes up.
   EXPECT_GT(on_ellipse(middle, {30, 10}, 0).position.x, middle.position.x + 1);
   EXPECT_GT(on_ellipse(middle, {30, 10}, 0.25).position.y, middle.position.y + 0.1);
   expect_near(on_ellipse(middle, {0, 0}, 0.4).position, middle.position);
@@ -75,8 +75,7 @@ TEST(KeyedCurve, GoesThroughItsKeysAndStaysThereOutside) {
   }
 }
 
-/// Whatever the spans between keys are: a parabola through three of them has the slopes that it
-/// has.
+/// A parabola through three keys has the slopes that the curve uses, for any spans between keys.
 TEST(KeyedCurve, FollowsAParabolaBetweenInnerKeys) {
   const auto parabola = [](double t) { return 3 + 2 * t - 0.5 * t * t; };
   std::vector<std::pair<double, double>> keys;
@@ -85,7 +84,7 @@ TEST(KeyedCurve, FollowsAParabolaBetweenInnerKeys) {
   for (double t = 1; t < 4; t += 0.07) EXPECT_NEAR(c.at(t).x, parabola(t), 1e-12) << t;
 }
 
-/// Neither its values nor their change have a step.
+/// Neither the values nor their derivatives jump at keys.
 TEST(KeyedCurve, IsSmooth) {
   const KeyedCurve c = curve({{0, 0}, {1, 3}, {3, -2}, {4, 1}}, KeyedCurve::Kind::kCatmullRom);
   constexpr double kStep = 1e-6;
@@ -112,7 +111,7 @@ TEST(KeyedCurve, MonotoneOnesStayBetweenNeighbouringKeys) {
       most = std::max(most, free.at(t).x);
     }
   }
-  EXPECT_TRUE(least < 0.1 - 1e-3 || most > 1 + 1e-3);  // the other kind swings beyond
+  EXPECT_TRUE(least < 0.1 - 1e-3 || most > 1 + 1e-3);  // the other kind overshoots
 }
 
 }  // namespace

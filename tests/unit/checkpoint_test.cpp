@@ -1,4 +1,4 @@
-/// Checkpoints: a resumed render comes to the bits of one that was never interrupted.
+/// Tests that a resumed render has the same bits as an uninterrupted one.
 #include "kinome/checkpoint.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ std::string read_bytes(const std::string& path) {
   return bytes.str();
 }
 
-/// Filters reach into neighbouring tiles, whose order counts.
+/// The default filter reaches into neighbouring tiles, so that the order of tiles matters.
 std::unique_ptr<Scene> scene_with(const std::string& integrator, int samples = 4, int width = 70) {
   return scene_from(integrator + R"(
     <emitter type="constant"/>
@@ -45,12 +45,12 @@ std::unique_ptr<Scene> scene_with(const std::string& integrator, int samples = 4
     </shape>)");
 }
 
-/// A render that may be interrupted after so many calls of its progress.
+/// A render that can be cancelled after a number of progress calls.
 struct Interruptible {
   unsigned threads = 1;
   RenderBudget budget = {};
-  int cancel_at = 0;                        ///< 0: never
-  std::function<void(int)> told = nullptr;  ///< by each call
+  int cancel_at = 0;                               ///< number of the call that cancels; 0: never
+  std::function<void(int)> on_progress = nullptr;  ///< called with the number of each call
   int calls = 0;
 
   Image render(const Scene& scene, Checkpoint* checkpoint) {
@@ -62,7 +62,7 @@ struct Interruptible {
                            .progress =
                                [&](double) {
                                  ++calls;
-                                 if (told) told(calls);
+                                 if (on_progress) on_progress(calls);
                                  if (calls == cancel_at) cancel = true;
                                },
                            .budget = budget});
@@ -75,7 +75,8 @@ class Resuming : public ::testing::Test {
  protected:
   Checkpoint::Options options(bool resume) const { return {folder_.path("c"), 0, resume}; }
 
-  /// Interrupted at several places, and copied at several as if the program had been killed there.
+  /// Cancels the render at several points. Also copies the checkpoint earlier, as if the program
+  /// had been killed then.
   void expect_same_bits(const Scene& scene, const RenderBudget& budget = {}) {
     Interruptible whole{.threads = 2, .budget = budget};
     const std::vector<float> expected = whole.render(scene, nullptr).data;
@@ -88,7 +89,7 @@ class Resuming : public ::testing::Test {
       const std::string copy = folder_.path("copy");
       {
         Checkpoint checkpoint(options(false));
-        Interruptible run{.budget = budget, .cancel_at = at, .told = [&](int call) {
+        Interruptible run{.budget = budget, .cancel_at = at, .on_progress = [&](int call) {
                             std::error_code none_yet;
                             if (call == (at + 1) / 2)
                               fs::copy_file(folder_.path("c"), copy, none_yet);
@@ -129,7 +130,7 @@ TEST_F(Resuming, EveryIntegratorComesToTheSameBits) {
   }
 }
 
-/// More than one pass over the picture: of samples, and of rays.
+/// Renders several passes over the image: of samples, and of rays.
 TEST_F(Resuming, PassesComeToTheSameBits) {
   expect_same_bits(*scene_with(R"(<integrator type="depth"/>)", 1030, 4));
   expect_same_bits(*scene_with(R"(<integrator type="clustered">
@@ -138,7 +139,7 @@ TEST_F(Resuming, PassesComeToTheSameBits) {
                                4, 4));
 }
 
-/// Whose rounds depend on what was found.
+/// The rounds of a budget depend on the samples so far.
 TEST_F(Resuming, BudgetsComeToTheSameBits) {
   const auto scene = [](const std::string& integrator, const std::string& parameters = "") {
     return scene_with("<integrator type='" + integrator + "'>" + parameters + "</integrator>", 4,
@@ -150,7 +151,7 @@ TEST_F(Resuming, BudgetsComeToTheSameBits) {
   expect_same_bits(*scene("ptracer"), {.lanes = 4});
 }
 
-/// A render that is whole but could not be written begins where it ended.
+/// A complete render whose image could not be written is not rendered again.
 TEST_F(Resuming, WholeRendersAreNotRepeated) {
   const auto scene = scene_with(R"(<integrator type="direct"/>)");
   Checkpoint first(options(false));
@@ -173,7 +174,7 @@ TEST_F(Resuming, OfNothingBegins) {
   EXPECT_EQ(with.render(*scene, &checkpoint).data, without.render(*scene, nullptr).data);
 }
 
-/// Whatever happens to the place where they lie.
+/// Failures to write checkpoints cause one warning, and the render completes.
 TEST_F(Resuming, FailedCheckpointsAreOneWarning) {
   const auto scene = scene_with(R"(<integrator type="direct"/>)");
   Interruptible whole;
@@ -238,7 +239,7 @@ class Refused : public Resuming {
     run.render(*scene_, &checkpoint);
     bytes_ = read_bytes(folder_.path("c"));
   }
-  /// What is said of a file of these bytes.
+  /// Returns the error message for a checkpoint file with these bytes.
   std::string error_of(const std::string& bytes, const Checkpoint::Identity& identity) {
     folder_.write("c", bytes);
     try {

@@ -1,5 +1,5 @@
-// Kernels over the clusters of a cut, of each instruction set, against the same formulas one
-// cluster after the other.
+// Compares kernels over the clusters of a cut, for each instruction set, with the same formulas for
+// one cluster after the other.
 #include "clustered/kernels/cluster_kernels.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace kinome {
 namespace {
 
-/// Clusters like none that a cut has, among them some without light.
+/// Random clusters that no cut would contain, some of them without light.
 struct Clusters {
   static constexpr size_t kRows = 7;
   std::vector<std::vector<float>> columns;
@@ -74,9 +74,9 @@ struct Sums {
   float total = 0;
 };
 
-/// Both sum in the same order: they differ by fused multiply-adds alone. These change a dot product
-/// by some units of 2^-24, and an importance, where one cancels to a hundredth of its terms, by a
-/// hundred times that: 1e-5.
+/// Both sum in the same order and differ only by fused multiply-adds. These change a dot product by
+/// some units of 2^-24. If an importance cancels to a hundredth of its terms, the error is a
+/// hundred times larger: 1e-5.
 void expect_same(const Sums& found, const Sums& expected) {
   EXPECT_NEAR(found.total, expected.total, 1e-5f * expected.total);
   for (size_t lane = 0; lane < kBlockLanes; ++lane) {

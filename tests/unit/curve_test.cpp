@@ -1,4 +1,4 @@
-// Curves: what their files hold, and where and how rays meet them.
+// Tests of curves: their files, and their intersections with rays.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kTypes[] = {"linearcurve", "bsplinecurve"};
 
-/// Two curves; the second is upright for a while, where angles have nothing to count from.
+/// Two curves. Part of the second is parallel to the reference axis of u.
 constexpr const char* kCurves = R"(0 0 0 .2
 1 0 0 .1
 1 1 0 .3
@@ -41,7 +41,7 @@ class CurveShapes : public testing::Test {
   TemporaryFolder folder_;
 };
 
-/// Rays that meet the curves from all sides.
+/// Calls `action` for rays that hit the curves from all sides; returns the number of hits.
 template <class Action>
 int for_hits(const Scene& scene, int rays, Random& random, const Action& action) {
   const CurveSet& curves = *scene.shapes().at(0)->curves();
@@ -103,7 +103,7 @@ TEST_F(CurveShapes, LieInTheirBoundsAndAreSeenFromOutside) {
   }
 }
 
-/// A piece of a linear curve is the envelope of balls: a hit touches the ball of its v.
+/// A segment of a linear curve is the envelope of balls. A hit touches the ball at its v.
 TEST_F(CurveShapes, OfStraightPiecesTouchBalls) {
   const auto scene = scene_from(xml("linearcurve", kCurves));
   const CurveSet& curves = *scene->shapes()[0]->curves();
@@ -118,7 +118,7 @@ TEST_F(CurveShapes, OfStraightPiecesTouchBalls) {
   });
 }
 
-/// By differences of points along rays that are near to one another.
+/// Compares derivatives with the differences of points along neighbouring rays.
 TEST_F(CurveShapes, DerivativesAreThoseOfUv) {
   const auto scene = scene_from(xml("bsplinecurve", kCurves));
   Random random(3);
@@ -132,13 +132,13 @@ TEST_F(CurveShapes, DerivativesAreThoseOfUv) {
     if (!other.hit.valid() || other.hit.primitive != hit.hit.primitive) return;
     const SurfaceInteraction there = scene->interaction(other);
     Vec2 change = there.uv - si.uv;
-    if (std::abs(change.x) > 0.5f) return;  // across where it begins
+    if (std::abs(change.x) > 0.5f) return;  // across the seam of u
     const Vec3 expected = si.dp_du * change.x + si.dp_dv * change.y;
     errors.push_back(glm::length(there.p - si.p - expected) / 0.002);
   });
   ASSERT_GT(errors.size(), 500u);
   std::sort(errors.begin(), errors.end());
-  // The second order, and the tracer's error of some 1e-5.
+  // Tolerance: second-order terms, and the tracer's error of some 1e-5.
   EXPECT_LT(errors[errors.size() * 9 / 10], 0.05);
 }
 
@@ -150,7 +150,7 @@ TEST_F(CurveShapes, LetNoRayThroughTheirCentres) {
     int missed = 0, traced = 0;
     for (int i = 0; i < 20000; ++i) {
       const uint32_t first = curves.segments[static_cast<size_t>(i) % curves.segments.size()];
-      const float u = i % 5 == 0 ? 1 : random.unit();  // at joints, too
+      const float u = i % 5 == 0 ? 1 : random.unit();  // also at joints
       const glm::vec4* const p = &curves.points[first];
       const Vec3 target =
           curves.is_bspline
@@ -159,7 +159,7 @@ TEST_F(CurveShapes, LetNoRayThroughTheirCentres) {
                     6.f
               : Vec3(glm::mix(p[0], p[1], u));
       const Vec3 d = random.direction();
-      // B-splines have no caps: along them rays may come in at their ends.
+      // B-splines have no caps: rays along them may enter at their ends.
       const Vec3 along = glm::normalize(Vec3(p[curves.is_bspline ? 2 : 1]) - Vec3(p[0]));
       if (curves.is_bspline && (std::abs(glm::dot(d, along)) > .5f || u < .2f || u > .8f)) continue;
       ++traced;

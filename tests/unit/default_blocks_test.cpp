@@ -1,5 +1,5 @@
-// Plugins that have only functions of single points, of each kind: what is asked of them over
-// blocks is what those say. Integrators have none; for BSDFs, see bsdf_block_test.cpp.
+// Plugins of each kind that implement only the scalar functions. Their default block functions must
+// return the values of the scalar ones. Integrators have none; for BSDFs, see bsdf_block_test.cpp.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@
 namespace kinome::test {
 namespace {
 
-/// A number in [0, 1) that any change of the others changes.
+/// Returns a hash of the values in [0, 1). Any change of a value changes it.
 template <class... Numbers>
 float mixed(Numbers... numbers) {
   uint64_t bits = 0;
@@ -28,7 +28,7 @@ Vec3 mixed_vector(Numbers... numbers) {
   return {mixed(1, numbers...), mixed(2, numbers...), mixed(3, numbers...)};
 }
 
-/// Columns of numbers, and NaN in their padding.
+/// Columns of random values, with NaN in their padding.
 class Given {
  public:
   explicit Given(size_t count) : count_(count), memory_(count) {}
@@ -41,7 +41,7 @@ class Given {
   }
   Columns2 two() { return {one(), one()}; }
   Columns3 three() { return {one(), one(), one()}; }
-  /// Surface points, their shape aside.
+  /// Returns surface points without shapes.
   SurfaceBlock points() {
     SurfaceBlock points;
     points.count = count_;
@@ -321,7 +321,7 @@ void expect_same(const SurfaceInteraction& a, const SurfaceInteraction& b) {
   EXPECT_EQ(a.primitive, b.primitive);
 }
 
-/// Rays of a block, of some numbers; the rest of their lanes are NaN.
+/// Returns random rays in blocks. Unused lanes are NaN.
 std::vector<RayHit16> given_rays(size_t count) {
   std::vector<RayHit16> rays(padded(count) / 16);
   for (RayHit16& block : rays) {

@@ -1,4 +1,4 @@
-/// Smooth boundaries that let light through.
+/// Tests of smooth dielectric boundaries.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ std::shared_ptr<Bsdf> dielectric(const char* type, float eta) {
                     std::to_string(eta) + "'/><float name='ext_ior' value='1'/></bsdf>");
 }
 
-/// Reflectance by Fresnel's formulas, in double precision; 1 where all is reflected.
+/// Returns the reflectance by Fresnel's formulas in double precision; 1 for total reflection.
 double fresnel(double cos_i, double n_i, double n_t) {
   const double sin_t = std::sqrt(1 - cos_i * cos_i) * n_i / n_t;
   if (sin_t >= 1) return 1;
@@ -58,20 +58,21 @@ TEST(Dielectric, MirrorsAsOftenAsFresnelSaysAndBendsBySnell) {
           EXPECT_EQ(sample->weight, Rgb(1.f));
           continue;
         }
-        // Snell's law, and the radiance of a beam that becomes narrower.
+        // Snell's law, and the change of radiance as the beam becomes narrower.
         const auto ratio = static_cast<float>(n_i / n_t);
         EXPECT_NEAR(sample->wo.x, -si.wi.x * ratio, 1e-5f);
         EXPECT_NEAR(sample->wo.y, -si.wi.y * ratio, 1e-5f);
         EXPECT_NEAR(sample->weight.x, ratio * ratio, 1e-5f * ratio * ratio);
       }
-      // One of the even numbers, and what single precision makes of the formula.
+      // Tolerance: one of the evenly spaced samples, and the formula's rounding in single
+      // precision.
       EXPECT_NEAR(mirrored, kCount * expected, 1.5 + 1e-3 * kCount * expected)
           << eta << ", " << si.wi.z;
     }
   }
 }
 
-/// A beam that is sent on comes back the same way, and what one side lets through so does the other.
+/// A transmitted beam returns the same way, and both sides transmit equally.
 TEST(Dielectric, GoesBackTheWayItCame) {
   for (const char* const type : {"dielectric", "thindielectric"}) {
     for (const float eta : kIndices) {
@@ -86,7 +87,7 @@ TEST(Dielectric, GoesBackTheWayItCame) {
         ASSERT_TRUE(back);
         EXPECT_LT(glm::distance(back->wo, si.wi), 1e-3f) << type << eta << ", " << si.wi.z;
         EXPECT_NEAR(there->weight.x * back->weight.x, 1, 1e-5f);
-        // Power: what radiance gains by bending, cross-section and solid angle lose.
+        // Power is conserved: cross-section and solid angle compensate the change of radiance.
         const float eta_of = bsdf->relative_index();
         const float cosines = std::abs(there->wo.z / si.wi.z);
         EXPECT_NEAR(there->weight.x * cosines *

@@ -22,7 +22,8 @@ Grid random_grid(uint32_t columns, uint32_t rows, uint32_t seed) {
   std::uniform_real_distribution<float> uniform(0, 1);
   for (uint32_t i = 0; i < columns * rows; ++i) {
     const float u = uniform(rng);
-    // A third is zero, a few are far brighter than the rest: rows of zeros, suns.
+    // A third of the weights is zero and a few are far larger than the rest, like an image of a
+    // sun.
     grid.weights.push_back(u < 0.33f ? 0 : u > 0.99f ? 500 * u : u);
   }
   return grid;
@@ -59,12 +60,12 @@ TEST(GridDistribution, PicksCellsByTheirWeights) {
   for (const auto& [columns, rows] :
        {std::pair{1u, 1u}, {1u, 7u}, {7u, 1u}, {2u, 2u}, {3u, 5u}, {64u, 32u}, {129u, 65u}}) {
     Grid grid = random_grid(columns, rows, seed++);
-    grid.weights[grid.weights.size() / 2] = 3;  // not all zero
+    grid.weights[grid.weights.size() / 2] = 3;  // at least one weight is positive
     expect_frequencies(grid);
   }
 }
 
-// The ends of [0, 1)² never reach a cell of no weight, wherever the weight is.
+// Random numbers at the ends of [0, 1)² never select a cell of zero weight.
 TEST(GridDistribution, NeverPicksACellOfNoWeight) {
   const float ends[] = {0.f, 0x1p-24f, 0.25f, 0.5f, 0.75f, kOneMinusEpsilon, 1.f};
   for (uint32_t at = 0; at < 35; ++at) {

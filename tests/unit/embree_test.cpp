@@ -8,8 +8,8 @@
 
 #include "shape_helpers.h"
 
-/// The packets that stand in for streams with Embree 4, against whatever this Embree's own batch
-/// calls are.
+/// Compares the packet functions, which replace ray streams for Embree 4, with the batch calls of
+/// the installed Embree version.
 namespace kinome::test {
 namespace {
 

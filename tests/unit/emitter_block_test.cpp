@@ -10,8 +10,8 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-/// Emitters over blocks against the same emitters at single points, for each instruction set.
-/// Bounds are by cause: kRounding is a few roundings of numbers of size 1.
+/// Compares emitters over blocks with the same emitters at single points, for each instruction set.
+/// Tolerances are multiples of kRounding, a few roundings of numbers of magnitude 1.
 namespace kinome::test {
 namespace {
 
@@ -19,8 +19,8 @@ constexpr float kRounding = 8 * 0x1p-24f;
 
 struct Case {
   std::string name, xml;
-  float largest = 1;  ///< radiance, or intensity
-  /// What a rounding of the direction changes of the radiance, as a share of the largest.
+  float largest = 1;  ///< largest radiance or intensity
+  /// Change of the radiance if the direction is rounded, in kRounding of the largest radiance.
   float sharpness = 1;
 };
 
@@ -28,7 +28,7 @@ Image black_image(int width, int height) {
   return {width, height, {"R", "G", "B"}, std::vector<float>(size_t{3} * width * height, 0.f)};
 }
 
-/// Noise over several magnitudes, with a black corner.
+/// Returns noise over several magnitudes, with a black corner.
 Image noise(int width, int height) {
   Image image = black_image(width, height);
   Random random(5);
@@ -77,7 +77,7 @@ const std::vector<Case>& lights() {
         {"spot of texture", emitter("spot", look + texture), kLargestNoise, 100},
         {"projector", emitter("projector", look), 8},
         {"projector of texture", emitter("projector", look + irradiance), 8 * kLargestNoise, 100},
-        // As many columns as the map has lie in a turn.
+        // The sharpness is the number of the map's columns, which span a full turn.
         {"envmap", emitter("envmap", map), kLargestNoise, 64},
         {"envmap turned", emitter("envmap", map + turn), kLargestNoise, 64},
         {"envmap compensated",
@@ -145,11 +145,11 @@ struct DirectMemory {
   DirectBlock out;
 };
 
-/// `share`: of the pdf and the radiance, that rounding may change beside their own.
+/// `share`: permitted relative rounding error of the pdf and the radiance.
 void expect_same(const Case& c, const std::optional<DirectSample>& expected, const DirectBlock& out,
                  size_t i, float share) {
   const DirectSample light = expected.value_or(DirectSample{});
-  // Next to where light begins, one may see it and the other not.
+  // Near the edge of the light, rounding may decide whether it is visible.
   const float scale = light.is_delta && light.distance < kInfinity ? sqr(light.distance) : 1;
   const float slack = kRounding * c.sharpness * c.largest / scale;
   const bool is_seen = out.pdf[i] > 0;
@@ -182,8 +182,8 @@ TEST_P(EmitterBlocks, AreSampledAsFromPoints) {
           const float far = random.unit() < .1f ? 1e10f : 1.f;
           block.p.set(i, Vec3(.3f, .2f, -1) +
                              random.direction() * (far * std::exp(random.between(-5, 5))));
-          if (i % 16 == 3) block.p.set(i, {.3f, .2f, -1});  // at the light itself
-          if (emitter.is_delta()) continue;  // which doesn't look at its numbers: they are NaN
+          if (i % 16 == 3) block.p.set(i, {.3f, .2f, -1});  // at the emitter itself
+          if (emitter.is_delta()) continue;  // lamps ignore their random numbers, which stay NaN
           block.u.set(i, {random.unit(), random.unit()});
           if (i % 16 == 5) block.u.set(i, {0, 0});
           if (i % 16 == 7) block.u.set(i, {kOneMinusEpsilon, kOneMinusEpsilon});
@@ -224,7 +224,7 @@ TEST_P(EmitterBlocks, EnvironmentsAreThoseOfDirections) {
         float* const pdf = memory.one();
         for (size_t i = 0; i < count; ++i) {
           d.set(i, random.direction());
-          // Poles, and next to them, and where columns begin anew.
+          // The poles, directions near them, and the seam of the columns.
           if (i % 16 == 1) d.set(i, {0, i % 32 < 16 ? 1 : -1, 0});
           if (i % 16 == 3) d.set(i, glm::normalize(Vec3(1e-4f * random.unit(), -1, 1e-5f)));
           if (i % 16 == 5) d.set(i, {0, 0, i % 32 < 16 ? 1 : -1});
@@ -238,7 +238,7 @@ TEST_P(EmitterBlocks, EnvironmentsAreThoseOfDirections) {
               << "at " << i << " of " << count;
           if (!with_pdf) continue;
           const float expected = emitter.pdf_environment(d.at(i));
-          // The largest of the map's is no more than some ten times the mean direction's.
+          // The map's largest density is at most some ten times that of a uniform distribution.
           ASSERT_NEAR(pdf[i], expected, slack * 20 * kUniformSpherePdf + 4 * kRounding * expected)
               << "at " << i << " of " << count;
         }
@@ -278,7 +278,7 @@ TEST_P(EmitterBlocks, SurfacesAreSampledAsFromPoints) {
           const auto expected = emitter.sample_direct(p, block.u.at(i));
           const auto sample = shape.sample_solid_angle(p, block.u.at(i));
           if (!sample) continue;
-          // Places are off by p_error, which matters from near by and for what is seen edge-on.
+          // Positions have the error p_error, which matters at small distances and grazing angles.
           const Vec3 to = sample->si.p - p;
           const float height = std::abs(glm::dot(sample->si.n, to));
           const float share =
@@ -349,7 +349,7 @@ struct EmissionMemory {
   EmissionBlock out;
 };
 
-/// `size`: of the coordinates of where rays start.
+/// `size`: magnitude of the coordinates of ray origins.
 void expect_same_rays(const Case& c, const Emitter& emitter, const EmissionMemory& block, size_t i,
                       float size) {
   const Vec2 position = block.position.at(i), direction = block.direction.at(i);
@@ -357,7 +357,7 @@ void expect_same_rays(const Case& c, const Emitter& emitter, const EmissionMemor
       emitter.sample_emission(position, direction).value_or(EmissionSample{});
   const Rgb power = block.out.power.at(i);
   if (is_black(expected.power)) {
-    // Next to where light begins, one may see it and the other not.
+    // Near the edge of the light, rounding may decide whether power is emitted.
     ASSERT_LE(largest_coordinate(power), 1e-4f * c.largest);
     return;
   }
@@ -367,7 +367,7 @@ void expect_same_rays(const Case& c, const Emitter& emitter, const EmissionMemor
             2 * kRounding * c.sharpness * std::max(largest_coordinate(expected.power), shown));
   const Ray ray = expected.ray();
   EXPECT_LE(largest_difference(block.out.o.at(i), ray.o), 2 * kRounding * size);
-  // The height over a surface is a root of what is left of 1.
+  // The height over a surface is the square root of a difference from 1.
   const float height = is_black(expected.n) ? 1 : std::abs(glm::dot(expected.n, expected.d));
   EXPECT_LE(largest_difference(block.out.d.at(i), ray.d), kRounding * (2 + 1 / height));
 }

@@ -1,4 +1,4 @@
-/// What emitters refuse, and what they take.
+/// Tests which parameters emitters accept and reject.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -37,8 +37,8 @@ const std::string kBright = "<rgb name='irradiance' value='1 1 6e35'/>";
 struct Refused {
   std::string type;
   std::string parameters;
-  std::string name;     ///< of the parameter that the error is about
-  std::string message;  ///< part of it
+  std::string name;     ///< of the parameter that the error names
+  std::string message;  ///< part of the error
 };
 
 TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
@@ -120,7 +120,7 @@ TEST(EmitterParameters, TexelsBeyondWhatLightMayBeAreErrors) {
   }
 }
 
-/// Limits, and what Mitsuba takes, too.
+/// Limits of the ranges, and values that Mitsuba accepts, too.
 TEST(EmitterParameters, LimitsAreTaken) {
   for (const auto& [type, parameters] :
        {std::pair<std::string, std::string>{"spot", angles("20", "20")},
@@ -155,7 +155,7 @@ TEST(EmitterParameters, LimitsAreTaken) {
   }
 }
 
-/// <float> is grey, <rgb> itself, <spectrum> the equal-energy white of light.
+/// <float> is grey, <rgb> is unchanged, and <spectrum> uses the equal-energy white of light.
 TEST(EmitterParameters, ColoursAreThoseOfLight) {
   const auto green_of = [](const std::string& color) {
     const auto light = make<Emitter>(emitter_xml("projector", number("fov", "90") + color))
@@ -167,7 +167,7 @@ TEST(EmitterParameters, ColoursAreThoseOfLight) {
   const Rgb white = green_of("<spectrum name='irradiance' value='2'/>");
   EXPECT_NEAR(white.x, 2 * 1.204794f, 1e-4);
   EXPECT_NEAR(white.z, 2 * 0.908916f, 1e-4);
-  // Mitsuba 3.9.1's, of the light of the Cornell box.
+  // Value of Mitsuba 3.9.1 for the light of the Cornell box.
   const Rgb box =
       green_of("<spectrum name='irradiance' value='400:0, 500:8, 600:15.6, 700:18.4'/>");
   EXPECT_NEAR(box.x, 20.7108f, 1e-2);
@@ -175,7 +175,7 @@ TEST(EmitterParameters, ColoursAreThoseOfLight) {
   EXPECT_NEAR(box.z, 2.7712f, 1e-2);
 }
 
-/// Light that arrives at p, and what is warned of on the way to it.
+/// Light that arrives at a point, and the warnings that loading the emitter caused.
 struct Scaled {
   std::optional<DirectSample> light;
   std::string warning;
@@ -188,9 +188,9 @@ Scaled scaled_light(const std::string& type, const std::string& scale, const Vec
   return {emitter->sample_direct(p, Vec2(0.5f)), testing::internal::GetCapturedStderr()};
 }
 
-/// Mitsuba 3.9.1, scalar_rgb, a white diffuse floor across the axis at distance 1: a projector
-/// shows its irradiance times the scale of z, and its image's half width of tan(30°) times x / z; a
-/// directional light, the irradiance times the scale of z.
+/// Values of Mitsuba 3.9.1, scalar_rgb, for a white diffuse floor across the axis at distance 1.
+/// The irradiance of a projector is scaled by the scale of z, and its image has the half width
+/// tan(30°) times x / z. The irradiance of a directional light is scaled by the scale of z.
 TEST(EmitterParameters, ScaleMeansWhatMitsubaMakesOfIt) {
   const float half = std::tan(kPi / 6);
   for (const Vec3& scale :
@@ -217,7 +217,7 @@ TEST(EmitterParameters, ScaleMeansWhatMitsubaMakesOfIt) {
   }
 }
 
-/// A spot so narrow that cosines can't tell its angles apart.
+/// The cosines of the angles of such a narrow spot are equal in single precision.
 TEST(EmitterParameters, NarrowSpotKeepsItsFalloff) {
   const auto spot = make<Emitter>(emitter_xml("spot", angles("0.004", "0.002")));
   for (const float degrees : {0.f, 0.001f, 0.0025f, 0.003f, 0.0035f}) {
@@ -229,7 +229,7 @@ TEST(EmitterParameters, NarrowSpotKeepsItsFalloff) {
   EXPECT_FALSE(spot->sample_direct(Vec3(std::tan(0.0041f * kPi / 180), 0, 1), Vec2(0.5f)));
 }
 
-/// At the light itself there is no direction; right beside it all is finite.
+/// At the position of the light there is no direction. Next to it, all values are finite.
 TEST(EmitterParameters, NothingIsInfiniteAtTheLight) {
   for (const char* type : {"point", "spot", "projector"}) {
     const auto light = make<Emitter>(emitter_xml(type, ""));

@@ -23,7 +23,7 @@ TEST(Error, IsOneLine) {
 }
 
 TEST(Error, IsShortWhateverItQuotes) {
-  // Characters of two bytes, of which none may be cut in two.
+  // Characters of two bytes, none of which may be cut in two.
   std::string text;
   for (int i = 0; i < 100000; ++i) text += "ä";
   for (const char* const before : {"", "x"}) {

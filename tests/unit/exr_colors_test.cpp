@@ -1,4 +1,4 @@
-// Selection of the channels of an EXR file that become its colour.
+// Tests how the colour channels of an EXR file are selected.
 #include <ImfArray.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -17,7 +17,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-/// 2 x 1 pixels, channel c of pixel x having the value 1 + c + 10 x.
+/// Returns 2 x 1 pixels. Channel c of pixel x has the value 1 + c + 10 x.
 Image numbered(const Names& channels) {
   Image image{2, 1, channels, {}};
   for (int x = 0; x < 2; ++x) {
@@ -33,7 +33,7 @@ struct Part {
   Names channels;
 };
 
-/// A file of several parts, each numbered() from 1.
+/// Writes a file of several parts, each numbered() from 1.
 void write_parts(const std::string& path, const std::vector<Part>& parts) {
   std::vector<Imf::Header> headers;
   for (const Part& part : parts) {
@@ -97,7 +97,7 @@ TEST_F(ExrColors, ComeFirstAndLeaveOtherChannelsTheirNames) {
   EXPECT_EQ(back.data[0], 1);
   EXPECT_EQ(back.at(1, 0, 2), 13);
   EXPECT_EQ(back.at(0, 0, 3), 7);
-  // A luminance without a layer's name comes before the colour of a layer.
+  // A luminance without a layer name takes precedence over the colour of a layer.
   EXPECT_EQ(read_back(numbered({"Y", "albedo.R", "albedo.G", "albedo.B"})).channels[0], "Y");
 }
 
@@ -162,7 +162,7 @@ TEST_F(ExrColors, ThePartWithColourIsRead) {
   expect_error([&] { read_exr(path_); }, path_, "none of its 2 parts has a colour");
 }
 
-/// OpenEXR writes Y, and RY and BY of half the resolution; a smooth image survives that.
+/// OpenEXR writes Y, and RY and BY at half the resolution. A smooth image survives this.
 TEST_F(ExrColors, LuminanceAndChromaBecomeRgb) {
   constexpr int kWidth = 32, kHeight = 20;
   for (const bool has_alpha : {false, true}) {
@@ -190,7 +190,7 @@ TEST_F(ExrColors, LuminanceAndChromaBecomeRgb) {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         for (int c = 0; c < 3; ++c) {
-          // The chroma's filter reaches beyond the border.
+          // The chroma filter reaches beyond the border.
           ASSERT_NEAR(image.at(x, y, c), color(x, y)[c], 0.02f) << x << " " << y << " " << c;
         }
         if (has_alpha) {

@@ -1,5 +1,5 @@
-// What an interrupted render does about pixels that have no samples: they get one where that is
-// quick, by a clock that goes on as the render works.
+// Tests how an interrupted render fills pixels without samples. They get one sample each if that is
+// fast enough, measured by a clock that advances as the render works.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,12 +14,12 @@ namespace {
 
 constexpr int kTiles = 4;
 
-/// Seconds that an integrator takes.
+/// Time in seconds that each step of the test integrator takes.
 struct Pace {
   double light_left_out = 0;
   double set_up = 0;  ///< of the render
   double set_up_to_fill = 0;
-  double sample = 0;  ///< one for all pixels
+  double sample = 0;  ///< one sample of all pixels
 };
 
 class PacedIntegrator : public Integrator {
@@ -48,7 +48,7 @@ class PacedIntegrator : public Integrator {
   double& now_;
 };
 
-/// The first of four tiles is done when someone ends the render.
+/// Cancels the render when the first of four tiles is done.
 RenderStats interrupted(const Pace& pace) {
   double now = 0;
   std::atomic<bool> cancel{false};
@@ -68,7 +68,7 @@ RenderStats interrupted(const Pace& pace) {
   const RenderStats& stats = context.stats();
   EXPECT_FALSE(stats.complete);
   EXPECT_EQ(stats.first_tile_seconds, pace.light_left_out + pace.set_up);
-  // What is missing is marked, and nothing else is.
+  // Missing pixels are marked, and no others.
   const bool is_marked = stats.missing > 0;
   EXPECT_EQ(image.channels.size(), is_marked ? 4u : 3u);
   int missing = 0;
@@ -101,17 +101,17 @@ TEST(FillGaps, WhatTakesLongIsNot) {
   }
 }
 
-/// What is only done once.
+/// The measurement of omitted light takes 10 s, but isn't repeated to fill gaps.
 TEST(FillGaps, LightLeftOutIsNotMeasuredAgain) {
   EXPECT_EQ(interrupted({10, 1.5, 0, 0}).missing, 0);
 }
 
-/// Two seconds are all that there is, whatever was expected.
+/// Filling ends after two seconds, even if the estimate was lower.
 TEST(FillGaps, EndsInTime) {
   const RenderStats late = interrupted({0, 0, 2.1, 0});
   EXPECT_EQ(late.filled, 0);
   EXPECT_EQ(late.missing, 0.75);
-  // 1.5 s of set-up; then a tile takes 0.3 s, so that two are begun in time.
+  // The set-up takes 1.5 s and each tile 0.3 s, so that two tiles start in time.
   const RenderStats half = interrupted({0, 0, 1.5, 1.2});
   EXPECT_EQ(half.filled, 0.5);
   EXPECT_EQ(half.missing, 0.25);

@@ -1,5 +1,5 @@
-// Samples that films take as blocks count as they do one by one, by the filters of each instruction
-// set.
+// Tests that films add blocks of samples with the same weights as single samples, with the filters
+// of each instruction set.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace kinome::test {
 namespace {
 
-/// All that a film has been given: sums of values and of weights.
+/// Returns all sums of values and of weights of a film.
 std::vector<double> sums_of(Film& film) {
   std::vector<double> sums;
   film.transfer([&](void* bytes, size_t count) {
@@ -24,7 +24,7 @@ std::vector<double> sums_of(Film& film) {
   return sums;
 }
 
-/// Samples in and around a tile, some of them far away or no numbers.
+/// Samples in and around a tile. Some are far away, infinite or NaN.
 struct Samples {
   Samples(size_t number, size_t values) : count(number), memory(count), position(memory.two()) {
     const auto random = [&](size_t i, size_t k) {
@@ -52,7 +52,7 @@ struct Samples {
   std::vector<float*> columns;
 };
 
-/// `rounding`: by how much a weight may be off.
+/// `rounding`: permitted error of a weight.
 void expect_same(Film& film, float rounding) {
   for (const bool has_more : {false, true}) {
     for (const size_t count : {0, 1, 15, 16, 17, 33, 300}) {
@@ -63,7 +63,7 @@ void expect_same(Film& film, float rounding) {
         channels = {{"u2", 0, 1, 2}, {"x2", 0, FilmChannel::kX, 2}};
       }
       const Samples samples(count, static_cast<size_t>(has_more ? 6 : 3));
-      // The film is 16 x 12, and the tile may lie at its edge.
+      // The film has 16 x 12 pixels; the second tile is at its edge.
       for (const Rect& pixels : {Rect{3, 2, 11, 9}, Rect{0, 5, 16, 12}}) {
         film.prepare(layers, channels);
         FilmTile points = film.make_tile(pixels);
@@ -105,7 +105,7 @@ TEST(FilmBlocks, CountAsTheirSamplesDo) {
           "<rfilter type='gaussian'><float name='stddev' value='0.2'/></rfilter>",
           "<rfilter type='gaussian'><float name='stddev' value='1.7'/></rfilter>"}) {
       SCOPED_TRACE(std::string(to_string(set)) + filter);
-      // Two ulps of the exponential, or of sines; all else is exact.
+      // Tolerance: two ulps of the exponential or of sines. Other filters are exact.
       const std::string_view name = filter;
       const bool is_exact = name.find("gaussian") == name.npos && name.find("lanczos") == name.npos;
       expect_same(*make_for<Film>(set, film_of(filter)), is_exact ? 0.f : 2.5e-7f);
@@ -113,7 +113,7 @@ TEST(FilmBlocks, CountAsTheirSamplesDo) {
   }
 }
 
-/// Without a block function, and with weights that aren't symmetric, so that none is another's.
+/// A filter without a block function. Its weights are asymmetric, so that all of them differ.
 class PointFilter final : public ReconstructionFilter {
  public:
   explicit PointFilter(float radius) { radius_ = radius; }

@@ -1,4 +1,4 @@
-// What the lanes of a film tell of the noise of the picture that they make together.
+// Tests of the variance of an image, estimated from the lanes of a film.
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 namespace kinome::test {
 namespace {
 
-/// Lanes are filled one by one; the picture is all of them, by weight, and the variance that of
-/// their mean.
+/// Lanes are filled one by one. The image is their weighted mean, and its variance is the variance
+/// of this mean.
 TEST(FilmNoise, LanesMakeOnePictureAndItsVariance) {
   const auto film = make_film(film_size(2, 1) +
                               R"(<string name="pixel_format" value="rgba"/><rfilter type="box"/>)");
@@ -36,7 +36,8 @@ TEST(FilmNoise, LanesMakeOnePictureAndItsVariance) {
   ASSERT_EQ(noise.image.channels,
             (std::vector<std::string>{"variance.R", "variance.G", "variance.B", "tile_variance.R",
                                       "tile_variance.G", "tile_variance.B"}));
-  // (2² + 1² + 3²) / (3 x 2); and of one lane there is none. Tile and picture are that pixel.
+  // (2² + 1² + 3²) / (3 x 2). The pixel with one lane has no variance, so that the tile and the
+  // image have that of the other pixel.
   const double variances[3] = {7. / 3, 28. / 3, 0};
   for (int c = 0; c < 3; ++c) {
     EXPECT_FLOAT_EQ(noise.image.at(0, 0, c), static_cast<float>(variances[c]));
@@ -53,9 +54,8 @@ TEST(FilmNoise, LanesMakeOnePictureAndItsVariance) {
   EXPECT_EQ(film->lanes(), 1u);
 }
 
-/// Noise that pixels have in common: of each lane, all of them go up and down together. Their tiles
-/// and the picture are as noisy as each pixel; by the pixels' variances alone, 1/256 of that. The
-/// last tiles are narrower.
+/// All pixels of a lane share their noise. The variance of tiles and of the image is that of each
+/// pixel. The pixels' variances alone would give 1/256 of it. The last tiles are narrower.
 TEST(FilmNoise, NoiseThatPixelsShareIsThatOfTheirTiles) {
   const auto film =
       make_film(film_size(20, 18) +
@@ -65,7 +65,7 @@ TEST(FilmNoise, NoiseThatPixelsShareIsThatOfTheirTiles) {
     film->set_lane(lane);
     FilmTile tile = film->make_tile({0, 0, 20, 18});
     for (int i = 0; i < 360; ++i) {
-      // Two halves whose noise is opposite: it cancels out in tiles that have as much of both.
+      // Two parts with opposite noise. It cancels out in tiles with as many pixels of both.
       const float v = static_cast<float>(lane) * (i / 20 < 8 ? 1.f : -1.f);
       tile.add_pixel(i % 20, i / 20, std::vector<float>{v, v, v});
     }
@@ -82,7 +82,7 @@ TEST(FilmNoise, NoiseThatPixelsShareIsThatOfTheirTiles) {
 }
 
 /// A filter spreads each sample over several pixels. Here each lane has one sample, 1 or -1, at
-/// each pixel's centre: how much of each the tile holds is known.
+/// each pixel's centre, so that the expected variance of the tile is known.
 TEST(FilmNoise, NoiseThatTheFilterSpreadsIsThatOfTheTile) {
   const auto film = make_film(film_size(16, 16) + R"(<rfilter type="gaussian"/>)");
   constexpr uint32_t kLanes = 400;
@@ -98,7 +98,7 @@ TEST(FilmNoise, NoiseThatTheFilterSpreadsIsThatOfTheTile) {
     }
     film->commit(tile);
   }
-  // Along an axis: w_px of sample x in pixel p. Of both axes, sums are products.
+  // Along an axis, w_px is the weight of sample x in pixel p. Sums over both axes are products.
   double of_tile = 0, of_pixels = 0;
   std::vector<double> shares(16, 0.);
   for (int p = 0; p < 16; ++p) {
@@ -115,10 +115,11 @@ TEST(FilmNoise, NoiseThatTheFilterSpreadsIsThatOfTheTile) {
   const FilmNoise noise = film->noise();
   double pixels = 0;
   for (int i = 0; i < 256; ++i) pixels += noise.image.at(i % 16, i / 16, 0);
-  // A variance of 400 lanes is right to 1 in 14, of 256 pixels besides to 1 in 100: 5 times that.
+  // A variance from 400 lanes has a relative error of 1/14, and over 256 pixels 1/100. The
+  // tolerances are 5 times that.
   EXPECT_NEAR(pixels / (of_pixels * of_pixels / kLanes), 1, 0.05);
   EXPECT_NEAR(256. * 256 * noise.image.at(0, 0, 3) / (of_tile * of_tile / kLanes), 1, 0.35);
-  EXPECT_GT(of_tile * of_tile, 2 * of_pixels * of_pixels);  // or the case would tell nothing
+  EXPECT_GT(of_tile * of_tile, 2 * of_pixels * of_pixels);  // or the test would be meaningless
 }
 
 }  // namespace

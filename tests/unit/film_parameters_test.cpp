@@ -1,4 +1,4 @@
-// What a film may be, and how it is written.
+// Tests of the parameters of films and of the files that they write.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -57,7 +57,7 @@ TEST(Film, RefusesWhatItCannotBe) {
   }
 }
 
-/// An int counts the pixels of a picture.
+/// The number of pixels must fit into an int.
 TEST(Film, RefusesMorePixelsThanItCanCount) {
   const std::string window =
       "<integer name=\"crop_width\" value=\"65536\"/><integer name=\"crop_height\" value=\"";
@@ -65,13 +65,13 @@ TEST(Film, RefusesMorePixelsThanItCanCount) {
   expect_error(film_size(46341, 46341), "'width'");  // just beyond
   expect_error(film_size(32768, 65536), "'height'");
   expect_error(film_size(65536, 65536) + window + "32768\"/>", "'crop_width'");
-  // No memory is taken before it is rendered.
+  // No memory is allocated before rendering.
   EXPECT_EQ(make_film(film_size(46340, 46340))->crop().area(), 2147395600);
   const auto part = make_film(film_size(65536, 65536) + window + "32767\"/>");
   EXPECT_EQ(part->crop().area(), 65536 * 32767);
 }
 
-/// Films of other plugins may not ask.
+/// Films of other plugins may not check their size.
 TEST(Film, PreparesNoMorePixelsThanItCanCount) {
   class Vast : public Film {
    public:
@@ -120,7 +120,7 @@ TEST(Film, WritesInItsFormat) {
   EXPECT_EQ(read_pfm(folder.path("picture.pfm")).width, 5);
 }
 
-/// A film of 16 x 2 pixels of one colour, written and read again by `read`.
+/// Writes a film of 16 x 2 pixels of one colour, and reads it with `read`.
 template <class Read>
 auto written(const std::string& formats, const Rgb& color, const Read& read) {
   const TemporaryFolder folder;
@@ -138,11 +138,11 @@ auto written(const std::string& formats, const Rgb& color, const Read& read) {
   return read(folder.path("picture") + film->file_extension());
 }
 
-/// What Mitsuba 3.9.1 writes for (0.2, 0.5, 0.8).
+/// Values that Mitsuba 3.9.1 writes for (0.2, 0.5, 0.8).
 TEST(Film, WritesXyzAsMitsubaDoes) {
   const std::map<std::string, float> expected{
       {"X", .40561903f}, {"Y", .4578494f}, {"Z", .8236449f}, {"A", .25f}};
-  // By OpenEXR itself, because read_exr() converts XYZ to RGB.
+  // Uses OpenEXR directly, because read_exr() converts XYZ to RGB.
   const auto read = [&expected](const std::string& path) {
     Imf::InputFile file(path.c_str());
     Imf::FrameBuffer buffer;
@@ -165,7 +165,7 @@ TEST(Film, WritesXyzAsMitsubaDoes) {
 
 TEST(Film, WritesIntegersOfWhichTheLargestIsOne) {
   const auto read = [](const std::string& path) {
-    // Integers are read as the numbers that they are.
+    // Integers are not normalised when they are read.
     return read_exr(path).at(5, 1, 0);
   };
   const std::string format = text("component_format", "uint32");
@@ -175,7 +175,7 @@ TEST(Film, WritesIntegersOfWhichTheLargestIsOne) {
   EXPECT_EQ(written(format, Rgb(0.f), read), 0.f);
 }
 
-/// Read by our own bitmap.
+/// Read by the `bitmap` texture.
 TEST(Film, WritesRgbeAsMitsubaDoes) {
   const auto read = [](const std::string& path) {
     const auto bitmap = make<Texture>("<texture type=\"bitmap\">" + text("filename", path.c_str()) +
@@ -187,7 +187,7 @@ TEST(Film, WritesRgbeAsMitsubaDoes) {
   EXPECT_EQ(written(format, Rgb(0.f), read), Rgb(0.f));
   EXPECT_EQ(written(format, Rgb(3000, -5, 1), read), Rgb(2992, 0, 0));
   EXPECT_EQ(make_film(format)->file_extension(), ".rgbe");
-  // Formats that such files can't hold become rgb.
+  // Pixel formats that such files don't support become rgb.
   EXPECT_FALSE(make_film(format + text("pixel_format", "luminance_alpha"))->has_alpha());
   EXPECT_EQ(make_film(format + text("pixel_format", "luminance"))->channels().size(), 3u);
   EXPECT_EQ(make_film(text("file_format", "pfm") + text("pixel_format", "luminance"))->channels(),

@@ -15,7 +15,7 @@
 namespace kinome::test {
 namespace {
 
-/// `per_pixel` random samples in each pixel of the tile.
+/// Adds `per_pixel` random samples to each pixel of the tile.
 template <class Values>
 void fill(FilmTile& tile, int per_pixel, const Values& values) {
   const Rect& r = tile.pixels();
@@ -57,7 +57,7 @@ TEST_P(EveryFilter, ConstantStaysConstant) {
 }
 INSTANTIATE_TEST_SUITE_P(Film, EveryFilter, testing::Values("box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"));
 
-/// Of a film of a few pixels that has had its samples.
+/// Expects the same pixel values everywhere in a film of a few pixels.
 void expect_everywhere(const Film& film, const std::vector<float>& values, const char* what) {
   const Image image = film.develop();
   for (size_t i = 0; i < image.data.size(); ++i) {
@@ -66,8 +66,8 @@ void expect_everywhere(const Film& film, const std::vector<float>& values, const
   }
 }
 
-/// Values that are no sums of powers of two: in float, each sample of a few thousand adds a little
-/// too much or too little, and always the same.
+/// These values are no sums of powers of two. In single precision, each of a few thousand samples
+/// would add the same rounding error.
 TEST(Film, ManySamplesKeepTheirMean) {
   const std::vector<float> values{0.1f, 1.f / 3, 7e4f};
   const Rect all{0, 0, 2, 2};
@@ -89,7 +89,7 @@ TEST(Film, ManySamplesKeepTheirMean) {
   }
 }
 
-/// Adding 1, the weights of a float would end at 2^24.
+/// Weights in single precision would stop growing at 2^24.
 TEST(Film, WeightsGoOnGrowing) {
   const auto film = make_film(film_size(1, 1) + "<rfilter type=\"box\"/>");
   film->prepare({{}});
@@ -159,7 +159,7 @@ TEST(Film, SingleSampleReachesAsFarAsItsFilterWithItsWeights) {
   }
   film->commit(tile);
   const Image image = film->develop();
-  // The zeros' weights: the same sum for every pixel that has all its neighbours.
+  // Sum of the zeros' weights, which is equal for all pixels that have all their neighbours.
   double zeros = 0;
   for (int i = -2; i <= 2; ++i) {
     for (int j = -2; j <= 2; ++j) {
@@ -196,7 +196,8 @@ TEST(Film, FilterValuesAreMitsubas) {
   EXPECT_EQ(wide->radius(), 2.f);
   EXPECT_EQ(wide->eval(1.f), 0.5f);
   EXPECT_EQ(make<ReconstructionFilter>("<rfilter type=\"box\"/>")->radius(), 0.5f);
-  // However narrow one is: a pixel's only sample may be on its edge, by rounding.
+  // By rounding, a pixel's only sample may be on its edge, where even the narrowest filter must be
+  // positive.
   for (const char* narrowest :
        {"<rfilter type=\"tent\"><float name=\"radius\" value=\"0.51\"/></rfilter>",
         "<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0.13\"/></rfilter>"}) {
@@ -283,8 +284,8 @@ TEST(Film, LayersHaveWeightsOfTheirOwn) {
   EXPECT_THROW(first.add({1, 1}, std::vector<float>{1, 2, 3}), std::logic_error);
 }
 
-/// Powers of values, of parts of the colour and of XYZ; of samples by one and by many, and of
-/// finished pixels. Alpha is there because a channel shows it.
+/// Tests powers of values, of colour channels and of XYZ, for single samples, blocks of samples,
+/// and finished pixels. The film stores alpha because a channel shows it.
 TEST(Film, TakesTheMeanOfPowers) {
   using Channel = FilmChannel;
   const auto film = make_film(film_size(8, 8) + "<rfilter type=\"gaussian\"/>");
@@ -349,7 +350,7 @@ TEST(Film, NonFiniteSamplesAreCountedAndDropped) {
   EXPECT_EQ(film->non_finite(), 0u);
 }
 
-/// Finished pixels count for themselves alone, whatever the filter; two of one pixel are averaged.
+/// Finished pixels ignore the filter. Two values of one pixel are averaged.
 TEST(Film, FinishedPixelsKeepTheirValue) {
   for (const char* filter : {"box", "gaussian"}) {
     const auto film = make_film(
@@ -368,7 +369,7 @@ TEST(Film, FinishedPixelsKeepTheirValue) {
     tile.add_pixel(2, 2, std::vector<float>{1, nan, 1});
     tile.add_pixel(2, 2, std::vector<float>{std::numeric_limits<float>::infinity(), 1, 1});
     for (const auto& [x, y] : {std::pair(0, 0), {-1, 2}, {6, 1}, {2, 4}, {2, -1}, {1000, 1000}}) {
-      tile.add_pixel(x, y, std::vector<float>{9, 9, 9});  // outside
+      tile.add_pixel(x, y, std::vector<float>{9, 9, 9});  // outside the tile
     }
     EXPECT_THROW(tile.add_pixel(1, 1, std::vector<float>{1, 1}), std::logic_error);
     film->commit(tile);
@@ -402,8 +403,8 @@ TEST(Film, SamplesOutsideAndEmptyTilesDoNothing) {
   EXPECT_EQ(image.at(2, 2, 0), 0.f);
 }
 
-/// Of what an interrupted render leaves: pixels without samples, unless light paths are all that
-/// there is.
+/// Gaps are pixels without samples, as in an interrupted render. There are none if the layer has
+/// only light paths.
 TEST(Film, TellsItsGaps) {
   const auto film = make_film(film_size(8, 4) + "<rfilter type=\"box\"/>");
   film->prepare({{}, {"depth"}});

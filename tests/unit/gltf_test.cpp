@@ -1,5 +1,4 @@
-// What glTF files hold, in each of the ways that they may hold it, and what is wrong with
-// damaged ones.
+// Tests the contents of glTF files in all supported encodings, and the errors of damaged files.
 
 #include <gtest/gtest.h>
 
@@ -41,10 +40,10 @@ std::string bytes_of(std::initializer_list<T> values) {
   return bytes;
 }
 
-/// Parts of a file; what a test doesn't set is a single right triangle of legs 1.
+/// Parts of a file. By default, it is a right triangle with legs of length 1.
 struct GltfParts {
   std::string buffer = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0});
-  std::string uri;  ///< in place of an embedded buffer
+  std::string uri;  ///< replaces the embedded buffer
   std::string views = R"({"buffer":0,"byteOffset":0,"byteLength":36})";
   std::string accessors =
       R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]})";
@@ -139,7 +138,7 @@ TEST_F(Gltf, BufferBesideTheFile) {
 }
 
 /// Vertices of 20 bytes: position as normalised 16-bit, padding, normal as normalised 8-bit, uv as
-/// normalised 16-bit; then indices of the type asked for.
+/// normalised 16-bit. Then indices of the given type.
 TEST_F(Gltf, StridedQuantisedAttributesAndIndicesOfEachType) {
   std::string vertices;
   for (const int i : {0, 1, 2, 3}) {
@@ -189,7 +188,7 @@ TEST_F(Gltf, SparseAccessors) {
       R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":1,)"
       R"("indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":2}}})";
   EXPECT_FLOAT_EQ(load(parts)->area(), 1.5f);
-  // Without data of its own, an accessor starts from zeros.
+  // An accessor without data starts from zeros.
   parts.accessors =
       R"({"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":1,)"
       R"("indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":2}}})";
@@ -199,7 +198,7 @@ TEST_F(Gltf, SparseAccessors) {
 
 TEST_F(Gltf, NodesTransformTheirMeshes) {
   GltfParts parts;
-  // A child turned by 90 degrees around z and doubled, in a parent that is moved; and a mirrored
+  // A child rotated by 90 degrees around z and doubled, in a translated parent; and a mirrored
   // instance, whose outside stays outside.
   parts.nodes = R"({"translation":[5,0,0],"children":[1]},)"
                 R"({"mesh":0,"rotation":[0,0,0.70710678118,0.70710678118],"scale":[2,2,2]},)"

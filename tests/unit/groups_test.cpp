@@ -1,4 +1,4 @@
-// How a unit's points are divided into groups.
+// Tests how the points of a tile are divided into groups.
 #include "clustered/product/groups.h"
 
 #include <set>
@@ -9,7 +9,7 @@ namespace kinome::test {
 namespace {
 
 TEST(Groups, HoldEachPointThatReflectsOnce) {
-  // A light in part of the picture, which reflects nothing.
+  // A light in part of the image, whose surface reflects nothing.
   StageTile tile(ball_xml(kGrey) + sky_xml() +
                      R"(<shape type="rectangle"><transform name="to_world"><scale value=".1"/>
                               <rotate x="1" angle="-90"/><translate y=".6"/></transform>
@@ -65,7 +65,8 @@ TEST(Groups, KnowWhatTheirPointsHaveInCommon) {
   }
 }
 
-/// On a ball each point of a mirror-like lobe looks elsewhere; a wide lobe doesn't mind.
+/// On a ball, each point of a mirror-like lobe reflects another direction. Wide lobes need few
+/// groups.
 TEST(Groups, AreManyWhereLobesAreSharp) {
   const auto number_of = [](const std::string& material) {
     StageTile tile(ball_xml(material) + sky_xml());
@@ -73,7 +74,7 @@ TEST(Groups, AreManyWhereLobesAreSharp) {
     for (uint32_t g = 0; g < groups; ++g) {
       const GroupView view = tile.view(g);
       if (!is_sharp(view.patch)) continue;
-      // Twice the spread, since the mean moves when points are added.
+      // Twice the spread, because the mean moves when points are added.
       EXPECT_GT(view.group.cosine, 1 - 2 * view.patch.alpha2());
     }
     return std::pair(patches, groups);

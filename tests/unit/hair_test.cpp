@@ -1,4 +1,4 @@
-/// Hair, by what is known of it. Its values are compared with Mitsuba's in bsdf_reference_test.cpp.
+/// Tests of known properties of hair. bsdf_reference_test.cpp compares its values with Mitsuba's.
 #include <gtest/gtest.h>
 
 #include "support/bsdf_cases.h"
@@ -11,7 +11,7 @@ std::shared_ptr<Bsdf> hair(const std::string& children) {
   return make<Bsdf>("<bsdf type='hair'>" + children + "</bsdf>");
 }
 
-/// White hair in an even light: what isn't absorbed comes out again (Chiang et al. 2016, 4.2).
+/// White hair under uniform light reflects all of it (Chiang et al. 2016, 4.2).
 TEST(Hair, WithoutPigmentReflectsAll) {
   const auto white = hair(
       "<float name='eumelanin' value='0'/><float name='pheomelanin' value='0'/>"
@@ -24,14 +24,14 @@ TEST(Hair, WithoutPigmentReflectsAll) {
       const float u1 = random.unit();
       const auto s = white->sample(si, Lobe::kAll, u1, random.unit2());
       ASSERT_TRUE(s);
-      // Density and value are the same lobes, all white.
+      // Density and value have the same lobes, all white.
       EXPECT_NEAR(s->weight.x, 1, 1e-3f);
       EXPECT_NEAR(s->weight.z, 1, 1e-3f);
     }
   }
 }
 
-/// The mean over directions of the value, by a density that has nothing to do with hair.
+/// The mean of the value over directions, sampled with a density independent of hair.
 TEST(Hair, ValuesIntegrateToTheAlbedo) {
   for (const char* const children :
        {"", "<float name='longitudinal_roughness' value='0.7'/>"
@@ -63,7 +63,7 @@ TEST(Hair, PigmentsAreAbsorption) {
                             "<float name='pheomelanin' value='2'/>")
                            ->eval_pdf(si, Lobe::kAll, wo)
                            .f;
-  // 0.5 (.419 .697 1.37) + 2 (.187 .4 1.05), by half.
+  // 0.5 (.419 .697 1.37) + 2 (.187 .4 1.05), divided by 2.
   const Rgb absorption = hair("<rgb name='sigma_a' value='0.29175 0.57425 1.3925'/>"
                               "<float name='scale' value='2'/>")
                              ->eval_pdf(si, Lobe::kAll, wo)

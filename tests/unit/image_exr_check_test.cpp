@@ -1,4 +1,4 @@
-// EXR files that claim to need more memory than they can fill, and valid ones that look like them.
+// Tests of EXR files that claim more memory than their data can fill, and of similar valid files.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -25,7 +25,7 @@ std::string tiles(int width, int height) {
   return attribute("tiles", "tiledesc", as_bytes(width) + as_bytes(height) + '\0');
 }
 
-/// The bytes of a small file, to be forged.
+/// Bytes of a small file, to be modified.
 class Bytes {
  public:
   Bytes() {
@@ -64,7 +64,7 @@ TEST(ExrCheck, SizesThatTheFileCannotHold) {
 }
 
 TEST(ExrCheck, BlocksThatTakeMoreThanThePicture) {
-  // One row of many pixels is little; 256 of them, which DWAB compresses together, are not.
+  // One row of many pixels is small. 256 of them, which DWAB compresses together, are too large.
   Bytes rows;
   rows.set_size(131072, 1);
   rows.set_compression(Imf::DWAB_COMPRESSION);
@@ -76,7 +76,7 @@ TEST(ExrCheck, BlocksThatTakeMoreThanThePicture) {
   const size_t old = attribute("channels", "chlist", std::string(19, ' ')).size();
   rows.text.replace(begin, old, attribute("channels", "chlist", channels + '\0'));
   rows.expect_error_with("claims blocks of 131072 x 256 pixels, which would need 512 MB");
-  // The attribute belongs to another kind of file, and changes nothing.
+  // The attribute belongs to tiled files and is ignored.
   rows.add(tiles(1, 1));
   rows.expect_error_with("claims blocks of 131072 x 256 pixels");
 }
@@ -85,11 +85,11 @@ TEST(ExrCheck, TilesThatTakeMoreThanThePicture) {
   for (const auto& [side, message] : {std::pair(100000, "claims blocks of 100000 x 100000"),
                                       {2000000000, "tile size in its header is too large"}}) {
     Bytes large;
-    large.text[5] = 2;  // the version's flag
+    large.text[5] = 2;  // the flag for tiles
     large.add(tiles(side, side));
     large.expect_error_with(message);
   }
-  // A row of tiles is in memory, however narrow each is.
+  // A whole row of tiles is in memory, even if each tile is narrow.
   Bytes tall;
   tall.text[5] = 2;
   tall.add(tiles(128, 32767));
@@ -121,7 +121,7 @@ TEST(ExrCheck, SecondPartsAndOtherKinds) {
   manifest.expect_error_with("ID manifest");
 }
 
-/// DWA makes next to nothing of one colour: 20,000 pixels a byte and more.
+/// DWA compresses a single colour to 20,000 and more pixels per byte.
 TEST(ExrCheck, OneColourInFewBytesIsRead) {
   const TemporaryFolder folder;
   const std::string path = folder.path("sky.exr");

@@ -1,6 +1,7 @@
-// Image files that `bitmap` reads without OpenImageIO: all kinds of PNG, JPEG and Radiance.
+// Tests of image files that `bitmap` reads without OpenImageIO: all kinds of PNG, JPEG and
+// Radiance.
 #include <cstdio>
-// These need size_t and FILE.
+// The next headers need size_t and FILE.
 #include <jpeglib.h>
 #include <zlib.h>
 
@@ -28,8 +29,8 @@ std::string chunk(const std::string& type, const std::string& data) {
          big_endian(static_cast<uint32_t>(crc32(0, begin, static_cast<uInt>(checked.size()))));
 }
 
-/// `rows` without the filter byte of each; types are PNG's: 0 grey, 2 RGB, 3 palette, 4 grey with
-/// alpha, 6 RGB with alpha.
+/// Returns a PNG file; `rows` lack the filter byte. Types are PNG's: 0 grey, 2 RGB, 3 palette, 4
+/// grey with alpha, 6 RGB with alpha.
 std::string png(int width, int height, int depth, int type, const std::vector<std::string>& rows,
                 const std::string& before_data = "", bool interlaced = false) {
   std::string raw;
@@ -53,7 +54,7 @@ std::string bytes_of(std::initializer_list<int> values) {
   return bytes;
 }
 
-/// 200 100 50, 10 20 30 and 0 255 0.
+/// Returns a palette of the first of the colours 200 100 50, 10 20 30 and 0 255 0.
 std::string palette(int colors) {
   return chunk("PLTE", bytes_of({200, 100, 50, 10, 20, 30, 0, 255, 0}).substr(0, 3 * colors));
 }
@@ -66,7 +67,7 @@ class ImageFormats : public testing::Test {
                          "'/><boolean name='raw' value='true'/>"
                          "<string name='filter_type' value='nearest'/></texture>");
   }
-  /// As stored, times 255, of column x of the first row.
+  /// Returns the stored value of pixel (x, y), times 255.
   static Rgb texel(const Texture& texture, int x, int y = 0) {
     const auto size = texture.resolution();
     return 255.f * texture.eval(Vec2((static_cast<float>(x) + 0.5f) / static_cast<float>(size.x),
@@ -140,7 +141,7 @@ TEST_F(ImageFormats, EveryKindOfPng) {
   for (const auto& c : cases) expect_row(*load(c.file), c.row, c.what);
 }
 
-/// Adam7, in whose seven passes the pixels of 3 x 3 come in this order.
+/// Adam7 stores the pixels of a 3 x 3 image in seven passes, in this order.
 TEST_F(ImageFormats, InterlacedPng) {
   const auto texture = load(png(3, 3, 8, 0,
                                 {bytes_of({1}), bytes_of({3}), bytes_of({7, 9}), bytes_of({2}),
@@ -155,7 +156,7 @@ TEST_F(ImageFormats, InterlacedPng) {
   }
 }
 
-/// Such files take about a byte for 8000 bits.
+/// Such files compress about 8000 bits to a byte.
 TEST_F(ImageFormats, PngOfASingleColour) {
   const std::vector<std::string> rows(2048, std::string(256, '\0'));
   for (const std::string& file :
@@ -167,7 +168,7 @@ TEST_F(ImageFormats, PngOfASingleColour) {
   }
 }
 
-/// An image of one colour by libjpeg, at the best quality; `channels` 1, 3 or 4 (CMYK).
+/// Returns an image of one colour by libjpeg at the best quality; `channels` is 1, 3 or 4 (CMYK).
 std::string jpeg(int width, int height, const std::vector<uint8_t>& color, bool is_progressive) {
   jpeg_error_mgr errors;
   jpeg_compress_struct j;
@@ -204,7 +205,7 @@ TEST_F(ImageFormats, Jpeg) {
     EXPECT_NEAR(rgb.x, 200, 2);
     EXPECT_NEAR(rgb.y, 100, 2);
     EXPECT_NEAR(rgb.z, 50, 2);
-    // Each value is the share of light that an ink leaves.
+    // Each value is the fraction of light that an ink leaves.
     const Rgb cmyk = texel(*load(jpeg(20, 9, {255, 128, 0, 200}, is_progressive)), 19);
     EXPECT_NEAR(cmyk.x, 200, 2);
     EXPECT_NEAR(cmyk.y, 100, 2);
@@ -220,7 +221,7 @@ TEST_F(ImageFormats, CutFilesAreTruncated) {
       "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 3\n" + std::string(12, 'x')};
   for (const std::string& file : whole) {
     ASSERT_EQ(error_of(file), "");
-    // Without the marker at its end, a JPEG is whole.
+    // A JPEG without its end marker is complete.
     for (size_t length = 12; length + 2 < file.size(); length += 1 + length / 16) {
       const std::string error = error_of(file.substr(0, length));
       EXPECT_NE(error.find("truncated"), std::string::npos)
@@ -235,7 +236,7 @@ TEST_F(ImageFormats, JpegWithoutItsEndMarker) {
   EXPECT_EQ(color, texel(*load(whole), 39, 29));
 }
 
-/// Greens of 1 to 6 in the order in which a file of 3 x 2 pixels has them.
+/// Returns 3 x 2 pixels whose greens are 1 to 6 in file order.
 std::string radiance(const std::string& size) {
   std::string file = "#?RADIANCE\n# a comment\nFORMAT=32-bit_rle_rgbe\n\n" + size + "\n";
   for (int i = 1; i <= 6; ++i) file += bytes_of({0, i, 0, 128 + 8});

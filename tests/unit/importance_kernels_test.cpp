@@ -1,4 +1,4 @@
-// Kernels that estimate the importance of cells and light points, against plain code in double
+// Compares kernels that estimate the importance of cells and light points with plain code in double
 // precision.
 #include "clustered/kernels/importance_kernels.h"
 
@@ -23,7 +23,7 @@ double ggx(double cosine, double alpha2) {
   return alpha2 / (std::numbers::pi * t * t);
 }
 
-/// The estimates of importance_kernels.cpp, in double precision.
+/// The estimates of importance_kernels.cpp in double precision.
 struct PlainResponse {
   double fraction = 0, density = 0;
 };
@@ -39,7 +39,7 @@ PlainResponse plain_response(const simd::ReflectingPatch& patch, const glm::dvec
           share * by_cosine + (1 - share) * lobe};
 }
 
-/// Importance of light of unit flux, without the share that eye rays find.
+/// Returns the importance of light of unit flux, without the share that eye rays find.
 double plain_importance(const simd::ReflectingPatch& patch, const glm::dvec3& to,
                         const glm::dvec3& normal, double size2, double eye_ratio) {
   const double squared = glm::dot(to, to), softened = squared + size2;

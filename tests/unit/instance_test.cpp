@@ -1,4 +1,4 @@
-// Instances show a group's shapes as if they had been moved themselves.
+// Tests that instances equal moved copies of their group's shapes.
 
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ f 4/4/4 1/1/1 5/5/5
 
 class Instances : public testing::Test {
  protected:
-  /// One of a type, with `inside`.
+  /// Returns a shape of this type with the children `inside`.
   std::string shape(const std::string& type, const std::string& inside) const {
     const std::string file =
         type == "obj" ? "<string name='filename' value='" + obj_ + "'/>" : std::string();
@@ -83,8 +83,8 @@ void expect_near(const SurfaceInteraction& a, const SurfaceInteraction& b) {
   EXPECT_EQ(a.primitive, b.primitive);
 }
 
-/// Under maps that stretch, a mesh's normals differ: of an instance they are interpolated before
-/// they are moved, as in Mitsuba.
+/// Under non-uniform scaling, the normals of an instance and of a moved mesh differ. Those of an
+/// instance are interpolated before they are transformed, as in Mitsuba.
 TEST_F(Instances, AreWhatTheMovedShapeIs) {
   const std::pair<const char*, const char*> cases[] = {
       {"sphere", kSimilar},   {"cylinder", kSimilar}, {"cube", kAffine},      {"disk", kAffine},
@@ -104,14 +104,14 @@ TEST_F(Instances, AreWhatTheMovedShapeIs) {
       const Vec3 target = Vec3(3, -2, .5f) + 2.f * random.unit() * random.direction();
       const Vec3 o = Vec3(3, -2, .5f) + 9.f * random.direction();
       const RayHit expected = trace(*plain, o, target - o), hit = trace(*scene, o, target - o);
-      // At edges rounding decides.
+      // At edges, rounding decides which primitive is hit.
       if (!expected.hit.valid() || !hit.hit.valid()) continue;
       if (std::abs(expected.ray.tmax - hit.ray.tmax) > 1e-3f) continue;
       if (expected.hit.primitive != hit.hit.primitive) continue;
       ++hits;
       EXPECT_EQ(hit.hit.shape, 0u);
       const SurfaceInteraction si = plain->interaction(expected);
-      // Near its centre little decides which way a disk's frame points.
+      // Near its centre, the direction of a disk's frame is numerically unstable.
       if (std::string(type) == "disk" && si.uv.x < 0.2f) continue;
       expect_near(scene->interaction(hit), si);
       if (testing::Test::HasFailure()) return;
@@ -154,8 +154,8 @@ TEST_F(Instances, AreMetAsOftenAsTheMovedShape) {
   }
 }
 
-/// Two instances of a group of two, and a shape behind them: the number of a hit is that of what is
-/// in Scene::shapes(), by every way to trace.
+/// Traces two instances of a group of two shapes, and shapes around them. The shape index of a hit
+/// must be its index in Scene::shapes() for all ways to trace.
 TEST_F(Instances, TellWhichPartWasMet) {
   const std::string near = shape("disk", ""), far = shape("cube", moved("<translate x='5'/>"));
   const auto scene =
@@ -198,7 +198,7 @@ TEST_F(Instances, HaveTheMaterialsOfTheirGroup) {
   EXPECT_NE(scene->shapes()[0]->bsdf_pointer(), scene->shapes()[1]->bsdf_pointer());
 }
 
-/// Also where the map stretches, and far away.
+/// Also under non-uniform scaling, and far from the origin.
 TEST_F(Instances, AreNotMetByRaysThatLeaveThem) {
   const char* const maps[] = {
       kSimilar,
@@ -242,7 +242,7 @@ TEST_F(Instances, HaveTheAreaOfTheMovedShapeAndAreSampledEvenly) {
     const Shape& a = *plain->shapes()[0];
     const Shape& b = *scene->shapes()[0];
     EXPECT_NEAR(b.area(), a.area(), 1e-5f * a.area());
-    // Means of the place and its squares: at 5 standard deviations of each of 6.
+    // Compares the means of the position and of its squares: six tests at 5 standard deviations.
     glm::dvec3 mean_a(0), mean_b(0), squares(0), more_a(0), more_b(0), fourths(0);
     constexpr int kCount = 40000;
     for (int i = 0; i < kCount; ++i) {
@@ -352,7 +352,7 @@ size_t resident_bytes() {
   return resident * 4096;
 }
 
-/// A mesh of 10^5 triangles is some 10 MB with its tree: of 10,000 copies, 100 GB.
+/// A mesh of 10^5 triangles takes some 10 MB with its BVH; 10,000 copies would take 100 GB.
 TEST_F(Instances, TakeNoMemoryForWhatTheyShow) {
   const TemporaryFolder folder;
   std::ostringstream mesh;

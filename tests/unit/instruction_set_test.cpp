@@ -24,7 +24,7 @@ std::string error_of(const std::function<void()>& fn) {
   return "no error";
 }
 
-/// What the library says that the registry takes for the plugin.
+/// Returns the doc string of the library that the registry selects for the plugin.
 std::string taken_by(PluginRegistry& registry) {
   return registry.find(Category::kTexture, kName).doc;
 }
@@ -35,7 +35,7 @@ fs::path library_of(InstructionSet set) {
   return set == InstructionSet::kBaseline ? folder / file : folder / to_string(set) / file;
 }
 
-/// What wide_probe was built for, and this processor can run.
+/// Returns the instruction sets of the builds of wide_probe that this processor supports.
 std::vector<InstructionSet> runnable() {
   std::vector<InstructionSet> sets;
   for (const InstructionSet set : kAll) {
@@ -100,14 +100,14 @@ TEST(InstructionSets, OfALesserProcessorAreRefused) {
   EXPECT_EQ(choose_instruction_set("x86-64-v3", lesser), lesser);
   EXPECT_EQ(error_of([&] { choose_instruction_set("x86-64-v4", lesser); }),
             "--isa: this processor lacks x86-64-v4; its best instruction set is x86-64-v3");
-  if (least_instruction_set() > InstructionSet::kX86V2) return;  // it is not to be had
+  if (least_instruction_set() > InstructionSet::kX86V2) return;  // the set isn't available
   const KinomeIsa beyond("x86-64-v2");
   EXPECT_EQ(choose_instruction_set({}, lesser), InstructionSet::kX86V2);
   EXPECT_EQ(error_of([&] { choose_instruction_set({}, InstructionSet::kBaseline); }),
             "KINOME_ISA: this processor lacks x86-64-v2; its best instruction set is x86-64");
 }
 
-/// Also by whoever forces a set that no plugin is built for.
+/// The program rejects sets below the lowest one for which it and its plugins are built.
 TEST(InstructionSets, LessThanAllIsBuiltForIsRefused) {
   const std::string least = to_string(least_instruction_set());
   for (int i = 0; i < static_cast<int>(least_instruction_set()); ++i) {
@@ -128,7 +128,7 @@ TEST(RegistryOfInstructionSets, TakesTheBestThatItMay) {
     PluginRegistry registry({KINOME_UNIT_PLUGINS}, set);
     EXPECT_EQ(taken_by(registry), to_string(set));
     EXPECT_EQ(registry.loaded(), std::vector<std::string>{std::string("texture/") + kName});
-    // A plugin that is built for one alone.
+    // This plugin is built for the baseline only.
     EXPECT_STREQ(registry.find(Category::kTexture, "uv_probe").name, "uv_probe");
   }
 }
@@ -159,7 +159,8 @@ TEST(RegistryOfInstructionSets, TakesTheNextWhereOneIsMissing) {
     fs::create_directories(to);
     fs::copy_file(library_of(set), to / (std::string(kName) + ".so"));
     PluginRegistry registry({folder.folder(), KINOME_UNIT_PLUGINS}, processor_instruction_set());
-    EXPECT_EQ(taken_by(registry), to_string(set));  // of the first folder, whatever the next has
+    EXPECT_EQ(taken_by(registry), to_string(set));  // from the first folder, whatever the second
+                                                    // has
   }
 }
 
@@ -170,7 +171,7 @@ TEST(RegistryOfInstructionSets, RefusesMoreThanItMayUse) {
   const TemporaryFolder folder;
   fs::create_directories(folder.path("texture"));
   const std::string file = folder.path(std::string("texture/") + kName + ".so");
-  fs::copy_file(library_of(best), file);  // where the baseline's belongs
+  fs::copy_file(library_of(best), file);  // in the folder of the baseline
   PluginRegistry registry({folder.folder()}, sets[sets.size() - 2]);
   const std::string message = error_of([&] { taken_by(registry); });
   EXPECT_NE(message.find("'" + file +
@@ -185,7 +186,7 @@ TEST(RegistryOfInstructionSets, RefusesMoreThanItMayUse) {
 }
 
 TEST(RegistryOfInstructionSets, RefusesWhatTheProcessorLacks) {
-  // No processor has it, so that none of its code may run.
+  // No processor supports this set, so that none of its code may run.
   std::ifstream stream(library_of(InstructionSet::kBaseline), std::ios::binary);
   std::string library{std::istreambuf_iterator<char>(stream), {}};
   const std::string set = to_string(InstructionSet::kBaseline), key = ";isa=" + set + ";";

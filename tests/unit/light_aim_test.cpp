@@ -1,4 +1,4 @@
-// Aims of light: the spheres, and the densities of rays that are aimed at them.
+// Tests of aims: the spheres, and the densities of rays that are aimed at them.
 #include "clustered/product/light_aim.h"
 
 #include <gtest/gtest.h>
@@ -12,10 +12,10 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each statistical test
+constexpr double kAlpha = 1e-4;  // false-alarm rate of each statistical test
 constexpr float kSpherePdf = 1 / (4 * kPi);
 
-/// Half of the positions within 1, a quarter each within 3 and 20, and one very far.
+/// Returns positions: half within radius 1, a quarter each within 3 and 20, and one very far away.
 std::vector<WeightedPosition> positions_of(Random& random) {
   std::vector<WeightedPosition> positions;
   for (int i = 0; i < 8000; ++i) {
@@ -37,7 +37,7 @@ TEST(AimSpheres, EncloseWhatIsSeenButOutliers) {
       EXPECT_GT(spheres[k].radius, spheres[k - 1].radius);
     }
   }
-  EXPECT_NEAR(spheres.front().radius, 0.84, 0.05);  // some of the others are there, too
+  EXPECT_NEAR(spheres.front().radius, 0.84, 0.05);  // includes some of the other positions
   EXPECT_GT(spheres.back().radius, 15);
   EXPECT_LT(spheres.back().radius, 20.5);
 }
@@ -95,7 +95,7 @@ AimCones cones_from(const Vec3& from) {
   return cones;
 }
 
-/// Samples a direction, aimed or of the whole sphere, and returns its density.
+/// Samples a direction, aimed or on the whole sphere, and returns its density.
 float sample_direction(const AimCones& cones, Random& random, Vec3& d) {
   float u = random.unit();
   const int aim = pick_aim(cones.count(), u);
@@ -104,14 +104,14 @@ float sample_direction(const AimCones& cones, Random& random, Vec3& d) {
   return cones.pdf(d, kSpherePdf, aim);
 }
 
-/// A cell of a grid of equal solid angles around the x axis, finer toward it.
+/// Returns the index of a cell of a grid around the x axis, which is finer toward the axis.
 int bin_of(const Vec3& d) {
   const float height = 1 - d.x;  // 0 to 2
   const int ring = height < 0.02f ? 0 : height < 0.1f ? 1 : height < 0.5f ? 2 : 3;
   return 4 * ring + (d.y > 0 ? 2 : 0) + (d.z > 0 ? 1 : 0);
 }
 
-/// The mean of 1 / density over the draws in each cell is the cell's solid angle.
+/// The mean of 1 / density over the draws in a cell is the cell's solid angle.
 TEST(AimCones, HaveTheDensityThatTheyState) {
   const AimCones cones = cones_from(Vec3(0));
   ASSERT_EQ(cones.count(), 2);
@@ -128,7 +128,7 @@ TEST(AimCones, HaveTheDensityThatTheyState) {
     sums[bin] += inverse;
     squares[bin] += inverse * inverse;
   }
-  // Only at the rims of cones, where rounding decides, does it matter which one was drawn.
+  // The choice of the aim matters only at the rims of cones, where rounding decides.
   EXPECT_LT(differ, 1e-5 * kDraws);
   std::vector<Estimate> measured, expected;
   for (int bin = 0; bin < kBins; ++bin) {
@@ -150,7 +150,7 @@ TEST(AimCones, OfFarAndTinySpheresStayPrecise) {
   for (int i = 0; i < 1000; ++i) {
     const Vec3 d = cones.sample(0, {random.unit(), random.unit()});
     const Vec3 to = Vec3(0, .4f, 0) - from;
-    // 1e-4 is what single precision leaves of a position at this distance.
+    // 1e-4 is the single-precision error of a position at this distance.
     EXPECT_LT(glm::length(to - d * glm::dot(to, d)), .01f + 2e-4f);
     EXPECT_GT(cones.pdf(d, kSpherePdf, 0), 1e8f);
   }
@@ -163,8 +163,8 @@ TEST(AimCones, LeaveOutWhatDoesNotPay) {
   AimCones cones;
   cones.add(Vec3(0), {Vec3(2, 0, 0), .2f}, dark);     // no light there
   cones.add(Vec3(0), {Vec3(2, 0, 0), .2f}, beam);     // nearly all light is there
-  cones.add(Vec3(0), {Vec3(2, 0, 0), 3.f}, plain);    // around the emitter
-  cones.add(Vec3(0), {Vec3(2, 0, 0), 1.99f}, plain);  // near
+  cones.add(Vec3(0), {Vec3(2, 0, 0), 3.f}, plain);    // contains the emitter
+  cones.add(Vec3(0), {Vec3(2, 0, 0), 1.99f}, plain);  // too near
   cones.add(Vec3(0), {Vec3(0), .2f}, plain);
   EXPECT_EQ(cones.count(), 0);
   EXPECT_EQ(cones.pdf(Vec3(0, 0, 1), .7f), .7f);
@@ -193,7 +193,7 @@ TEST(AimDisks, HaveTheDensityThatTheyState) {
       const Vec3 o =
           aim >= 0 ? disks.sample(aim, at, d, plane) : plane + frame.s * on.x + frame.t * on.y;
       ASSERT_NEAR(glm::dot(o - plane, d), 0, 1e-4);
-      // The same for all points of a line.
+      // The density is constant along a line.
       const double inverse = 1 / static_cast<double>(disks.pdf(o + 17.f * d, d, aim));
       const Vec3 off = o - spheres[0].centre;
       const float across = glm::length(off - d * glm::dot(off, d));

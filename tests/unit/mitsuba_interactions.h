@@ -2,10 +2,10 @@
 
 #include "kinome/math.h"
 
-/// Surface interactions as Mitsuba 3.9.1 gives them. Made with its variant scalar_rgb: each shape
-/// (or instance with its group) alone in a scene (mi.load_string), rays by
-/// scene.ray_intersect(mi.Ray3f(o, d)), then the fields t, p, n, uv, dp_du, dp_dv, sh_frame.n,
-/// sh_frame.s and wi, printed with %.7g. DIR stands for the folder of the files below.
+/// Surface interactions of Mitsuba 3.9.1, variant scalar_rgb. Each shape (or instance with its
+/// group) is alone in a scene (mi.load_string); rays are traced by scene.ray_intersect(mi.Ray3f(o,
+/// d)). The fields t, p, n, uv, dp_du, dp_dv, sh_frame.n, sh_frame.s and wi are printed with %.7g.
+/// DIR stands for the folder of the files below.
 namespace kinome::test {
 
 inline constexpr const char* kPlainPly = R"(ply

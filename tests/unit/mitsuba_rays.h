@@ -19,8 +19,8 @@ struct SensorCase {
   std::vector<ExpectedRay> rays;
 };
 
-/// Mitsuba 3.9.1, scalar_rgb: sensor.sample_ray(0, 0.5, (film_position - crop_offset) / crop_size,
-/// aperture) of the very same sensors. Its rays begin on the near plane; `length` is their maxt.
+/// Rays of the same sensors in Mitsuba 3.9.1, scalar_rgb: sensor.sample_ray(0, 0.5, (film_position
+/// - crop_offset) / crop_size, aperture). They begin on the near plane; `length` is their maxt.
 inline const SensorCase kSensorCases[] = {
     {R"(<sensor type="perspective"><film type="hdrfilm"><integer name="width" value="768"/><integer name="height" value="576"/></film></sensor>)",
      {

@@ -16,9 +16,9 @@ inline std::shared_ptr<Sampler> make_sampler(const std::string& type, int count)
                        std::to_string(count) + "\"/></sampler>");
 }
 
-constexpr double kFalseAlarm = 1e-6;  ///< of each statistical test of samplers
+constexpr double kFalseAlarm = 1e-6;  ///< false-alarm rate of each statistical test of samplers
 
-/// chi² of pairs on a 16 x 16 grid against the uniform distribution.
+/// Tests pairs on a 16 x 16 grid against the uniform distribution by chi².
 inline Verdict uniform_pairs(const std::function<Vec2(uint32_t)>& pair, uint32_t count) {
   constexpr int kSide = 16;
   std::vector<double> observed(kSide * kSide);

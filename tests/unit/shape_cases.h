@@ -7,18 +7,18 @@
 #include "shape_helpers.h"
 #include "support/render.h"
 
-/// Shapes of every plugin, ordinary ones and some that ask much of numbers.
+/// Test cases for shapes of every plugin: ordinary ones, and some that are numerically difficult.
 namespace kinome::test {
 
 struct ShapeCase {
   std::string name, xml;
-  float size;  ///< of what rays are aimed at
+  float size;  ///< extent of the region at which rays are aimed
   Vec3 centre{0.f};
-  uint32_t primitives = 0;  ///< of a mesh
+  uint32_t primitives = 0;  ///< number of primitives; meshes only
 };
 
-/// Triangles of all kinds: an ordinary one, one without area, ones whose uv have none or nearly
-/// none, a tiny and a huge one, and one with a zero normal.
+/// Triangles of all kinds: an ordinary one, one of zero area, ones whose uv area is zero or nearly
+/// zero, a tiny and a huge one, and one with a zero normal.
 inline constexpr const char* kTriangles = R"(
 v 0 0 0
 v 2 0 .5
@@ -67,7 +67,7 @@ end_header
 3 0 1 2
 3 1 3 2
 )";
-/// The same four vertices and two triangles.
+/// glTF file with the same four vertices and two triangles.
 inline constexpr const char* kGltf =
     R"({"asset": {"version": "2.0"}, "scene": 0,
 "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],

@@ -17,7 +17,7 @@
 #include "support/render.h"
 #include "support/sanitizer.h"
 
-/// What stages of the estimator are tried with: a tile of a small scene.
+/// A tile of a small scene, for tests of the estimator's stages.
 namespace kinome::test {
 
 /// False-alarm rate of each statistical test.
@@ -40,7 +40,7 @@ inline std::string rough_xml(const std::string& type, double alpha) {
 inline const std::string kGrey =
     R"(<bsdf type="diffuse"><rgb name="reflectance" value=".6 .5 .4"/></bsdf>)";
 
-/// A normal map of one texel.
+/// Returns a normal map of one texel around `material`.
 inline std::string normal_map_xml(const Rgb& texel, const std::string& material) {
   static const TemporaryFolder folder;
   static int count = 0;
@@ -50,13 +50,14 @@ inline std::string normal_map_xml(const Rgb& texel, const std::string& material)
       <string name="filename" value=")" +
          path + R"("/><boolean name="raw" value="true"/></texture>)" + material + "</bsdf>";
 }
-/// Two normal maps that don't turn anything: no kernel knows them.
+/// Wraps `material` in two normal maps that don't turn the normal. Kernels don't support nested
+/// normal maps, so such points use the scalar functions.
 inline std::string asked_xml(const std::string& material) {
   const Rgb flat(0.5f, 0.5f, 1);
   return normal_map_xml(flat, normal_map_xml(flat, material));
 }
 
-/// A sky that is brighter on one side, without anything small in it.
+/// Returns a sky that is brighter on one side and has no small bright regions.
 inline std::string sky_xml() {
   static const TemporaryFolder folder;
   const std::string path = folder.path("sky.pfm");
@@ -72,8 +73,8 @@ inline std::string sky_xml() {
   return "<emitter type=\"envmap\"><string name=\"filename\" value=\"" + path + "\"/></emitter>";
 }
 
-/// The camera rays of 4 x 4 pixels that look at the origin from above, with their patches, of whose
-/// cells nothing is known: v = 0.
+/// The camera rays of 4 x 4 pixels that look at the origin from above, with their patches. No
+/// visibility of cells has been learned: v = 0.
 class StageTile {
  public:
   explicit StageTile(const std::string& shapes_and_lights, uint16_t rays_of_pixel = 2,
@@ -121,7 +122,7 @@ class StageTile {
             groups_.members(group),
             groups_.points(group)};
   }
-  /// Points drawn anew.
+  /// Draws new points on the light.
   CellLight light(uint64_t seed) {
     CellPoints points;
     if (cells_.size() > 0) points = cells_.draw_points(1 << 10, seed, context_);
@@ -130,7 +131,7 @@ class StageTile {
     return {cells_, scene_->environment(), std::move(points), local_.get(),
             std::move(local_points)};
   }
-  /// Something that may be learned, however wrong.
+  /// Sets the learned visibility to random values. Estimates must be unbiased with any values.
   void guess_visibility() {
     Random random(3);
     for (Visibility& visibility : visibility_) {
@@ -141,8 +142,8 @@ class StageTile {
       }
     }
   }
-  /// Light of the sky that the lobes of a group's members reflect, summed, if nothing is in its
-  /// way: by the midpoint rule.
+  /// Returns the unoccluded light of the sky that the lobes of a group's members reflect, summed,
+  /// by the midpoint rule.
   Rgb reflected_sky(const GroupView& group, Lobe lobes) const {
     constexpr int kRows = kHasSanitizer ? 64 : 256;
     Rgb sum(0.f);
@@ -185,7 +186,7 @@ class StageTile {
   Groups groups_;
 };
 
-/// Means of draws, channel by channel.
+/// Means of each colour channel over draws.
 class MeanRgb {
  public:
   void add(const Rgb& c) {
@@ -195,7 +196,7 @@ class MeanRgb {
     return {static_cast<float>(of_[0].mean()), static_cast<float>(of_[1].mean()),
             static_cast<float>(of_[2].mean())};
   }
-  /// z-tests at kAlpha together.
+  /// Tests each channel by a z-test; the false-alarm rate of all three together is kAlpha.
   void expect(const Rgb& expected, const char* what) const {
     expect({{expected.x, 0}, {expected.y, 0}, {expected.z, 0}}, what);
   }
@@ -227,7 +228,8 @@ class MeanRgb {
 inline constexpr int kDraws = kHasSanitizer ? 100 : 400;
 inline constexpr size_t kRays = 24;
 
-/// Mean over draws of what add(seed, strata) says and what shoot(seed, hits, answers, rays) finds.
+/// Returns the mean over draws of add(seed, strata) plus the light that shoot(seed, hits, answers,
+/// rays) finds.
 template <class Add, class Shoot>
 MeanRgb estimate(StageTile& tile, const Add& add, const Shoot& shoot) {
   MeanRgb mean;

@@ -1,7 +1,8 @@
 #pragma once
 
-// Checks of wide numbers that are compiled once for each instruction set, each into a library of
-// its own, which the test program loads where the processor has that set: no GoogleTest in them.
+// Checks of wide numbers. They are compiled once for each instruction set, each time into a
+// separate library. The test program loads the libraries that the processor can run, so they must
+// not use GoogleTest.
 
 #include <array>
 #include <bit>
@@ -17,7 +18,7 @@
 
 namespace kinome::test {
 
-/// What didn't hold; the first few.
+/// The first few failed checks.
 class Failures {
  public:
   void add(const char* file, int line, const std::string& what) {
@@ -36,7 +37,7 @@ struct WideCheck {
   void (*run)(Failures& failures);
 };
 
-/// What a library exports as kinome_wide_library.
+/// Contents of the symbol kinome_wide_library that each library exports.
 struct WideLibrary {
   const char* instruction_set;
   size_t lanes;
@@ -44,7 +45,7 @@ struct WideLibrary {
   size_t count;
 };
 
-// What the files of the library define.
+// Groups of checks that the library's source files define.
 #define KINOME_WIDE_CHECKS(group) const std::vector<WideCheck>& group##_checks()
 KINOME_WIDE_CHECKS(number);
 KINOME_WIDE_CHECKS(integer);
@@ -52,7 +53,7 @@ KINOME_WIDE_CHECKS(vector);
 KINOME_WIDE_CHECKS(function);
 KINOME_WIDE_CHECKS(double);
 
-/// `what` (a stream of values, such as a << ' ' << b) is told where the condition doesn't hold.
+/// Reports `what` (a stream of values, such as a << ' ' << b) if the condition is false.
 #define KINOME_CHECK(condition, what)               \
   do {                                              \
     if (!(condition)) {                             \
@@ -65,12 +66,12 @@ KINOME_WIDE_CHECKS(double);
 
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// Equal to the bit, but all NaN are one.
+/// Returns true if a and b have equal bits. All NaN are equal.
 inline bool same(float a, float b) {
   return std::bit_cast<uint32_t>(a) == std::bit_cast<uint32_t>(b) || (a != a && b != b);
 }
 
-/// The least, the largest and what lies between.
+/// Extreme and typical floats: zeros, the smallest and largest values, infinity, NaN and others.
 inline const std::vector<float>& special_floats() {
   static const std::vector<float> values = {0.f,
                                             -0.f,
@@ -103,7 +104,7 @@ inline const std::vector<float>& special_floats() {
   return values;
 }
 
-/// One float of each `stride` bit patterns: of all magnitudes and both signs, infinite and NaN.
+/// Returns one float of each `stride` bit patterns: all magnitudes, both signs, infinite and NaN.
 inline std::vector<float> floats_of_all_kinds(uint32_t stride) {
   std::vector<float> values = special_floats();
   for (uint64_t bits = 0; bits < (uint64_t(1) << 32); bits += stride) {
@@ -112,7 +113,7 @@ inline std::vector<float> floats_of_all_kinds(uint32_t stride) {
   return values;
 }
 
-/// `count` values from lo to hi.
+/// Returns count + 1 equally spaced values from lo to hi.
 inline std::vector<float> floats_between(float lo, float hi, int count) {
   std::vector<float> values;
   for (int i = 0; i <= count; ++i) {
@@ -122,7 +123,7 @@ inline std::vector<float> floats_between(float lo, float hi, int count) {
   return values;
 }
 
-/// Of each value what fn makes of it, wide by wide.
+/// Applies fn to all values, one SIMD vector at a time.
 template <class Fn>
 std::vector<float> map_wide(std::vector<float> values, const Fn& fn) {
   const size_t count = values.size();
@@ -132,7 +133,7 @@ std::vector<float> map_wide(std::vector<float> values, const Fn& fn) {
   return values;
 }
 
-/// All pairs of values.
+/// All pairs of the values.
 struct Pairs {
   explicit Pairs(const std::vector<float>& values) {
     for (const float x : values) {
