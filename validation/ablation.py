@@ -1,13 +1,14 @@
-"""What each part of the learned product sampler is worth, and where it helps: measures both, and
-writes validation/numbers/product.md with the raw figures beside it.
+"""Measures the effect of each part of learned product sampling, and its error and time against other
+integrators. Writes validation/numbers/product.md, and product.json with the raw values.
 
     sh scenes/render.sh                                # builds, and makes the assets
     /usr/bin/python3 validation/ablation.py [--build build] [--seeds N] [SCENE...]
 
-No reference is needed: the estimators are unbiased (tests/render), so their error is their variance
-between seeds; of light that `path` hardly ever finds, few seeds tell too little of its. relMSE is the mean over pixels and channels of variance / (mean² + 0.01 M²), M being the
-picture's mean. Names of scenes are those of validation/run.sh; without any, all of them. Scenes that are measured again
-replace what the files said of them.
+No reference is needed, because the estimators are unbiased (tests/render): their error is their
+variance between seeds. If `path` hardly ever finds some light, a few seeds underestimate its variance.
+relMSE is the mean over pixels and channels of variance / (mean² + 0.01 M²), where M is the mean of the
+image. The scenes are those of validation/run.sh; the default is all of them. A new measurement of a
+scene replaces its old entry in both files.
 """
 import argparse
 import json
@@ -39,7 +40,7 @@ OUTPUT = ROOT / "validation/numbers"
 
 
 def measure(build, scene, integrator, samples, defines, seeds, folder):
-    """Error and median seconds of one setting."""
+    """Returns the error and the median seconds of one setting."""
     pictures, seconds = [], []
     width, height = scene.size
     for seed in range(1, seeds + 1):
@@ -56,7 +57,7 @@ def measure(build, scene, integrator, samples, defines, seeds, folder):
 
 
 def rivals(scene):
-    """What product sampling stands against, of our own."""
+    """Returns the names of Kinome's integrators with which product sampling is compared."""
     if scene.group in (BOUNCE, TOGETHER):
         return ("path", "ptracer")
     if scene.group == DEEP:
@@ -122,16 +123,17 @@ def rivals_table(scenes):
 def write(result, output):
     scenes = result["scenes"]
     lines = [
-        "# What the parts of product sampling are worth, and where it helps", "",
+        "# Effect of the parts of product sampling", "",
         f"Written by validation/ablation.py at "
         f"{', '.join(sorted({s['commit'][:7] for s in scenes.values()}))}, on "
-        f"{result['machine']['processor']}, {result['machine']['cores']} cores; error is variance "
+        f"{result['machine']['processor']}, {result['machine']['cores']} cores. The error is the variance "
         f"between {' or '.join(str(n) for n in sorted({s['seeds'] for s in scenes.values()}))} "
-        "seeds. Raw figures: product.json.", "",
-        "relMSE of `product`, and how many times larger it is with one part left out:", "",
+        "seeds. Raw values: product.json.", "",
+        "The first column is the relMSE of `product`. The other columns are the factors by which it grows "
+        "if one part is left out:", "",
         *parts_table(scenes), "",
-        "How many times smaller the relMSE is than that of another integrator at the same "
-        "`sample_count`, and the same of relMSE x seconds:", "",
+        "This table compares `product` with other integrators at the same `sample_count`. *Error* is their "
+        "relMSE divided by that of `product`. *Efficiency* is the same ratio for relMSE x seconds:", "",
         *rivals_table(scenes), ""]
     output.mkdir(parents=True, exist_ok=True)
     (output / "product.md").write_text("\n".join(lines), encoding="utf-8")
@@ -147,10 +149,11 @@ def main():
     parser.add_argument("scenes", nargs="*", metavar="SCENE")
     options = parser.parse_args()
     if options.seeds < 2:
-        parser.error("a variance takes two seeds at least")
+        parser.error(f"--seeds must be at least 2, got {options.seeds}: the error is the variance between "
+                     "seeds")
     unknown = set(options.scenes) - {scene.name for scene in SCENES}
     if unknown:
-        parser.error(f"no scene {', '.join(sorted(unknown))}")
+        parser.error(f"unknown scene {', '.join(sorted(unknown))}")
     before = options.output / "product.json"
     scenes = json.loads(before.read_text(encoding="utf-8"))["scenes"] if before.exists() else {}
     result = {"machine": machine(), "scenes": scenes}

@@ -1,18 +1,19 @@
-"""Light after any number of bounces: how soon `clustered` and Mitsuba's fastest configuration reach an
-error, in processor time; writes validation/bounces/.
+"""Measures the processor time in which `clustered` and Mitsuba's fastest configuration reach an error
+with any number of bounces. Writes validation/bounces/.
 
     sh validation/run.sh benchmark blocks --quick      # builds, installs Mitsuba, makes the assets
     /usr/bin/python3 validation/bounces.py [--build build] [--mitsuba PYTHON] [--seeds N] [--budget S] [SCENE...]
 
-max_depth is -1 in every scene. Time is processor time, user and system, of all threads, so that other
-programs on the machine do not lengthen it much. Mitsuba's is that of rendering alone, each picture rendered
-once before it is timed, so that loading and compilation are not in it. Ours is that of the whole process
-less that of a picture of 16x12 pixels of one sample by `path`: start-up, loading, writing.
+max_depth is -1 in every scene. Time is the processor time (user and system) of all threads, so other
+programs on the machine hardly lengthen it. Mitsuba's time is that of rendering alone: each image is
+rendered once before it is timed, which excludes loading and compilation. Kinome's time is that of the
+whole process, minus that of an image of 16x12 pixels with one sample by `path`. The difference excludes
+start-up, loading and writing.
 
-No reference is needed: error is the variance between seeds, as in ablation.py, over the square of what all
-pictures have on average. A bias is not seen by it: the pictures' means are compared beside it, and the test
-`references` compares pictures of these scenes or ones like them. Pictures and times are kept in the build
-folder: the same command goes on where the last one stopped. Scenes that are named replace what the page had.
+No reference is needed. The error is the variance between seeds, as in ablation.py, divided by the squared
+mean of all images. It doesn't include bias: the page compares the means of the images, and the test
+`references` compares images of these or similar scenes. Images and times are kept in the build folder, so
+the same command continues an interrupted measurement. Given scenes replace their entries on the page.
 """
 import argparse
 import dataclasses
@@ -36,15 +37,15 @@ from suite.tables import SAMPLERS, SCENES, Scene  # noqa: E402
 SIZE = (192, 144)
 NAMES = ("room", "corridor", "attic", "evening", "box", "plate", "cornell_diffuse", "cornell_metal",
          "cornell_glass", "sunroom", "kitchen")
-# Light tracing does not see what glass shows, and hardly finds a room's window from outside.
+# Light tracing doesn't find light that is seen through glass, and seldom hits a room's window from outside.
 WITHOUT_PTRACER = ("room", "cornell_glass", "sunroom")
 OURS, THEIRS = (4, 16, 64, 256), (16, 64, 256)
 SEARCH_SAMPLES, SEARCH_SEEDS = 16, (101, 102)
 WARM_UP = 987654
 VARIANT = "llvm_ad_rgb"  # scalar_rgb is the same estimator, and took 2.6 to 3.7 times as long
-WORSE = 3  # times the least work (processor time x error) of all so far
-FLOOR = 0.01  # of the mean's square, as everywhere
-ENOUGH = 7e-4  # an error that needs no more samples
+WORSE = 3  # maximum work (processor time x error) of a configuration, relative to the least work so far
+FLOOR = 0.01  # share of the squared mean that is added to the denominator of relMSE
+ENOUGH = 7e-4  # error at which larger sample counts are skipped
 BSDF = {"cornell_diffuse": '<ref id="white"/>',
         "cornell_metal": '<bsdf type="roughconductor"> <string name="material" value="Al"/> '
                          '<float name="alpha" value="0.1"/> </bsdf>'}
@@ -52,7 +53,8 @@ BALLS = (r'<bsdf type="roughconductor">.*?</bsdf>', r'<bsdf type="dielectric"/>'
 
 
 def scene_of(name, folder):
-    """A tables.Scene; the Cornell boxes are made of the small scene, whose picture has a fixed size."""
+    """Returns a tables.Scene. Derives the Cornell boxes from the small scene, and makes its image size a
+    parameter."""
     peers = ("path",) if name in WITHOUT_PTRACER else ("path", "ptracer")
     for scene in SCENES:
         if scene.name == name:
@@ -81,7 +83,7 @@ class Bounces:
         (folder / "pictures").mkdir(parents=True, exist_ok=True)
 
     def measure(self, scene, who, samples, seed, render):
-        """{"processor", "samples"} and the picture, from the store or made now by `render`."""
+        """Returns {"processor", "samples", "image"} from the store, or calls `render` if it is missing."""
         key = {"bounces": scene.name, "scene": scene_hash(scene.path), "size": SIZE, "who": who,
                "samples": samples, "seed": seed, "machine": machine()["processor"]}
         path = self.folder / f"pictures/{digest(key)}.npy"
@@ -94,11 +96,11 @@ class Bounces:
         return found | {"image": np.load(path).astype(np.float64)}
 
     def ours(self, scene):
-        """(who, render)"""
+        """Returns (who, render) for `clustered`."""
         defines = {"integrator": "clustered", "max_depth": -1, "sampler": "ldsampler",
                    **sized(scene, SIZE)}
         small = defines | {"integrator": "path", "width": 16, "height": 12, "spp": 1}
-        self.kinome.render(scene.path, small, 0)  # its files are in memory from here on
+        self.kinome.render(scene.path, small, 0)  # brings the scene's files into the page cache
         start = statistics.median(self.kinome.render(scene.path, small, seed).stats["processor_seconds"]
                                   for seed in range(3))
 
@@ -121,9 +123,9 @@ class Bounces:
         return [configuration.name, version_hash()], render
 
     def search(self, scene):
-        """Configurations by their work at few samples, the best first: rows of {"configuration", "name",
-        "processor", "relmse", "trimmed"}. Of an integrator that is WORSE with the first sampler the others
-        are not tried."""
+        """Returns configurations in ascending order of their work at few samples, as rows of
+        {"configuration", "name", "processor", "relmse", "trimmed"}. Skips the other samplers of an
+        integrator that is WORSE with the first one."""
         found, left_behind = [], set()
         for integrator in scene.peers:
             for sampler in SAMPLERS:
@@ -145,11 +147,11 @@ class Bounces:
                     if work(next(r for r in rows if r["name"] == one.name)) > WORSE * work(rows[0]):
                         left_behind.add(integrator)
         if not found:
-            raise Problem(f"{scene.name}: Mitsuba renders it by no configuration")
+            raise Problem(f"{scene.name}: no configuration of Mitsuba can render it")
         return ranked(found)
 
     def scene(self, scene):
-        """What the page has of it."""
+        """Measures a scene; returns its entry for the page."""
         rows = self.search(scene)
         ours, theirs = self.ours(scene), self.theirs(scene, rows[0]["configuration"])
         sides = {"ours": (*ours, OURS), "peer": (*theirs, THEIRS)}
@@ -163,7 +165,7 @@ class Bounces:
                     samples = counts[step]
                     run = self.measure(scene, who, samples, seed, render)
                     runs[side].setdefault(run["samples"], []).append(run)
-                    # Settled by the first seed, so that every count has all seeds or none.
+                    # Only the first seed decides, so that every count has all seeds or none.
                     if seed == 1 and run["processor"] * 4 > self.options.budget:
                         last[side] = samples
             self.log.say(f"{scene.name}: seed {seed} of {self.options.seeds}")
@@ -172,7 +174,7 @@ class Bounces:
         return self.entry(rows, runs)
 
     def stop_at_enough(self, runs, last):
-        """No larger counts of ours than the first whose error is ENOUGH."""
+        """Limits our sample counts to the first one with an error below ENOUGH."""
         for samples, made in sorted(runs.items()):
             images = [run["image"] for run in made]
             if errors(images, np.mean(images, axis=0))["relmse"] < ENOUGH:
@@ -201,7 +203,7 @@ class Bounces:
 
 
 def ranked(found):
-    """See Bounces.search. `found`: pairs of a configuration and its runs."""
+    """Returns the rows of Bounces.search. `found`: pairs of a configuration and its runs."""
     mean = np.mean([run["image"] for _, runs in found for run in runs], axis=0)
     rows = ({"configuration": one, "name": one.name,
              "processor": min(run["processor"] for run in runs),
@@ -210,13 +212,14 @@ def ranked(found):
 
 
 def work(row):
-    """Without the worst thousandth, or else a bright pixel decides."""
+    """Returns processor time x error. Uses the trimmed error because single bright pixels would dominate
+    the other."""
     return row["processor"] * row["trimmed"]
 
 
 def errors(images, mean):
-    """Variance between pictures over mean² + FLOOR x (the whole picture's mean)²: its mean over pixels and
-    channels, and that without the worst thousandth."""
+    """Returns the variance between images, divided by mean² + FLOOR x (mean of the whole image)²: its mean
+    over pixels and channels, and that mean without the largest 0.1 % of the values."""
     values = np.sort((np.var(images, axis=0, ddof=1)
                       / (mean ** 2 + FLOOR * mean.mean() ** 2)).ravel())
     return {"relmse": float(values.mean()),
@@ -229,16 +232,17 @@ def main():
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(NAMES))
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build")
     parser.add_argument("--mitsuba", type=pathlib.Path, metavar="PYTHON",
-                        help="one that has Mitsuba 3.9.1; default: that of validation/run.sh")
-    parser.add_argument("--seeds", type=int, default=4, help="default: 4; 2 at least")
+                        help="a Python with Mitsuba 3.9.1; default: that of validation/run.sh")
+    parser.add_argument("--seeds", type=int, default=4, help="number of seeds, at least 2; default: 4")
     parser.add_argument("--budget", type=float, default=20.0, metavar="SECONDS",
-                        help="processor time that a render may take; default: 20")
+                        help="maximum processor time of a render; default: 20")
     options = parser.parse_args()
     unknown = [name for name in options.scenes if name not in NAMES]
     if unknown:
-        parser.error(f"no scene {', '.join(unknown)}: there are {', '.join(NAMES)}")
+        parser.error(f"unknown scene {', '.join(unknown)}; must be one of {', '.join(NAMES)}")
     if options.seeds < 2:
-        parser.error("--seeds must be 2 at least: error is the variance between them")
+        parser.error(f"--seeds must be at least 2, got {options.seeds}: the error is the variance between "
+                     "seeds")
     log, work = Log(), options.build / "validation/bounces"
     mitsuba = Mitsuba(options.mitsuba or options.build / "validation/mitsuba/bin/python",
                       work / "mitsuba", log)

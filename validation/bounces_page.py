@@ -1,4 +1,4 @@
-"""The page of bounces.py: a table, a plot for each scene, and the raw figures as CSV."""
+"""Page of bounces.py: a table, a plot for each scene, and the raw values as CSV."""
 import math
 import statistics
 
@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  (the backend comes first)
 
 TARGETS = (1e-2, 1e-3)
-GOAL, LEAST = 6, 1  # times sooner at the last target: the geometric mean, and in every scene
+GOAL, LEAST = 6, 1  # goals for the speed-up at the last target: geometric mean, and minimum of all scenes
 
 
 def points(curve):
@@ -20,9 +20,9 @@ def points(curve):
 
 
 def reach(found, target, side):
-    """As analysis.seconds_to, but that beyond the last point nothing falls faster than by 1 / time, as the
-    variance of more samples does, however steeply it fell while a method still learned: Mitsuba's error by
-    just that, ours by its last two points if those are flatter."""
+    """Does the same as analysis.seconds_to, but extrapolates with a slope of at least -1. That is how the
+    variance falls with the number of samples. While a method learns, its error may fall faster, but not
+    later. Mitsuba's slope is -1. Ours is that of the last two points, if these are flatter."""
     seconds, kind = seconds_to(found, target, 1)
     if kind in ("measured", "at most"):
         return seconds, kind
@@ -34,7 +34,7 @@ def reach(found, target, side):
 
 
 def figures(entry):
-    """{target: (our seconds, kind, their seconds, kind, times sooner)}"""
+    """Returns {target: (our seconds, kind, their seconds, kind, speed-up)}."""
     found = {}
     for target in TARGETS:
         ours, theirs = (reach(points(entry["curves"][side]), target, side)
@@ -44,7 +44,8 @@ def figures(entry):
 
 
 def number(value, kind="measured"):
-    """~: by the slope; <: the first point is there already."""
+    """Formats a time or a ratio. "~" marks an extrapolated value; "<" marks a target that the first point
+    already reaches."""
     if value is None:
         return "–"
     mark = {"extrapolated": "~", "at most": "<"}.get(kind, "")
@@ -52,7 +53,7 @@ def number(value, kind="measured"):
 
 
 def ratio(ours, theirs, times):
-    """The worse of both kinds."""
+    """Formats a speed-up with the mark of the less certain kind."""
     kinds = {ours, theirs}
     return number(times, "extrapolated" if "extrapolated" in kinds or "at most" in kinds
                   else "measured")
@@ -77,26 +78,28 @@ def page(machine, scenes, options):
     return "\n".join([
         "# Light after any number of bounces", "",
         f"Written by `/usr/bin/python3 validation/bounces.py` at {', '.join(commits)}, on "
-        f"{machine['processor']}, {machine['cores']} cores, which other programs used, too: time is "
-        "processor time (user and system, of all threads), not that of a clock, and even so some "
-        "percent longer than on an idle machine. Pictures of 192x144 pixels, max_depth -1; "
-        f"`clustered` by `ldsampler` against the fastest of Mitsuba 3.9.1's configurations, whose "
-        "names the table has; the two take turns, medians of "
-        f"{options.seeds} seeds. Error is relMSE as the variance between seeds has it, so that what a "
-        "biased sampler of Mitsuba's is wrong by isn't held against it, and light that no render found "
-        "isn't seen. Mitsuba's time is without loading and compilation, ours without start-up and "
-        "loading. How both are measured: [bounces.py](../bounces.py). ~: beyond the longest render, "
-        "Mitsuba's error by 1 / time, ours by the same or by its last two points, whichever is slower; "
-        "<: by the fewest samples already. The last column: by how much our picture's mean is brighter "
-        "than Mitsuba's, and its standard error, which few seeds tell roughly: pixels of ours share light "
-        "points, so that pictures vary as wholes. "
-        "Raw figures: [measurements.csv](measurements.csv), [bounces.json](bounces.json).", "",
-        "| scene | Mitsuba's fastest | 1e-2: ours [s] | Mitsuba [s] | times sooner | 1e-3: ours [s] | "
-        "Mitsuba [s] | times sooner | mean |", "|---|---|---|---|---|---|---|---|---|", *rows, "",
-        "| what | goal | measured | |", "|---|---|---|---|",
+        f"{machine['processor']}, {machine['cores']} cores. The images have 192x144 pixels, and max_depth is "
+        "-1. `clustered` with `ldsampler` is compared with the fastest configuration of Mitsuba 3.9.1, which "
+        "the table names. The two programs take turns; all times are medians of "
+        f"{options.seeds} seeds.", "",
+        "Time is processor time (user and system, of all threads), because other programs also used the "
+        "machine. It is a few percent longer than on an idle machine. Mitsuba's time excludes loading and "
+        "compilation; ours excludes start-up and loading. [bounces.py](../bounces.py) describes both "
+        "measurements.", "",
+        "The error is relMSE, computed from the variance between seeds. It doesn't include the bias of "
+        "Mitsuba's samplers, or light that no render found. \"~\" marks times that are extrapolated beyond "
+        "the longest render: Mitsuba's error falls as 1 / time, and ours falls in the same way or along its "
+        "last two points, whichever is slower. \"<\" marks targets that the smallest sample count reaches.", "",
+        "The last column is the relative difference between the mean of our image and that of Mitsuba's "
+        "image, with its standard error. A few seeds give only a rough estimate of it: the pixels of our "
+        "images share light points, so an image varies as a whole. "
+        "Raw values: [measurements.csv](measurements.csv), [bounces.json](bounces.json).", "",
+        "| scene | Mitsuba's fastest | 1e-2: ours [s] | Mitsuba [s] | speed-up | 1e-3: ours [s] | "
+        "Mitsuba [s] | speed-up | mean |", "|---|---|---|---|---|---|---|---|---|", *rows, "",
+        "| speed-up | goal | measured | |", "|---|---|---|---|",
         f"| geometric mean to 1e-3 | at least {GOAL} | {number(means[TARGETS[-1]])} | "
         f"{'met' if met else 'not met'} |",
-        f"| the least to 1e-3 | at least {LEAST} | "
+        f"| minimum to 1e-3 | at least {LEAST} | "
         f"{number(min((t for t, _ in all_times[TARGETS[-1]]), default=None))} | "
         f"{'not met by ' + ', '.join(below) if below else 'met'} |",
         f"| geometric mean to 1e-2 | | {number(means[TARGETS[0]])} | |", "",

@@ -1,12 +1,15 @@
 #!/usr/bin/python3
-"""How often kinome-compare is wrong: a table for each reconstruction filter.
+"""Measures the error rates of kinome-compare; prints a table with a row for each reconstruction filter.
 
-    /usr/bin/python3 validation/compare_rates.py             the film simulated: 5 minutes
-    /usr/bin/python3 validation/compare_rates.py --program   compare_rates.xml by the program: 10
+    /usr/bin/python3 validation/compare_rates.py             simulates the film: 5 minutes
+    /usr/bin/python3 validation/compare_rates.py --program   renders compare_rates.xml: 10 minutes
 
-Columns: how many of so many pairs of correct pictures fail at a rate of 1 %, with the 95 % interval
-of their rate (Clopper and Pearson); how many would if pixels were taken for independent; and how
-many of a quarter as many pairs are told apart whose light differs by 0.3 %.
+The columns are:
+
+  - the number of pairs of correct images that fail at a nominal rate of 1 %;
+  - the 95 % interval of that rate (Clopper and Pearson);
+  - the number of pairs that would fail if pixels were assumed to be independent;
+  - the number of detected differences, for a quarter as many pairs whose light differs by 0.3 %.
 """
 import argparse
 import concurrent.futures
@@ -25,13 +28,14 @@ from simulated_film import FILTERS, render
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
 ALPHA, BIAS = 0.01, 1.003
-HEAVY, EVEN = 1, 4000  # tails of a sample's noise: worst for the rate; little noise for the bias
+# `evenness` of a sample's noise: heavy tails, the worst case, for the rate; little noise for the bias.
+HEAVY, EVEN = 1, 4000
 PROGRAM_FILTERS = ("box", "tent", "gaussian")
 SAMPLES, SAMPLES_FOR_BIAS = 64, 512
 
 
 def simulated(name, pairs):
-    """Pairs of pictures whose noise has heavy tails."""
+    """Yields pairs of images whose noise has heavy tails."""
     rng = np.random.default_rng(list(name.encode()))
     for _ in range(pairs):
         yield [render(rng, name, 2, evenness=HEAVY) for _ in range(2)]
@@ -83,12 +87,12 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", action="store_true", help="render instead of simulating")
     parser.add_argument("--pairs", type=int, default=200)
-    parser.add_argument("--filter", action="append", help="only this one (repeat)")
+    parser.add_argument("--filter", action="append", help="measure only this filter; can be repeated")
     options = parser.parse_args()
     alike, unlike = ((by_the_program, bias_by_the_program) if options.program
                      else (simulated, simulated_bias))
     few = max(1, options.pairs // 4)
-    print("| filter | false alarms | interval | by pixels alone | 0.3 % found |")
+    print("| filter | false alarms | 95 % interval | from pixel variances alone | 0.3 % detected |")
     print("|---|---|---|---|---|")
     for name in options.filter or (PROGRAM_FILTERS if options.program else FILTERS):
         alarms = alone = 0

@@ -1,13 +1,13 @@
-"""Whether several processes render the bits of one, and what a killed one costs; writes
-validation/scaling/bits.md.
+"""Checks that several processes render the same bits as one process, also if processes are killed.
+Writes validation/scaling/bits.md.
 
     sh scenes/render.sh                                  # builds
     /usr/bin/python3 validation/group_bits.py [--build build] [--kills 50]
 
-Each integrator renders a small scene with several numbers of processes and threads (more of them than the
-machine has processors); files are compared byte for byte. Then random processes of random numbers of them are
-killed at random moments, and the render is resumed with others until the picture is there: it must be the same
-file, too. (About 5 minutes.)
+Each integrator renders a small scene with different numbers of processes and threads, more than the
+machine has processors. The files are compared byte for byte. Then renders with 2 to 4 processes are
+started, and one of the processes is killed at a random time. The render is resumed from its checkpoint
+until the image is complete, which must be the same file. Takes about 5 minutes.
 """
 import argparse
 import os
@@ -53,13 +53,14 @@ class Renders:
         return output.read_bytes()
 
     def equal_bits(self, arguments):
-        """Whether, for each group."""
+        """Returns for each of GROUPS whether its file is equal to that of one process."""
         alone = self.picture(arguments)
         return [self.picture([*arguments, "-t", str(threads)], processes) == alone
                 for processes, threads in GROUPS]
 
     def kill(self, kills, seed=7):
-        """(kills that hit a process, pictures that were finished, those of the right bits)"""
+        """Returns the numbers of killed processes, of finished images, and of finished images with the
+        right bits."""
         rng = random.Random(seed)
         alone = self.picture(KILLED)
         kept, output = self.folder / "kept", self.folder / "out.exr"
@@ -89,8 +90,8 @@ def main():
     parser.add_argument("--kills", type=int, default=50)
     options = parser.parse_args()
     lines = ["# Several processes, the same bits", "",
-             f"Made by `validation/group_bits.py` at {commit()[:9]}: {machine()['processor']}, "
-             f"{machine()['cores']} cores, more processes than these.", "",
+             f"Written by `validation/group_bits.py` at {commit()[:9]}, on {machine()['processor']}, "
+             f"{machine()['cores']} cores. There are more processes than cores.", "",
              "| | " + " | ".join(f"{n} processes of {t}" for n, t in GROUPS) + " |",
              "|---|" + "---|" * len(GROUPS)]
     with tempfile.TemporaryDirectory() as folder:
@@ -101,11 +102,11 @@ def main():
                                                      for same in found) + " |")
             print(lines[-1], file=sys.stderr)
         hits, pictures, right = renders.kill(options.kills)
-    lines += ["", "The file of one process, and those of groups (processes, threads of each), compared byte for "
-              "byte.", "",
-              f"Of 2 to 4 processes {hits} were killed by SIGKILL, each at a random moment, and the render was "
-              f"resumed with 2 to 4 others from the checkpoint: {pictures} pictures were finished on the way, "
-              f"{right} of them the same file as that of one process that was never killed.", ""]
+    lines += ["", "The table compares the file of one process, byte for byte, with the files of several processes "
+              "with the given number of threads each.", "",
+              f"In renders with 2 to 4 processes, {hits} processes were killed by SIGKILL at random times. Each "
+              f"render was resumed from its checkpoint with 2 to 4 processes. {pictures} images were finished, "
+              f"and {right} of them were the same file as that of one process without interruption.", ""]
     (ROOT / "validation/scaling/bits.md").write_text("\n".join(lines), encoding="utf-8")
 
 

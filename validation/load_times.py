@@ -1,12 +1,17 @@
-"""How long a mesh of a million triangles takes to load, beside Mitsuba 3; writes validation/numbers/load.md.
+"""Compares the loading time of a mesh with a million triangles with Mitsuba 3. Writes
+validation/numbers/load.md.
 
     /usr/bin/python3 validation/load_times.py [--build build] [--mitsuba PYTHON] [--runs N]
 
-The mesh, a rippled sheet with normals and uv, is written as `serialized` and as binary PLY. A scene of it
-alone is loaded by Mitsuba's scalar_rgb and llvm_ad_rgb (load_file in a process of its own, after the variant
-is set and a scene of one triangle has been loaded), and by the program (loading and building as --stats has
-them; processor time: of the whole process less that of the same with two triangles). All of them build their
-acceleration structure meanwhile. They take turns; medians.
+The mesh, a rippled sheet with normals and uv, is written as `serialized` and as binary PLY. A scene with
+only this mesh is loaded by Mitsuba's scalar_rgb and llvm_ad_rgb, and by the program:
+
+  - Mitsuba's time is that of load_file in a new process, after setting the variant and loading a scene of
+    two triangles.
+  - Kinome's wall time is the loading and building time of --stats. Its processor time is that of the whole
+    process. Both are minus those of a scene with two triangles.
+
+All times include building the acceleration structure. The programs take turns, and the results are medians.
 """
 import argparse
 import json
@@ -28,8 +33,8 @@ sys.path += [str(ROOT / "scenes"), str(ROOT / "validation/references")]
 import environment  # noqa: E402
 from tools.files import write_ply  # noqa: E402
 
-SIDE = 708  # vertices to a side: 2 * 707 * 707 = 999,698 triangles
-GOAL = 0.6  # of Mitsuba's processor and wall time
+SIDE = 708  # vertices per side: 2 * 707 * 707 = 999,698 triangles
+GOAL = 0.6  # maximum share of Mitsuba's processor and wall time
 KINDS = ("serialized", "ply")
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
 SCENE = """<scene version="3.0.0">
@@ -62,7 +67,7 @@ print(json.dumps([time.perf_counter() - wall, time.process_time() - processor]))
 
 
 def sheet(side):
-    """A rippled square of side x side vertices."""
+    """Returns a rippled square of side x side vertices."""
     line = np.linspace(-1, 1, side)
     x, y = np.meshgrid(line, line)
     z = 0.1 * np.sin(9 * x) * np.cos(7 * y)
@@ -78,7 +83,7 @@ def sheet(side):
 
 
 def write_serialized(path, mesh):
-    """One mesh of single precision, version 4 of the format."""
+    """Writes one mesh in single precision, in version 4 of the format."""
     has_normals, has_uv, is_single = 0x1, 0x2, 0x1000
     body = struct.pack("<I", has_normals | has_uv | is_single) + b"sheet\0"
     body += struct.pack("<QQ", len(mesh["positions"]), len(mesh["faces"]))
@@ -98,7 +103,7 @@ def make(folder):
 
 
 def ours(build, folder, kind):
-    """[wall, processor] seconds."""
+    """Returns [wall, processor] seconds of Kinome."""
     big, small = (run_kinome(build, folder / f"{kind}.xml", folder / "out.exr", {"file": file})
                   for file in ("big", "small"))
     return [sum(big["seconds"][k] - small["seconds"][k] for k in ("load", "build")),
@@ -122,7 +127,7 @@ def measure(options):
                     seconds = (ours(options.build, folder, kind) if who == "kinome" else
                                theirs(options.mitsuba, folder, kind, who))
                     print(run, kind, who, *(f"{s:.3f}" for s in seconds), file=sys.stderr)
-                    if run > 0:  # the first brings files and programs into memory
+                    if run > 0:  # run 0 brings files and programs into the page cache
                         times[who].append(seconds)
     return found
 
@@ -130,10 +135,11 @@ def measure(options):
 def page(data):
     lines = ["# Loading a million triangles", "",
              f"Medians of {data['runs']} runs on {data['machine']['processor']}, "
-             f"{data['machine']['cores']} cores, which other programs used, too, at commit "
-             f"{data['commit'][:10]}; made by `/usr/bin/python3 validation/load_times.py`, which says "
-             "how. Seconds; the acceleration structure is in them. Raw figures: [load.json](load.json).",
-             "", "| file | time | ours | Mitsuba `scalar_rgb` | `llvm_ad_rgb` | ours by the lesser | goal |",
+             f"{data['machine']['cores']} cores, which other programs also used, at commit "
+             f"{data['commit'][:10]}. Written by `/usr/bin/python3 validation/load_times.py`, which describes "
+             "the measurement. Times are in seconds and include building the acceleration structure. Raw "
+             "values: [load.json](load.json).",
+             "", "| file | time | ours | Mitsuba `scalar_rgb` | `llvm_ad_rgb` | ours / faster of Mitsuba's | goal |",
              "|---|---|---|---|---|---|---|"]
     for kind, times in data["seconds"].items():
         for place, name in enumerate(("wall", "processor")):
@@ -149,7 +155,7 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build")
     parser.add_argument("--mitsuba", type=pathlib.Path, metavar="PYTHON",
-                        help="one that has Mitsuba 3.9.1; default: that of validation/run.sh")
+                        help="a Python with Mitsuba 3.9.1; default: that of validation/run.sh")
     parser.add_argument("--runs", type=int, default=5)
     options = parser.parse_args()
     options.mitsuba = options.mitsuba or options.build / "validation/mitsuba/bin/python"

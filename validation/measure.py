@@ -1,6 +1,6 @@
-"""Runs the benchmarks and writes validation/numbers/numbers.md, with the raw figures beside it.
+"""Runs the benchmarks, and writes validation/numbers/numbers.md and numbers.json with the raw values.
 
-Everything is measured in one run: medians of several, on whatever machine this is. See measure.sh.
+One run measures everything; the results are medians of several repetitions. See measure.sh.
 """
 import argparse
 import json
@@ -36,7 +36,7 @@ def median(values):
 
 
 def run_benchmarks(build, runs):
-    """Median real time in nanoseconds, by name."""
+    """Returns {name: median real time in nanoseconds, and label}."""
     output = subprocess.run(
         [build / "bin/kinome_benchmark", f"--benchmark_repetitions={runs}",
          "--benchmark_report_aggregates_only=true", "--benchmark_format=json"],
@@ -48,7 +48,7 @@ def run_benchmarks(build, runs):
 
 
 def against_mitsuba(build, folder, python, runs, scene, integrator, size=512, spp=16):
-    """Camera samples a second of both, their runs alternating."""
+    """Returns the camera samples per second of Kinome and Mitsuba, whose renders alternate."""
     ours, theirs = [], []
     depth = {} if integrator == "direct" else {"max_depth": 3}
     for seed in range(runs):
@@ -72,7 +72,7 @@ def measure(build, python, runs):
             return [run_kinome(build, scene, folder / "out.exr", defines, s) for s in range(runs)]
 
         run_kinome(build, HEBE, folder / "out.exr",
-                   {"integrator": "direct", "spp": 1, "width": 64, "height": 64})  # warm the files
+                   {"integrator": "direct", "spp": 1, "width": 64, "height": 64})  # fills the page cache
         first = render(HEBE, max_depth=2, spp=1, sampler="independent", importance="joint")
         direct = render(HEBE, integrator="direct", spp=16)
         bounce = render(BOX, max_depth=3, spp=1, sampler="independent", importance="joint", width=64,
@@ -95,7 +95,7 @@ def measure(build, python, runs):
 
 def rate_rows(name, rates, goal):
     ours = median(rates["kinome"])
-    yield f"`{name}`: camera samples a second", "", f"{ours / 1e6:.2f} million"
+    yield f"`{name}`: camera samples per second", "", f"{ours / 1e6:.2f} million"
     if rates["mitsuba_scalar_rgb"]:
         theirs = median(rates["mitsuba_scalar_rgb"])
         yield "the same, Mitsuba scalar_rgb", "", f"{theirs / 1e6:.2f} million"
@@ -103,19 +103,19 @@ def rate_rows(name, rates, goal):
 
 
 def placing(stats):
-    """Seconds until light points are placed, lit and in a tree."""
+    """Returns the seconds for placing light points, computing their light, and building the tree."""
     stages = stats["seconds"]["stages"]
     return stages["light points"] + stages["tree"]
 
 
 def light_rows(runs):
-    """What each ten and a hundred times as many lights take before the first ray."""
+    """Yields the rows on setup time and memory by number of area lights."""
     for lights, stats in runs.items():
         count = int(lights.removeprefix("area"))
         stages = [s["seconds"]["stages"] for s in stats]
         yield (f"{count:,} area lights, product: cells and points of pilot and pass", "n log n",
                f"{median(s['cells'] + s['points'] for s in stages):.3f} s")
-        yield (f"{count:,} area lights: loaded and built", "n log n",
+        yield (f"{count:,} area lights: loading and building", "n log n",
                f"{median(s['seconds']['load'] + s['seconds']['build'] for s in stats):.3f} s")
         yield (f"{count:,} area lights: peak memory", "n log n",
                f"{max(s['peak_memory_bytes'] for s in stats) / 1e6:.0f} MB")
@@ -126,7 +126,7 @@ def rows(data):
     bench = data["benchmarks"]
     yield ("start to first tile, hebe", "at most 0.3 s",
            f"{median(s['seconds']['first_tile'] for s in first):.3f} s")
-    yield ("of which plugins", "at most 10 ms",
+    yield ("loading of plugins, part of the above", "at most 10 ms",
            f"{1e3 * median(s['seconds']['plugins'] for s in first):.1f} ms")
     goals = {"": "at most 0.8 us on AVX2, 0.4 us on AVX-512",
              "local_": "at most 1.6 us on AVX2, 0.8 us on AVX-512"}
@@ -134,9 +134,9 @@ def rows(data):
         plain, glossy = (bench[f"BM_Importance512/{kind}{name}"]
                          for name in ("without_lobe_rays", "with_32_lobe_rays"))
         where = "local" if kind else "distant"
-        yield (f"importance over 512 {where} clusters, distribution built ({plain['label']})", goal,
+        yield (f"importance of 512 {where} clusters and their distribution ({plain['label']})", goal,
                f"{plain['nanoseconds'] / 1e3:.2f} us")
-        yield "the same with 32 lobe rays counted", "", f"{glossy['nanoseconds'] / 1e3:.2f} us"
+        yield "the same with 32 lobe rays", "", f"{glossy['nanoseconds'] / 1e3:.2f} us"
     yield ("tree of 32,768 points", "", f"{bench['BM_BuildTree/32768']['nanoseconds'] / 1e6:.1f} ms")
     yield ("`direct` on hebe: share of the time inside Embree", "at least 60 %",
            f"{100 * median(s['embree_share'] for s in direct):.0f} %")
@@ -144,7 +144,7 @@ def rows(data):
                          "at least 2")
     yield from rate_rows("path, box", data["camera_samples_per_second"]["path, box"],
                          "at least 0.67")
-    yield ("2^15 light points of a bounce placed, lit and treed, box", "at most 0.15 s",
+    yield ("2^15 light points of one bounce: placing, lighting and tree, box", "at most 0.15 s",
            f"{median(placing(s) for s in data['clustered_box']):.3f} s")
     yield from light_rows(data["product_lamps"])
     yield ("peak memory on hebe at 1024x1024", "at most 300 MB",
@@ -162,11 +162,11 @@ def main():
     folder.mkdir(exist_ok=True)
     (folder / "numbers.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     lines = [
-        "# Numbers to reach, as measured", "",
+        "# Performance goals and measurements", "",
         f"Medians of {options.runs} runs on {data['machine']['processor']}, "
-        f"{data['machine']['cores']} cores, at commit {data['commit'][:10]}; made by "
-        "`sh validation/measure.sh`. Raw figures: [numbers.json](numbers.json).", "",
-        "| what | goal | measured |", "|---|---|---|"]
+        f"{data['machine']['cores']} cores, at commit {data['commit'][:10]}. Written by "
+        "`sh validation/measure.sh`. Raw values: [numbers.json](numbers.json).", "",
+        "| quantity | goal | measured |", "|---|---|---|"]
     lines += [f"| {' | '.join(row)} |" for row in rows(data)]
     (folder / "numbers.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
     print("\n".join(lines))

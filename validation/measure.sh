@@ -1,9 +1,9 @@
 #!/bin/sh
-# Measures what the project has set itself as numbers to reach, and writes validation/numbers/.
+# Measures the project's performance goals, and writes validation/numbers/.
 #
 #   sh validation/measure.sh [--mitsuba PYTHON] [--runs N]
 #
-# --mitsuba: a Python that has the package `mitsuba` (3.9.1), for the comparison with scalar_rgb.
+# --mitsuba: a Python with the package `mitsuba` (3.9.1), for the comparison with scalar_rgb.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 build=${KINOME_BUILD:-$root/build}

@@ -1,4 +1,5 @@
-"""Pictures of plugins/integrators/clustered/PRODUCT.md: what product sampling knows at some pixels.
+"""Makes the images of plugins/integrators/clustered/PRODUCT.md, which show the state of product sampling
+at some pixels.
 
     /usr/bin/python3 scenes/make_assets.py hebe
     /usr/bin/python3 validation/method_pictures.py --build build
@@ -13,12 +14,13 @@ from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUTPUT = ROOT / "plugins/integrators/clustered/pictures"
-WIDTH = 640  # of the pictures
+WIDTH = 640  # of the images that are written
 
 
 @dataclasses.dataclass(frozen=True)
 class Picture:
-    """pixel: of a film of that size; rays: that are drawn."""
+    """An image of PRODUCT.md. film: size of the film; pixel: coordinates on it; rays: number of shadow
+    rays in the image."""
 
     name: str
     scene: str
@@ -55,7 +57,7 @@ def main():
                  "-D", f"height={height}"],
                 check=True)
             with Image.open(f"{stem}.png") as picture:
-                # Without the legend below it.
+                # Crops the legend below the map.
                 sky = picture.crop((0, 0, picture.width, picture.width // 2))
                 size = WIDTH, WIDTH // 2
                 small = sky.convert("RGB").resize(size, Image.Resampling.LANCZOS)

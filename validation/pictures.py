@@ -1,4 +1,4 @@
-"""Pictures of the reports: reading, comparing, and putting together into labelled figures."""
+"""Images of the reports: reads and compares images, and assembles them into labelled figures."""
 import pathlib
 
 import matplotlib
@@ -11,7 +11,7 @@ FONT = pathlib.Path(matplotlib.get_data_path()) / "fonts/ttf/DejaVuSans.ttf"
 
 
 def read_pfm(path):
-    """Linear RGB of a PFM file as float64, the first row at the top."""
+    """Returns the linear RGB values of a PFM file as float64, top row first."""
     with open(path, "rb") as file:
         kind, size, scale = (file.readline().split() for _ in range(3))
         if kind != [b"PF"]:
@@ -23,33 +23,33 @@ def read_pfm(path):
 
 
 def squared_errors(image, reference):
-    """(I - R)² / (R² + 0.01 mean(R)²) of each pixel: the mean over its channels."""
+    """Returns (I - R)² / (R² + 0.01 mean(R)²) of each pixel, averaged over its channels."""
     floor = 0.01 * reference.mean() ** 2
     return ((image - reference) ** 2 / (reference ** 2 + floor)).mean(axis=2)
 
 
 def error(image, reference):
-    """relMSE, and the same without the worst 0.1 % of the pixels."""
+    """Returns relMSE, and relMSE without the worst 0.1 % of the pixels."""
     errors = np.sort(squared_errors(image, reference).ravel())
     kept = len(errors) - max(1, round(len(errors) / 1000))
     return {"relmse": float(errors.mean()), "trimmed": float(errors[:kept].mean())}
 
 
 def encoded(image):
-    """8-bit sRGB of linear values."""
+    """Converts linear values to an 8-bit sRGB image."""
     x = np.clip(image, 0.0, 1.0)
     x = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
     return Image.fromarray(np.floor(255 * x + 0.5).astype(np.uint8))
 
 
 def difference(image, reference, gain=4.0):
-    """What is too bright in red, what is too dark in blue; `gain` times the difference."""
+    """Returns an image of `gain` times the difference: red is too bright, blue is too dark."""
     d = gain * (image - reference).mean(axis=2)
     return encoded(np.stack([np.maximum(d, 0), np.abs(d) / 8, np.maximum(-d, 0)], axis=2))
 
 
 def grid(path, rows):
-    """Writes a JPEG of rows of (label, picture) pairs; a picture may be None for an empty place."""
+    """Writes a JPEG of rows of (label, image) pairs. An image of None leaves an empty cell."""
     columns = max(len(row) for row in rows)
     pictures = [picture for row in rows for _, picture in row if picture is not None]
     width = max(p.width for p in pictures)

@@ -1,4 +1,4 @@
-"""The program as the measurements run it, and what they say about where they ran."""
+"""Runs the program for the measurements, and describes the machine and the commit."""
 import json
 import os
 import pathlib
@@ -10,11 +10,11 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
 class RenderFailed(SystemExit):
-    """Ends a script with that message, unless it goes on without the picture."""
+    """A failed render. Ends the script with its message, unless the caller continues without the image."""
 
 
 def run_kinome(build, scene, output, defines, seed=0, options=()):
-    """Renders `scene` into `output`; the program's own statistics, and its "processor_seconds"."""
+    """Renders `scene` into `output`. Returns the program's statistics and its "processor_seconds"."""
     arguments = [build / "bin/kinome", scene, "-q", "--stats=json", "--seed", str(seed),
                  "-o", output, *options]
     for key, value in defines.items():
@@ -25,7 +25,7 @@ def run_kinome(build, scene, output, defines, seed=0, options=()):
     if result.returncode != 0:
         raise RenderFailed(f"{' '.join(map(str, arguments))} failed:\n{result.stderr}")
     stats = json.loads(result.stdout)
-    # Where this clone lies is nobody's business.
+    # Removes absolute paths, because the statistics are committed.
     stats["scene"] = str(scene.relative_to(ROOT)) if scene.is_relative_to(ROOT) else scene.name
     del stats["output"]
     stats["processor_seconds"] = (after.ru_utime + after.ru_stime

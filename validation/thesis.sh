@@ -1,11 +1,11 @@
 #!/bin/sh
-# Renders again what chapter 5 of Åkerlund 2008 shows, with this program and its scenes, and writes
-# validation/thesis/: a page, its pictures and the raw numbers. About 20 minutes on two cores.
+# Repeats the experiments of chapter 5 of Åkerlund 2008 with this program and its scenes, and writes
+# validation/thesis/: a page, its images and the raw numbers. Takes about 20 minutes on two cores.
 #
 #   sh validation/thesis.sh [--quick] [--output FOLDER]
 #
-# --quick: the same in a small form, which proves that it works and nothing else; unless --output
-#          says otherwise it goes to out/thesis.
+# --quick: a small form, which only checks that the command works. It writes out/thesis unless
+#          --output is given.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 build=${KINOME_BUILD:-$root/build}

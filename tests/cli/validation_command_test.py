@@ -140,7 +140,7 @@ class Command(unittest.TestCase):
             fcntl.flock(file, fcntl.LOCK_EX)
             result = self.run_script("correctness", "spot", build="build")
         self.assertEqual((result.returncode, result.stdout), (3, ""))
-        self.assertIn("another run is at work in", result.stderr)
+        self.assertIn("another run uses", result.stderr)
 
     def test_problems_stay_with_their_scenes(self):
         path = self.build / "validation/quick/problems.json"

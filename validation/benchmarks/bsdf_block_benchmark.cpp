@@ -1,5 +1,5 @@
-// What BSDFs cost a point, value and sample: as blocks, for each instruction set that the processor
-// has, and point by point. Rates are of points.
+// Time of BSDFs per point, for value and sample: as blocks, for each instruction set of the
+// processor, and point by point. Rates are in points per second.
 #include <benchmark/benchmark.h>
 
 #include <memory>
@@ -17,7 +17,8 @@ namespace {
 
 constexpr size_t kPoints = 2048;
 
-/// Points seen from the front, and directions to the light, half of them near the mirror's.
+/// Points seen from the front, and directions to the light. Half of the directions are near the
+/// mirror direction.
 struct Block {
   Block() : memory(kColumns * kPoints + kBlockLanes), indices(2 * kPoints), shapes(kPoints) {
     next = memory.data() + (-reinterpret_cast<uintptr_t>(memory.data()) % 64) / sizeof(float);

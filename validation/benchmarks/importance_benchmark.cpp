@@ -1,4 +1,4 @@
-// What clustered importance sampling costs for a shading point and for a render, without rays.
+// Time of clustered importance sampling per shading point and per render, without rays.
 #include <benchmark/benchmark.h>
 
 #include "clustered/points/light_cut.h"
@@ -8,7 +8,7 @@
 namespace kinome {
 namespace {
 
-/// A sky of smooth light with some hundred bright points.
+/// Light points of a smooth sky with about a hundred bright points.
 LightPoints make_sky(uint32_t count) {
   const SpherePartition sphere(count);
   LightPoints points;
@@ -22,7 +22,8 @@ LightPoints make_sky(uint32_t count) {
   return points;
 }
 
-/// One bounce in a closed room: points on its walls, brightest around one place.
+/// Light points of one bounce in a closed room, on its walls. They are brightest around one
+/// position.
 LightPoints make_room(uint32_t count) {
   LightPoints points;
   points.kind = LightPoints::Kind::kLocal;
@@ -48,7 +49,7 @@ LightPoints make_room(uint32_t count) {
 struct Fixture {
   LightTree tree;
   LightCut cut{tree, 512, CutCriterion::kVariance};
-  std::vector<float> x, y, z;  ///< 32 directions of a glossy lobe
+  std::vector<float> x, y, z;  ///< 32 directions in a glossy lobe
   explicit Fixture(LightPoints points) : tree(std::move(points)) {
     for (int i = 0; i < 32; ++i) {
       const float a = static_cast<float>(i);

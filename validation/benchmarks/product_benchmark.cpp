@@ -1,6 +1,6 @@
-// What the parts of learned product sampling cost, without rays: kernels over cells, over
-// candidates of glossy lobes, and the pieces around them. Rates are of items: cells, candidates,
-// teeth, records, points.
+// Time of the parts of learned product sampling, without rays: kernels over cells, kernels over
+// candidates of glossy lobes, and the code around them. Rates are in items per second: cells,
+// candidates, teeth, records or points.
 #include <benchmark/benchmark.h>
 
 #include <random>
@@ -19,9 +19,9 @@ namespace {
 
 constexpr uint32_t kCells = 512;
 constexpr size_t kCandidates = 1024;
-constexpr uint32_t kPoints = 64;  ///< surface points that candidates are of
+constexpr uint32_t kPoints = 64;  ///< surface points, to which the candidates belong
 
-/// A map of noise on a gradient, with a sun, as envmap lays one out.
+/// An environment map of noise with a sun, in the layout of the plugin envmap.
 class Sky final : public Emitter {
  public:
   explicit Sky(int columns) : columns_(columns), rows_(columns / 2) {
@@ -77,7 +77,7 @@ std::vector<float> random_floats(size_t count, unsigned seed) {
   return values;
 }
 
-/// Cells of a map, half of them visible, and a patch that sees some 200 of them.
+/// Cells of a map with random visibility, and a patch that sees about 200 of them.
 struct CellFixture {
   Sky sky{1024};
   DistantCells cells = make_cells(sky);
@@ -152,7 +152,7 @@ void BM_SumBlocks(benchmark::State& state) {
 }
 BENCHMARK(BM_SumBlocks);
 
-/// Candidates of a lobe at some points.
+/// Candidates in a lobe at kPoints points.
 struct LobeFixture {
   simd::PointFrames frames;
   simd::MicrofacetPoints points;
@@ -257,7 +257,7 @@ void BM_WeighCandidates(benchmark::State& state) {
       f.sigma.data(), 0.01f, 64, 256, 4, {f.visibility.data(), f.sigma.data()}};
   float control[3];
   for (auto _ : state) {
-    density.assign(v, v + kCandidates);  // is overwritten
+    density.assign(v, v + kCandidates);  // weigh_candidates() overwrites it
     simd::weigh_candidates({{{v, v, v},
                              v + kCandidates,
                              cell.data(),
@@ -286,7 +286,7 @@ void BM_FindPlaces(benchmark::State& state) {
 }
 BENCHMARK(BM_FindPlaces);
 
-/// Cell, density and radiance of each candidate; those of a lobe lie close together.
+/// Cell, density and radiance of each candidate. The directions of a lobe are close together.
 void BM_LookUp(benchmark::State& state) {
   LobeFixture& f = lobe_fixture();
   const DistantCells& cells = cell_fixture().cells;
@@ -303,7 +303,7 @@ void BM_LookUp(benchmark::State& state) {
 }
 BENCHMARK(BM_LookUp);
 
-/// Teeth over the strata of one group.
+/// Teeth of a comb over the strata of one group.
 void BM_Comb(benchmark::State& state) {
   CellFixture& f = cell_fixture();
   const auto teeth = static_cast<size_t>(state.range(0));
@@ -319,7 +319,7 @@ void BM_Comb(benchmark::State& state) {
 }
 BENCHMARK(BM_Comb)->Arg(16)->Arg(64)->Arg(256);
 
-/// Records of the 25 tiles that a patch learns from.
+/// Visibility records of the 25 tiles from which a patch learns.
 void BM_VisibilityLearner(benchmark::State& state) {
   constexpr size_t kRecords = 25 * 96;
   std::mt19937 rng(8);
@@ -338,7 +338,7 @@ void BM_VisibilityLearner(benchmark::State& state) {
 }
 BENCHMARK(BM_VisibilityLearner);
 
-/// The cells of a map of so many columns, on two threads.
+/// Cells of a map, on two threads. The argument is the number of columns of the map.
 void BM_BuildCells(benchmark::State& state) {
   const Sky sky(static_cast<int>(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(make_cells(sky).size());

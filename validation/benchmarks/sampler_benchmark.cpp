@@ -1,5 +1,5 @@
-// Cost of samplers per number or pair: as blocks, for each instruction set that the processor
-// has, and sample by sample. Rates are of samples.
+// Time of samplers per number or pair: as blocks, for each instruction set of the processor, and
+// sample by sample. Rates are in samples per second.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr size_t kSamples = 2048;
 
-/// Pixels whose samples are a block of about kSamples, as integrators ask for them.
+/// Pixels whose samples form a block of about kSamples, as integrators request them.
 class Pixels {
  public:
   explicit Pixels(uint32_t samples) {
@@ -61,12 +61,12 @@ void run(benchmark::State& state, const std::string& type, uint32_t samples, Ins
       }
     }
     benchmark::ClobberMemory();
-    dimension = (dimension + 2) % 10;  // those of a path of two bounces
+    dimension = (dimension + 2) % 10;  // a path with two bounces has 10 dimensions
   }
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(block.count()));
 }
 
-/// Instruction sets that both the plugins and the processor have.
+/// Returns the instruction sets that both the plugins and the processor support.
 std::vector<InstructionSet> instruction_sets() {
   std::vector<InstructionSet> sets{least_instruction_set()};
   for (const InstructionSet set : PluginRegistry(PluginRegistry::default_folders())
