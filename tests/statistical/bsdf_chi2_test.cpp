@@ -3,11 +3,11 @@
 #include "support/bsdf_cases.h"
 #include "support/statistics.h"
 
-/// sample() against eval_pdf()'s density: chi² over the sphere, and the Jacobian of the map.
+/// Tests that sample() matches eval_pdf()'s density: chi² over the sphere, and the map's Jacobian.
 namespace kinome::test {
 namespace {
 
-// About 350 tests are run with these; together they alarm falsely once in a thousand sets of seeds.
+// About 350 tests use this level. Together they raise a false alarm for one in 1000 sets of seeds.
 constexpr double kAlpha = 1e-3 / 350;
 
 class BsdfSampling : public testing::TestWithParam<BsdfCase> {};
@@ -37,8 +37,8 @@ TEST_P(BsdfSampling, DensityMatchesSamples) {
   }
 }
 
-// At fixed u1 a mask of one lobe is one smooth map from u2 to directions.
-/// Those that choose within a lobe have tests of their own.
+// For a fixed u1 and a mask of one lobe, sample() is one smooth map from u2 to directions. BSDFs
+// that make a choice within a lobe have their own tests.
 class BsdfLobeSampling : public testing::TestWithParam<BsdfCase> {};
 TEST_P(BsdfLobeSampling, DensityIsTheInverseJacobian) {
   const auto bsdf = GetParam().make();
@@ -60,8 +60,8 @@ TEST_P(BsdfLobeSampling, DensityIsTheInverseJacobian) {
       ++tested;
       const auto verdict = jacobian_test(
           sample, [&](const Vec3& wo) { return bsdf->eval_pdf(si, mask, wo).pdf; }, 2000,
-          // Directions and densities are floats: 1e-7 of a direction over a step of 1/512, times
-          // the slope of D at the narrowest lobe here (alpha = .02).
+          // Directions and densities are floats: an error of 1e-7 in a direction over a step of
+          // 1/512, times the slope of D of the narrowest lobe here (alpha = .02).
           2e-3);
       EXPECT_TRUE(verdict.passed) << "theta " << theta << ", mask " << static_cast<int>(mask)
                                   << ": " << verdict.text;

@@ -3,15 +3,15 @@
 #include "support/bsdf_cases.h"
 #include "support/statistics.h"
 
-/// What a BSDF reflects: albedos, reciprocity, weights, and finite values at every extreme.
+/// Tests of BSDFs: albedos, reciprocity, weights, and finite values at all extremes.
 namespace kinome::test {
 namespace {
 
 class BsdfEnergy : public testing::TestWithParam<BsdfCase> {};
 
-/// The integral of f cos over the sphere by midpoints of a grid on (u, v), mapped so that nodes
-/// gather at the mirror direction, where glossy lobes are narrow: wo = R(t), t in polar coordinates
-/// around it, with the polar angle growing with the fourth power of v.
+/// Integral of f cos over the sphere, by the midpoint rule on (u, v). The nodes gather at the
+/// mirror direction, where glossy lobes are narrow: wo = R(t), with t in polar coordinates around
+/// that direction and a polar angle that grows with the fourth power of v.
 glm::dvec3 albedo_by_quadrature(const Bsdf& bsdf, const SurfaceInteraction& si, Lobe mask) {
   constexpr int kRows = 600;
   constexpr int kColumns = 300;
@@ -33,8 +33,8 @@ glm::dvec3 albedo_by_quadrature(const Bsdf& bsdf, const SurfaceInteraction& si, 
   return sum;
 }
 
-// The furnace: under uniform light of 1 what leaves is the albedo. The mean of sample weights
-// estimates the same integral as the grid; rejected samples weigh 0.
+// Furnace test: under uniform radiance of 1, the reflected light is the albedo. The mean of sample
+// weights estimates the same integral as the grid; rejected samples have weight 0.
 TEST_P(BsdfEnergy, MeanWeightIsTheAlbedo) {
   const auto bsdf = GetParam().make();
   const Lobe smooth = Lobe::kDiffuse | Lobe::kGlossy;
@@ -51,7 +51,8 @@ TEST_P(BsdfEnergy, MeanWeightIsTheAlbedo) {
       for (int c = 0; c < 3; ++c) moments[c].add(s ? s->weight[c] : 0);
     }
     for (int c = 0; c < 3; ++c) {
-      // The grid's own error at kinks and narrow lobes: below 2e-4, found by doubling it.
+      // The grid's own error at kinks and narrow lobes is below 2e-4, measured by doubling the
+      // grid.
       by_grid.push_back({albedo[c], std::pow(2e-4 * albedo[c], 2)});
       by_samples.push_back({moments[c].mean(), moments[c].variance_of_mean()});
       if (GetParam().conserves_energy) {
@@ -59,7 +60,7 @@ TEST_P(BsdfEnergy, MeanWeightIsTheAlbedo) {
       }
     }
   }
-  // 24 BSDFs: together once in a thousand.
+  // There are 24 BSDFs: a false alarm for one in 1000 sets of seeds.
   const Verdict verdict = z_test(by_grid, by_samples, 1e-3 / 24);
   EXPECT_TRUE(verdict.passed) << verdict.text;
 }
@@ -74,12 +75,14 @@ TEST_P(BsdfReciprocity, IsReciprocal) {
     Vec3 b = random.sphere();
     a.z = std::abs(a.z);
     b.z = std::abs(b.z);
-    // Close to the mirror direction half of the time, or narrow lobes are never met.
+    // Half of the directions are close to the mirror direction; otherwise they would miss narrow
+    // lobes.
     if (i % 2) b = glm::normalize(Vec3(-a.x, -a.y, a.z) + 0.02f * b);
     const Rgb forth = bsdf->eval_pdf(seen_from(a), Lobe::kAll, b).f * a.z;
     const Rgb back = bsdf->eval_pdf(seen_from(b), Lobe::kAll, a).f * b.z;
     for (int c = 0; c < 3; ++c) {
-      // Rounding of the half vector (1e-7), magnified by the narrowest slope, h / alpha² = 2500 h.
+      // Rounding of the half vector (1e-7) times the slope of the narrowest lobe, h / alpha² = 2500
+      // h.
       EXPECT_NEAR(forth[c], back[c], 1e-3f * std::max(forth[c], back[c]) + 1e-12f)
           << a.x << ' ' << a.y << ' ' << a.z << " / " << b.x << ' ' << b.y << ' ' << b.z;
     }
@@ -96,14 +99,14 @@ TEST_P(BsdfEnergy, WeightsAreValuesOverDensities) {
       const auto s = bsdf->sample(si, mask, u1, random.unit2());
       if (!s) continue;
       EXPECT_NEAR(glm::length(s->wo), 1, 1e-5f);
-      EXPECT_TRUE(any(s->lobe & mask)) << "a lobe that was not asked for";
+      EXPECT_TRUE(any(s->lobe & mask)) << "a lobe that was not requested";
       EXPECT_TRUE(any(s->lobe & bsdf->lobes()));
       if (any(s->lobe & Lobe::kDelta)) {
         EXPECT_EQ(s->pdf, 1);
         continue;
       }
       const BsdfValue v = bsdf->eval_pdf(si, mask, s->wo);
-      // A normal map maps wo to its own frame and back: the half vector's rounding as above.
+      // A normal map transforms wo to its own frame and back; the half vector is rounded as above.
       EXPECT_NEAR(s->pdf, v.pdf, 2e-3f * v.pdf);
       for (int c = 0; c < 3; ++c) {
         EXPECT_NEAR(s->weight[c] * s->pdf, v.f[c], 2e-3f * v.f[c] + 1e-12f);
@@ -112,7 +115,7 @@ TEST_P(BsdfEnergy, WeightsAreValuesOverDensities) {
   }
 }
 
-/// Of those that let nothing through: what goes through has no such bound.
+/// BSDFs without transmission: transmission has no such bound.
 class BsdfReflectionFrame : public testing::TestWithParam<BsdfCase> {};
 TEST_P(BsdfReflectionFrame, BoundsTheReflection) {
   const auto bsdf = GetParam().make();
@@ -187,7 +190,7 @@ TEST(BsdfFurnace, PlasticMirrorsItsFresnelShare) {
   ASSERT_TRUE(mirror);
   EXPECT_EQ(mirror->lobe, Lobe::kDelta);
   EXPECT_NEAR(mirror->weight.x, 0.04f, 1e-6f);
-  // Among all lobes the mirror is chosen with probability p and weighs F / p: F in the mean.
+  // Among all lobes the mirror has probability p and weight F / p, so that its mean is F.
   Moments moments;
   RandomDirections random(2);
   for (int i = 0; i < 100000; ++i) {

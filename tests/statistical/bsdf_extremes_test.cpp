@@ -2,7 +2,7 @@
 
 #include "support/bsdf_cases.h"
 
-/// Every value is finite, and f != 0 implies a density, at the edges of parameters and directions.
+/// Tests at extreme parameters and directions: all values are finite, and f != 0 implies a density.
 namespace kinome::test {
 namespace {
 
@@ -105,7 +105,7 @@ std::vector<BsdfCase> extreme_cases() {
 
 class BsdfExtremes : public testing::TestWithParam<BsdfCase> {};
 
-/// Directions at, around and beyond the horizon, and along the normal.
+/// Directions at, near and beyond the horizon, and along the normal.
 std::vector<Vec3> extreme_directions() {
   std::vector<Vec3> directions{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}, {-1, 0, 0}};
   for (const float z : {1e-38f, 1e-30f, 1e-20f, 1e-10f, 1e-6f, 1e-3f, 0.5f, 1 - 1e-7f}) {
@@ -136,7 +136,7 @@ TEST_P(BsdfExtremes, ValuesAreFinite) {
   const auto directions = extreme_directions();
   for (const Vec3& wi : directions) {
     SurfaceInteraction si = seen_from(wi);
-    si.wi = wi;  // seen_from normalises, which loses the smallest
+    si.wi = wi;  // seen_from() normalises, which would lose the smallest
     for (const Vec3& wo : directions) {
       for (const Lobe mask : masks_of(*bsdf)) check_value(bsdf->eval_pdf(si, mask, wo), wi, wo);
     }

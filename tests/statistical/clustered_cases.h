@@ -7,7 +7,7 @@
 
 #include "support/render.h"
 
-/// What the tests of `clustered` against `groundtruth` have in common.
+/// Shared code of the tests of `clustered` against `groundtruth`.
 namespace kinome::test {
 
 inline const std::string kDiffuse =
@@ -30,7 +30,7 @@ inline std::string metal_xml(const std::string& alpha) {
 inline std::string sampler_xml(const std::string& type) {
   return "<sampler type=\"" + type + "\"><integer name=\"sample_count\" value=\"4\"/></sampler>";
 }
-/// Parameters of `clustered`.
+/// Returns parameters of `clustered`.
 inline std::string counts_xml(int cut_size, int emitter_samples) {
   return "<integer name=\"cut_size\" value=\"" + std::to_string(cut_size) +
          "\"/><integer name=\"emitter_samples\" value=\"" + std::to_string(emitter_samples) +
@@ -41,8 +41,8 @@ inline std::string importance_xml(const std::string& importance) {
 }
 inline const std::string kLuminanceCut = R"(<string name="cut_criterion" value="luminance"/>)";
 
-/// Renders of one seed have the same light points and the same places in the pixels: the mean of
-/// their difference is 0, and its variance that of the choices of `clustered` alone.
+/// Tests that the mean difference of two renders with one seed is 0. They have the same light
+/// points and pixel positions, so that only the choices of `clustered` contribute variance.
 inline void expect_same_expectation(const Scene& clustered, const Scene& truth, int renders) {
   const auto difference = estimate_differences(clustered, truth, renders, 4);
   const Verdict verdict = z_test(difference, std::vector<Estimate>(difference.size()), 1e-4);

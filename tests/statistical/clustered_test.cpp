@@ -1,5 +1,5 @@
-// `clustered` in every mode estimates what `groundtruth` computes from the same light points:
-// z-tests over pixels and over their sum. The light is harsh on purpose: two suns on a dim,
+// Tests that `clustered` in every mode estimates the result of `groundtruth` from the same light
+// points, by z-tests over pixels and over their sum. The light is difficult: two suns on a dim,
 // coloured sky.
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 namespace kinome::test {
 namespace {
 
-/// A 64x32 environment with two bright spots of unequal colour, one of them low, and one negative
-/// texel, as photographs have.
+/// A 64x32 environment with two bright spots of different colours, one of them low. One texel is
+/// negative, as in photographs.
 class Sky {
  public:
   Sky() {
@@ -46,7 +46,8 @@ const Sky& sky() {
   return instance;
 }
 
-/// A sphere over a floor, of one material: shadows, grazing angles and horizons that cut clusters.
+/// A sphere over a floor, of one material: shadows, grazing angles, and clusters partly below the
+/// horizon.
 std::unique_ptr<Scene> make_scene(const std::string& integrator, const std::string& bsdf,
                                   const std::string& sampler) {
   return scene_from(R"(<scene version="3.0.0">)" + integrator + R"(
@@ -108,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"PhongNoLobeRays", kPhong, kNoLobe}, Case{"WardJoint", kWard, kJoint},
         Case{"WardLuminance", kWard, kLuminance}, Case{"WardBrdf", kWard, kBrdf},
         Case{"WardLuminanceCut", kWard, kOldCut}, Case{"MetalJoint", kMetal, kJoint},
-        // Rare samples of the sun are most of the light: 96 renders without one are likely.
+        // Rare samples of the sun are most of the light: 96 renders probably contain none of them.
         Case{"MetalBrdf", kMetal, kBrdf, sampler_xml("independent"), 1536},
         Case{"OneCluster", kPhong, kOneCluster}, Case{"Sobol", kWard, kJoint, sampler_xml("sobol")},
         Case{"Halton", kPhong, kJoint, sampler_xml("halton")},

@@ -8,19 +8,19 @@
 
 namespace kinome::test {
 
-/// Sampled directions against a density that jumps, such as that of points on a shape. A jump
-/// defeats cubature, and costs an estimate by random directions nothing.
+/// Tests sampled directions against a density with jumps, such as that of points on a shape. Jumps
+/// defeat cubature, but don't affect an estimate by random directions.
 struct DirectionTest {
-  /// nullopt: no direction was had.
+  /// Returns nullopt if no direction was sampled.
   std::function<std::optional<Vec3>(Vec2 u)> sample;
   std::function<float(const Vec3& d)> pdf;
-  /// Of a cone that holds all directions of the light: its axis, and 1 - cos of its half angle.
+  /// Axis of a cone that contains all directions of the light, and 1 - cos of its half angle.
   Vec3 axis{0, 0, 1};
   float height = 2;
   int samples = 50000;
 };
 
-/// The cone that holds a box as seen from p.
+/// Sets the cone to contain a box as seen from p.
 inline void aim_at(DirectionTest& test, const Vec3& p, const Aabb& box) {
   const Vec3 to = box.centre() - p;
   const float radius = 0.5f * glm::length(box.extent()) * 1.001f;
@@ -30,7 +30,7 @@ inline void aim_at(DirectionTest& test, const Vec3& p, const Aabb& box) {
   test.height = 1 - std::sqrt(1 - sine * sine);
 }
 
-/// z-tests of how many samples fall into each cell of the cone; and of their sum.
+/// z-tests of the number of samples in each cell of the cone, and of their sum.
 inline Verdict direction_test(const DirectionTest& test, double alpha) {
   constexpr int kRings = 6, kSectors = 10, kCells = kRings * kSectors;
   const Frame frame = Frame::from_normal(test.axis);

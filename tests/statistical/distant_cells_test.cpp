@@ -1,5 +1,5 @@
-// Cells of distant light: they part the sphere, their integrals are right, and their points are
-// drawn with the density that a look-up tells.
+// Tests of cells of distant light: they partition the sphere, their integrals are correct, and
+// their points have the density that look_up() returns.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,10 +11,10 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each statistical test
+constexpr double kAlpha = 1e-4;  // level of each statistical test
 
-/// As a third party's: a disc far smaller than a quad, on a gradient. Nothing but what the
-/// interface asks for.
+/// An emitter that implements only the mandatory functions, as a third party's may: a disc far
+/// smaller than a quad, on a gradient.
 class Disc final : public Emitter {
  public:
   bool is_environment() const override { return true; }
@@ -63,7 +63,7 @@ DistantCells make_cells(const Emitter& emitter, uint32_t count) {
   return {emitter, emitter.cell_grid().value(), count, context()};
 }
 
-/// A cell's rectangle in its own space, from its edges.
+/// A cell's rectangle in its own space, computed from its edges.
 struct Rectangle {
   double phi0, width, theta0, theta1;
   bool contains(const glm::dvec3& d, double slack) const {
@@ -86,7 +86,7 @@ Rectangle rectangle(const DistantCells& cells, uint32_t cell) {
   return r;
 }
 
-/// Directions and what look_up says of them.
+/// Directions and the results of look_up() for them.
 struct Found {
   std::vector<float> x, y, z, density;
   std::vector<uint32_t> cell;
@@ -109,7 +109,7 @@ struct Found {
   }
 };
 
-/// Places of a midpoint rule over the sphere, `side` x 2 `side` in cos theta and phi.
+/// Calls f with `count` uniformly distributed random directions.
 template <class Function>
 void for_directions(std::mt19937& rng, int count, const Function& f) {
   for (int i = 0; i < count; ++i) f(square_to_uniform_sphere(random_pair(rng)));
@@ -150,7 +150,7 @@ TEST(DistantCells, PartTheSphere) {
   }
 }
 
-/// The seam, the poles and the axes: places where coordinates round to the other end.
+/// Tests the seam, the poles and the axes, where coordinates may round to the other end.
 TEST(DistantCells, LookUpStandsAnyDirection) {
   for (const Case& c : cases()) {
     const DistantCells cells = make_cells(*c.emitter, 64);
@@ -165,7 +165,7 @@ TEST(DistantCells, LookUpStandsAnyDirection) {
         }
       }
     }
-    for (int column = 0; column <= 16; ++column) {  // both sides of columns' borders
+    for (int column = 0; column <= 16; ++column) {  // both sides of column borders
       for (const double step : {-1e-7, -1e-8, 0., 1e-8, 1e-7}) {
         found.add(to_world * Vec3(direction(column / 16. + step, 0.4)));
         found.add(to_world * Vec3(direction((column + 0.5) / 16. + step, 0.4)));
@@ -176,13 +176,13 @@ TEST(DistantCells, LookUpStandsAnyDirection) {
       ASSERT_LT(found.cell[i], cells.size()) << c.name;
       EXPECT_GT(found.density[i], 0) << c.name;
       EXPECT_TRUE(std::isfinite(found.density[i])) << c.name;
-      // At a pole any longitude is as good.
+      // At a pole any longitude is valid.
       const Vec3 local = cells.to_local(found.direction(i));
       if (std::hypot(local.x, local.z) < 1e-4f) continue;
       const Rgb expected = c.emitter->eval_environment(found.direction(i));
       for (int k = 0; k < 3; ++k) {
-        // Coordinates of 1e-6 of a texel; maps jump by 2000 a texel at most, or by all that there
-        // is.
+        // Coordinates have an error of 1e-6 texels. Maps change by at most 2000 per texel, or by
+        // their whole range.
         EXPECT_NEAR(found.radiance[i][k], expected[k],
                     2e-4 * std::abs(expected[k]) + (c.name == "huge range" ? 1e8 : 0.2))
             << c.name << " " << found.x[i] << " " << found.y[i] << " " << found.z[i];
@@ -191,7 +191,7 @@ TEST(DistantCells, LookUpStandsAnyDirection) {
   }
 }
 
-/// Sums over a fine grid within each cell, in doubles: what describe() is to be.
+/// Compares describe() with sums over a fine grid within each cell, in doubles.
 TEST(DistantCells, IntegralsAreThoseOfTheirLight) {
   for (const Case& c : cases()) {
     const DistantCells cells = make_cells(*c.emitter, 100);
@@ -199,7 +199,8 @@ TEST(DistantCells, IntegralsAreThoseOfTheirLight) {
     const glm::mat3 to_world = c.emitter->cell_grid()->to_world;
     for (uint32_t i = 0; i < cells.size(); ++i) {
       const Rectangle r = rectangle(cells, i);
-      // Lines of quads are among those of the grid: a quad is pi / 16 at most, or half a map's row.
+      // The grid's lines include those of the quads: a quad is at most pi / 16, or half a row of a
+      // map.
       const int columns = 64 * std::max(1, static_cast<int>(std::lround(r.width * 16 / kPiD)));
       const int rows = 64;
       double flux[9] = {}, magnitude[9] = {}, scalar = 0;
@@ -223,7 +224,7 @@ TEST(DistantCells, IntegralsAreThoseOfTheirLight) {
         EXPECT_NEAR(cells.vector_flux()[k][i], flux[k], 2e-3 * magnitude[k] + 1e-30)
             << c.name << ", cell " << i << ", " << k;
       }
-      // An importance, no more: quads count by their centres.
+      // The flux is only an importance here: quads count with the value at their centres.
       if (c.name != "negative texels" && c.name != "huge range") {
         EXPECT_GT(cells.flux()[i], 0.5 * scalar) << c.name;
         EXPECT_LT(cells.flux()[i], 2 * scalar + 0.01) << c.name;
@@ -241,7 +242,8 @@ TEST(DistantCells, IntegralsAreThoseOfTheirLight) {
   }
 }
 
-/// All points of some draws, against the density that look_up tells on a grid over the sphere.
+/// Compares the points of some draws with the density that look_up() returns on a grid over the
+/// sphere.
 TEST(DistantCells, PointsAreDrawnByTheirDensity) {
   constexpr int kRows = 60, kColumns = 120, kSteps = 5, kDraws = 12;
   for (const Case& c : cases()) {
@@ -285,12 +287,12 @@ TEST(DistantCells, PointsAreDrawnByTheirDensity) {
               << c.name;
         }
       }
-      // Points within rounding of a quad's border are found on its other side.
+      // Points within rounding of a quad's border may be found on its other side.
       EXPECT_LT(static_cast<double>(elsewhere), 1e-3 * static_cast<double>(points.points.size()))
           << c.name;
     }
-    // Midpoints in strips of equal solid angle; quads' borders make the rule rough at 1 / kSteps of
-    // a bin, so that what a bin is expected to hold is jittered.
+    // Jittered positions in strips of equal solid angle. With midpoints, the borders of quads would
+    // cause an error of 1 / kSteps of a bin.
     Found found;
     std::mt19937 rng(5);
     for (int y = 0; y < kRows * kSteps; ++y) {
@@ -309,10 +311,10 @@ TEST(DistantCells, PointsAreDrawnByTheirDensity) {
       integral += found.density[i] * angle * share[found.cell[i]];
     }
     for (const double s : share) points += s;
-    EXPECT_NEAR(integral / points, 1, 0.01) << c.name;  // of the jittered rule
+    EXPECT_NEAR(integral / points, 1, 0.01) << c.name;  // the error of the jittered rule
     for (double& e : expected) e *= points / integral;
-    // Points are stratified: the statistic is small unless a density is wrong, and what the rule
-    // misses, a few percent of a bin, is added in each bin to the variance of the count.
+    // The points are stratified, so that the statistic is small unless a density is wrong. The
+    // error of the rule, a few percent of a bin, is added to the variance of each bin's count.
     double statistic = 0;
     int bins = 0;
     for (size_t b = 0; b < expected.size(); ++b) {
@@ -325,7 +327,7 @@ TEST(DistantCells, PointsAreDrawnByTheirDensity) {
   }
 }
 
-/// Where quads are not smooth the points' own sums stand for the cells' integrals.
+/// If quads aren't smooth, the sums of the points replace the integrals of the cells.
 TEST(DistantCells, SumsOfPointsAreTheCellsWhereQuadsAreNotSmooth) {
   const Disc disc;
   const DistantCells cells = make_cells(disc, 128);
@@ -347,8 +349,8 @@ TEST(DistantCells, SumsOfPointsAreTheCellsWhereQuadsAreNotSmooth) {
       sums[k].add(all);
     }
   }
-  // The disc: its light less the sky's behind it, times its axis, to 2e-4 (cos 0.02); the gradient
-  // a (1.2 + d.y): 4 pi / 3 a along y.
+  // The disc contributes its radiance minus the sky's behind it, times its axis, to 2e-4 (cos
+  // 0.02). The gradient a (1.2 + d.y) contributes 4 pi / 3 a along y.
   const Vec3 centre = glm::normalize(Vec3(0.4f, 0.7f, -0.5f));
   const double angle = 2 * kPiD * (1 - std::cos(0.02));
   const double sky[3] = {0.2, 0.3, 0.5}, sun[3] = {800, 600, 300};
@@ -373,9 +375,9 @@ TEST(DistantCells, BlackLightHasNone) {
   EXPECT_EQ(make_cells(*constant, 512).size(), 0u);
 }
 
-/// More than there are quads, and more than can be numbered.
+/// Requests more cells than there are quads, and more than an index can number.
 TEST(DistantCells, AreNoMoreThanThereCanBe) {
-  Disc disc;  // of 256 x 128 quads
+  Disc disc;  // has 256 x 128 quads
   EXPECT_EQ(make_cells(disc, 100000).size(), kMaxCells);
   const auto small = envmap(maps()[0]);
   const EnvironmentGrid grid = small->cell_grid().value();

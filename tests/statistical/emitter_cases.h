@@ -8,15 +8,15 @@
 #include "kinome/scene.h"
 #include "support/render.h"
 
-/// Emitters that tests of light run over, each above a floor.
+/// Emitters for the tests of light, each above a floor.
 namespace kinome::test {
 
 struct EmitterCase {
   std::string name;
-  std::string xml;  ///< of the emitter, or of the shape that emits; FILE stands for an image
+  std::string xml;  ///< the emitter, or the shape that emits; FILE is replaced by an image's path
 };
 
-/// A camera's view of the floor from beside its middle.
+/// Camera transform that looks at the floor from beside its centre.
 inline const std::string kAboveOperation =
     "<lookat origin='.4 .2 1.6' target='0 .1 0' up='.3 1 0'/>";
 inline const std::string kAbove = "<transform name='to_world'>" + kAboveOperation + "</transform>";
@@ -125,7 +125,7 @@ inline const std::vector<EmitterCase>& emitter_cases() {
   return all;
 }
 
-/// A few texels of different colours, one much brighter than the rest.
+/// A few texels of different colours, one of them much brighter than the rest.
 inline Image small_image() {
   Image image{5, 3, {"R", "G", "B"}, {}};
   for (int i = 0; i < 15; ++i) {
@@ -141,7 +141,7 @@ class LitFloor {
  public:
   explicit LitFloor(std::string xml) {
     write_pfm(folder_.path("image.pfm"), small_image());
-    // Normals that lean outward: there is light behind the horizon of the faces.
+    // The normals lean outward, so that there is light beyond the horizon of the faces.
     folder_.write("mesh.obj",
                   "v -.3 -.3 .6\nv .3 -.3 .6\nv .3 .3 .8\nv -.3 .3 .6\n"
                   "vn -.9 -.5 -1\nvn .9 -.5 -1\nvn .9 .5 -1\nvn -.9 .5 -1\n"

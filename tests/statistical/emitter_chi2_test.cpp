@@ -1,5 +1,5 @@
-/// chi² tests of emitters: where their light leaves and whereto, and which of its places a point
-/// samples.
+/// chi² tests of emitters: origins and directions of emitted rays, and the points that a surface
+/// point samples.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,17 +17,17 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each of about 40 tests
+constexpr double kAlpha = 1e-4;  // level of each of about 40 tests
 constexpr double kPiD = std::numbers::pi;
 
-// ---- lights without extent
+// ---- emitters without area
 
-/// The directions of such a light by two numbers in [0, 1], so that its edges are edges of cells:
-/// a cone around the axis, or the rectangle of an image at z = 1.
+/// Maps [0, 1]² to the directions of a lamp, so that the lamp's edges are edges of cells: a cone
+/// around the axis, or the rectangle of an image at z = 1.
 struct Directions {
   std::string name;   ///< of an emitter case
-  double cutoff = 0;  ///< of the cone, in degrees
-  Vec2 half_size{0};  ///< of the rectangle
+  double cutoff = 0;  ///< half angle of the cone in degrees
+  Vec2 half_size{0};  ///< half the size of the rectangle
 
   double height() const { return 1 - std::cos(cutoff * kPiD / 180); }
   Vec3 at(double u, double v) const {
@@ -55,7 +55,7 @@ std::vector<Directions> shaped_lights() {
     const double half_width = std::tan(fov * kPiD / 360);
     return Vec2(half_width, half_width / aspect);
   };
-  // 50 mm, before a diagonal of 43.27 mm.
+  // A focal length of 50 mm; the diagonal of the film is 43.27 mm.
   const double normal_lens = 2 * std::atan(0.43266615) * 180 / kPiD;
   const auto by_diagonal = [&](double aspect) {
     return image(normal_lens, aspect) / static_cast<float>(std::sqrt(1 + 1 / (aspect * aspect)));
@@ -76,16 +76,17 @@ std::vector<Directions> shaped_lights() {
   };
 }
 
-/// The axes of the lights that stand `kAbove` the floor.
+/// Axes of the lamps that are at `kAbove` the floor.
 Frame above_frame() {
   const Vec3 axis = glm::normalize(Vec3(0, .1, 0) - Vec3(.4, .2, 1.6));
   const Vec3 left = glm::normalize(glm::cross(Vec3(.3, 1, 0), axis));
   return {left, glm::cross(axis, left), axis};
 }
 
-/// Samples by cells, of `drawn` that were tried, against each cell's probability: how many there
-/// are in all, and how they lie. Probabilities were integrated in `steps` x `steps` parts: of those
-/// that an edge of the light cuts, some `steps`, each counts whole or not at all.
+/// Tests the number of samples in each cell, out of `drawn` attempts, against the cell's
+/// probability: the total by a z-test, and the distribution by a chi² test. The probabilities were
+/// integrated over `steps` x `steps` elements. About `steps` of these are cut by an edge of the
+/// light and count either fully or not at all.
 void expect_frequencies(const std::vector<double>& observed, std::vector<double> probability,
                         int drawn, int steps, const std::string& name) {
   const double accepted = std::accumulate(observed.begin(), observed.end(), 0.);
@@ -99,8 +100,8 @@ void expect_frequencies(const std::vector<double>& observed, std::vector<double>
   EXPECT_TRUE(cells.passed) << name << ": " << cells.text;
 }
 
-/// Rays that are kept with a probability in proportion to their power go where the intensity is, as
-/// sample_direct() tells it, if their directions have the density that they say.
+/// Keeps rays with a probability in proportion to their power. If their directions have the
+/// returned density, the kept rays are distributed as the intensity that sample_direct() returns.
 void expect_directions_by_intensity(const Emitter& emitter, const Directions& directions) {
   constexpr int kCount = 200000, kSide = Directions::kSide;
   const Frame frame = above_frame();
@@ -122,7 +123,7 @@ void expect_directions_by_intensity(const Emitter& emitter, const Directions& di
   for_each_ray([&](const EmissionSample& ray, float u) {
     if (u * most < luminance(ray.power)) observed[directions.cell(frame.to_local(ray.d))] += 1;
   });
-  constexpr int kSteps = 40 * kSide;  // an edge inside a cell is then found to 1/40 of its width
+  constexpr int kSteps = 40 * kSide;  // an edge inside a cell is located to 1/40 of its width
   for (int i = 0; i < kSteps * kSteps; ++i) {
     const Vec3 d = directions.at((i / kSteps + 0.5) / kSteps, (i % kSteps + 0.5) / kSteps);
     const auto light = emitter.sample_direct(origin + frame.to_world(d), Vec2(0.5f));
@@ -144,7 +145,7 @@ TEST(EmitterChi2, DirectionsOfLightsWithoutExtent) {
   }
 }
 
-/// Light from infinitely far covers the whole scene, uniformly, and starts outside it.
+/// Light from infinitely far covers the whole scene uniformly, and starts outside it.
 TEST(EmitterChi2, DistantLightCoversTheScene) {
   const std::string shapes =
       "<shape type='cube'><transform name='to_world'><scale value='3 .5 1'/><rotate z='1' "
@@ -163,7 +164,7 @@ TEST(EmitterChi2, DistantLightCoversTheScene) {
       const float radius = std::sqrt(1 / (kPi * ray->pdf_position));
       EXPECT_GE(radius, 0.5f * glm::length(box.extent()));
       for (unsigned k = 0; k < 8; ++k) EXPECT_GT(glm::dot(box.corner(k) - ray->o, ray->d), 0);
-      // Across the ray, relative to the middle.
+      // Offset across the ray from the centre.
       const Vec3 offset = Frame::from_normal(ray->d).to_local(ray->o - box.centre()) / radius;
       const double r2 = offset.x * offset.x + offset.y * offset.y;
       ASSERT_LT(r2, 1 + 1e-5);
@@ -177,7 +178,7 @@ TEST(EmitterChi2, DistantLightCoversTheScene) {
 
 // ---- the sun and the sky
 
-/// Directions by cells of equal solid angle against the density that is told of them.
+/// Tests sampled directions, by cells of equal solid angle, against pdf_environment().
 TEST(EmitterChi2, DirectionsTowardSunAndSky) {
   constexpr int kColumns = 36, kRows = 18, kCount = 400000, kSteps = 16;
   int skies = 0;
@@ -197,10 +198,10 @@ TEST(EmitterChi2, DirectionsTowardSunAndSky) {
       if (!sample) continue;
       ASSERT_NEAR(glm::length(sample->d), 1, 1e-6) << tested.name;
       ASSERT_NEAR(emitter.pdf_environment(sample->d) / sample->pdf, 1, 0.5) << tested.name;
-      // What a small sun adds to one cell says nothing of the others: see the next test.
+      // A small sun affects only one cell, and the next test covers it.
       if (sample->pdf < 100) observed[cell_of(sample->d)] += 1;
     }
-    // In each step at a random place: what an edge cuts is then right in the mean.
+    // A random position in each step makes steps across an edge correct on average.
     for (int i = 0; i < kColumns * kSteps * kRows * kSteps; ++i) {
       const double u = (i % (kColumns * kSteps) + random.unit()) / (kColumns * kSteps);
       const double v = (i / (kColumns * kSteps) + random.unit()) / (kRows * kSteps);
@@ -215,7 +216,8 @@ TEST(EmitterChi2, DirectionsTowardSunAndSky) {
   EXPECT_GE(skies, 4);
 }
 
-/// A sun of its own size: evenly over its disk, and as often as the density over the disk says.
+/// A sun of its real size: samples are uniform over its disk, and as frequent as the density
+/// requires.
 TEST(EmitterChi2, DirectionsTowardASmallSun) {
   const LitFloor floor(
       "<emitter type='sunsky'><vector name='sun_direction' value='.5 -.3 .8'/></emitter>");
@@ -240,9 +242,9 @@ TEST(EmitterChi2, DirectionsTowardASmallSun) {
                      1000, "a small sun");
 }
 
-// ---- lights on surfaces
+// ---- emitters on surfaces
 
-/// A light on a shape, turned, moved and enlarged, and cells of equal area on the shape.
+/// An area light on a rotated, translated and enlarged shape, and cells of equal area on it.
 struct SurfaceLight {
   std::string name;
   std::shared_ptr<Shape> shape;
@@ -267,7 +269,7 @@ std::vector<SurfaceLight> surface_lights() {
   for (const auto& [type, cells] : shape_cells()) {
     lights.push_back({type, make<Shape>("<shape type='" + type + "'>" + rest), cells});
   }
-  // A square in triangles of very different sizes.
+  // A square of triangles with very different sizes.
   const TemporaryFolder folder;
   const std::string path = folder.write("mesh.obj",
                                         "v -1 -1 0\nv -1 1 0\nv -.9 -1 0\nv -.9 1 0\nv 1 -1 0\n"
@@ -279,7 +281,7 @@ std::vector<SurfaceLight> surface_lights() {
   return lights;
 }
 
-/// Uniform over the surface and by the cosine over directions, both at once.
+/// Rays are uniform over the surface and cosine-distributed over directions, jointly.
 TEST(EmitterChi2, RaysOfAreaLights) {
   constexpr int kCount = 100000, kRings = 3, kSectors = 4;
   for (const SurfaceLight& light : surface_lights()) {
@@ -303,12 +305,12 @@ TEST(EmitterChi2, RaysOfAreaLights) {
   }
 }
 
-/// Light that p samples, by cells of the surface, against the integral of pdf_surface() over them.
+/// Tests the points that p samples, by cells of the surface, against integrals of pdf_surface().
 void expect_sampled_by_density(const SurfaceLight& light, const Vec3& p) {
   const Emitter& emitter = *light.shape->emitter();
   std::vector<double> probability(static_cast<size_t>(light.cells.count));
   constexpr int kSteps = 600;
-  Random place(64);  // in each step: what a horizon cuts is then right in the mean
+  Random place(64);  // jitters each step, so that steps across a horizon are correct on average
   for (int i = 0; i < kSteps * kSteps; ++i) {
     const Vec2 step(i / kSteps, i % kSteps);
     SurfaceInteraction si = light.shape->sample_surface((step + Vec2(place.unit(), place.unit())) /

@@ -1,4 +1,5 @@
-/// The emitters of local light: what they say of a point's light against the light that they send.
+/// Tests of emitters of local light: the light that a point samples against the light that they
+/// emit.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,16 +12,16 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each statistical test here: about 60 in all
+constexpr double kAlpha = 1e-4;  // level of each of about 60 statistical tests
 constexpr double kPiD = std::numbers::pi;
 
 constexpr int kSide = 4;  ///< cells of the floor along each axis
 
-/// Collects flux by cells of the floor and by channel: what arrives of `count` rays or points.
+/// Collects flux by cells of the floor and by channel, from `count` rays or points.
 class FloorFlux {
  public:
   FloorFlux() : moments_(kSide * kSide * 3) {}
-  /// `uv` is of the floor; outside [0, 1] it counts as nothing.
+  /// Adds flux at `uv` of the floor; positions outside [0, 1] are ignored.
   void add(const Vec2& uv, const Rgb& flux) {
     const auto x = static_cast<int>(std::floor(uv.x * kSide));
     const auto y = static_cast<int>(std::floor(uv.y * kSide));
@@ -44,7 +45,7 @@ class FloorFlux {
   std::vector<Moments> moments_;
 };
 
-/// The flux that rays of light bring to each cell of the floor's upper side.
+/// Returns the flux that emitted rays bring to each cell of the floor's upper side.
 FloorFlux traced_flux(const LitFloor& floor, int count) {
   FloorFlux flux;
   Random random(21);
@@ -63,7 +64,7 @@ FloorFlux traced_flux(const LitFloor& floor, int count) {
   return flux;
 }
 
-/// The same from sample_direct at points of the floor.
+/// Returns the same flux, computed by sample_direct() at points of the floor.
 FloorFlux gathered_flux(const LitFloor& floor, int count) {
   FloorFlux flux;
   Random random(22);
@@ -86,7 +87,7 @@ FloorFlux gathered_flux(const LitFloor& floor, int count) {
   return flux;
 }
 
-/// Positions, directions, densities and powers of rays of light, all at once.
+/// Tests positions, directions, densities and powers of emitted rays together.
 TEST(Emitters, LightIsTracedToWhereItIsGathered) {
   for (const EmitterCase& tested : emitter_cases()) {
     const LitFloor floor(tested.xml);
@@ -102,7 +103,7 @@ TEST(Emitters, LightIsTracedToWhereItIsGathered) {
   }
 }
 
-/// A light without extent: each of its rays carries the intensity that sample_direct sees.
+/// Each ray of a lamp carries the intensity that sample_direct() returns.
 TEST(Emitters, RaysCarryTheIntensityThatPointsSee) {
   for (const EmitterCase& tested : emitter_cases()) {
     const LitFloor floor(tested.xml);
@@ -123,13 +124,13 @@ TEST(Emitters, RaysCarryTheIntensityThatPointsSee) {
       const Rgb difference = glm::abs(intensity - (light ? light->radiance : Rgb(0.f)));
       different += max_component(difference) > 1e-4f * max_component(intensity);
     }
-    // A direction is off by some 1e-7, which matters at edges and in the last of a falloff.
+    // Directions have an error of about 1e-7, which matters at edges and at the end of a falloff.
     EXPECT_GT(rays, 5000) << tested.name;
     EXPECT_LE(different, rays / 500) << tested.name;
   }
 }
 
-/// Lights without a surface tell the densities of any ray that they send.
+/// Emitters without a surface return the densities of all rays that they emit.
 TEST(Emitters, TellTheDensitiesOfTheirRays) {
   int lights = 0;
   for (const EmitterCase& tested : emitter_cases()) {
@@ -149,14 +150,15 @@ TEST(Emitters, TellTheDensitiesOfTheirRays) {
       EXPECT_EQ(density->position, ray->pdf_position) << tested.name;
       different += std::abs(density->direction - ray->pdf_direction) > 1e-4f * ray->pdf_direction;
     }
-    // Densities are constant by cells: rays within rounding of a border have that of the next one.
+    // Densities are constant within cells: rays within rounding of a border may have the
+    // neighbour's density.
     EXPECT_GT(rays, 5000) << tested.name;
     EXPECT_LE(different, rays / 200) << tested.name;
   }
   EXPECT_GE(lights, 8);
 }
 
-/// Mean of a function of rays of light, each of which counts as 0 where there is none.
+/// Mean of a function over emitted rays; a failed sample counts as 0.
 Estimate mean_of_rays(const Emitter& emitter, const std::function<double(const EmissionSample&)>& f,
                       int count = 100000) {
   Random random(24);
@@ -185,13 +187,14 @@ TEST(Emitters, SendTheirWholePower) {
     for (int i = 0; i < 15; ++i) sum += 0.5 + i * 4 % 13;
     return sum / 15;
   }();
-  // Of the image's place at z = 1: 5 : 3.
+  // Area of the image, with the aspect 5 : 3, on the plane z = 1.
   const double projected = 4 * std::pow(std::tan(25 * radians), 2) * 3 / 5;
-  const auto spot = [&](double cutoff, double beam) {  // by hand from the falloff
+  const auto spot = [&](double cutoff, double beam) {  // integral of the falloff, computed by hand
     const double c = cutoff * radians, b = beam * radians;
     return 2 * 2 * kPiD * (1 - (c == b ? std::cos(c) : (std::sin(c) - std::sin(b)) / (c - b)));
   };
-  // The floor's bounds are a square of side 2: the disk is 2 pi; slightly larger, for rounding.
+  // The floor's bounds are a square of side 2: the disk has the area 2 pi, slightly enlarged for
+  // rounding.
   const double disk = 2 * kPiD * std::pow(1 + 1e-4 + 1e-6 / std::sqrt(2.), 2);
   const std::map<std::string, double> expected = {
       {"point", 8 * kPiD},
@@ -219,7 +222,7 @@ TEST(Emitters, SendTheirWholePower) {
   EXPECT_EQ(found, expected.size());
 }
 
-/// The mean of 1 / density over all directions is the solid angle that there is light in.
+/// The mean of 1 / density over all directions is the solid angle that receives light.
 TEST(Emitters, DensitiesOfDirectionsCoverTheLight) {
   const double a = std::tan(25 * kPiD / 180), b = a * 3 / 5;
   const auto cone = [](double cutoff) { return 2 * kPiD * (1 - std::cos(cutoff * kPiD / 180)); };
@@ -240,7 +243,7 @@ TEST(Emitters, DensitiesOfDirectionsCoverTheLight) {
     if (angle == expected.end()) continue;
     ++found;
     const LitFloor floor(tested.xml);
-    // A cosine-weighted density has no variance of 1 / density; grazing rays are left out.
+    // With a cosine-weighted density, 1 / density has infinite variance; grazing rays are left out.
     const bool is_sphere = tested.name == "sphere";
     const double least = is_sphere ? 0.05 : 0;
     expect_mean(mean_of_rays(floor.emitter(),
@@ -253,7 +256,7 @@ TEST(Emitters, DensitiesOfDirectionsCoverTheLight) {
   EXPECT_EQ(found, expected.size());
 }
 
-/// By flux: the powers of a light's rays differ little, however bright a texel is.
+/// Rays are distributed by flux: their powers differ little, however bright a texel is.
 TEST(Emitters, RaysOfShapedLightCarryEqualPower) {
   for (const EmitterCase& tested : emitter_cases()) {
     if (tested.xml.find("type='spot'") == std::string::npos &&
@@ -264,17 +267,17 @@ TEST(Emitters, RaysOfShapedLightCarryEqualPower) {
     const auto brightness = [](const EmissionSample& ray) { return luminance(ray.power); };
     const Estimate mean = mean_of_rays(floor.emitter(), brightness);
     const double deviation = std::sqrt(mean.variance_of_mean * 100000) / mean.mean;
-    // What remains is the variation within cells, the more where an edge of black crosses them;
-    // that of the image itself is 0.6.
+    // The rest is the variation within cells. It is larger if a black edge crosses them. The
+    // image's own variation is 0.6.
     const bool has_edges = tested.name == "projector of a checkerboard";
     EXPECT_LT(deviation, has_edges ? 0.3 : 0.1) << tested.name;
   }
 }
 
-/// An area light's directions against the density that BSDF sampling would ask for.
+/// Tests the directions sampled from area lights against the density that BSDF sampling queries.
 TEST(Emitters, AreaLightsAreSampledByTheirDensity) {
   for (const EmitterCase& tested : emitter_cases()) {
-    // Where a curved surface is seen edge on, a density by area has no variance.
+    // Seen edge on, a curved surface sampled by area has a density with infinite variance.
     if (tested.xml.find("'area'") == std::string::npos || tested.name == "cylinder") continue;
     const LitFloor floor(tested.xml);
     const Emitter& emitter = floor.emitter();
@@ -298,7 +301,7 @@ TEST(Emitters, AreaLightsAreSampledByTheirDensity) {
   }
 }
 
-/// What a sample says of its point is what a ray that goes there finds.
+/// A ray to a sampled point finds the same values as the sample contains.
 TEST(Emitters, SamplesOfAreaLightsAgreeWithRays) {
   for (const EmitterCase& tested : emitter_cases()) {
     if (tested.xml.find("'area'") == std::string::npos) continue;
@@ -311,10 +314,10 @@ TEST(Emitters, SamplesOfAreaLightsAgreeWithRays) {
       if (!light) continue;
       const RayHit hit = trace(floor.scene(), p, light->d);
       const float difference = std::abs(hit.ray.tmax - light->distance);
-      // Something nearer is in the way; or the ray misses the light's edge.
+      // Another surface is nearer, or the ray misses the emitter's edge.
       if (!hit.hit.valid() || difference > 1e-3f * light->distance) continue;
       const SurfaceInteraction si = floor.scene().interaction(hit);
-      if (std::abs(si.wi.z) < 0.02f) continue;  // densities change much with the direction
+      if (std::abs(si.wi.z) < 0.02f) continue;  // densities change strongly with the direction
       ++agreed;
       ASSERT_NEAR(floor.emitter().pdf_surface(p, si) / light->pdf, 1, 2e-3) << tested.name;
       const Rgb radiance = floor.emitter().eval_surface(si);

@@ -11,7 +11,7 @@
 #include "kinome/image.h"
 #include "support/render.h"
 
-/// Environment maps to test with, and integrals over them.
+/// Environment maps for tests, and integrals over them.
 namespace kinome::test {
 
 inline constexpr double kPiD = 3.14159265358979323846;
@@ -30,7 +30,7 @@ inline Rgb noise(int x, int y) {
   return 0.125f * Rgb(1 + unit(0), 1 + unit(1), 1 + unit(2));
 }
 
-/// Maps that break samplers: suns where coordinates are singular, signs, degenerate sizes.
+/// Difficult maps for samplers: suns at singular coordinates, negative values, degenerate sizes.
 inline std::vector<Map> maps() {
   const auto sun_at = [](int sun_x, int sun_y, float sky) {
     return [=](int x, int y) { return x == sun_x && y == sun_y ? Rgb(2000, 1500, 900) : Rgb(sky); };
@@ -82,7 +82,7 @@ inline const std::string kRotation =
     "<transform name=\"to_world\"><rotate y=\"1\" angle=\"30\"/>"
     "<rotate x=\"1\" angle=\"-50\"/></transform>";
 
-/// The rotation of kRotation, in doubles.
+/// Applies kRotation in doubles.
 inline glm::dvec3 rotated(const glm::dvec3& d) {
   const double a = 30 * kPiD / 180, b = -50 * kPiD / 180;
   const glm::dvec3 y(std::cos(a) * d.x + std::sin(a) * d.z, d.y,
@@ -110,17 +110,17 @@ inline Coordinates coordinates(const glm::dvec3& d) {
   return {u, std::atan2(std::hypot(d.x, d.z), d.y) / kPiD};
 }
 
-/// A grid over (u, v) whose lines include those where a map's interpolation has kinks: within a
-/// cell, pdf x sin theta is linear in u and quadratic in v, and two Gauss points an axis integrate
-/// it exactly.
+/// A grid over (u, v) that includes the lines at which a map's interpolation has kinks. Within a
+/// cell, pdf x sin theta is linear in u and quadratic in v. Two Gauss points per axis integrate it
+/// exactly.
 struct Grid {
   int columns;
   int rows;
-  double shift;  ///< of the first line: half a texel
+  double shift;  ///< offset of the first line: half a texel
 
   Grid(int width, int height, int parts)
       : columns(width * parts), rows(std::max(1, height - 1) * parts), shift(0.5 / width) {
-    // Maps of few rows are refined by whole factors, to 32 gaps at least.
+    // Maps with few rows are refined by an integer factor, to at least 32 intervals.
     if (height - 1 < 32) rows *= (31 + std::max(1, height - 1)) / std::max(1, height - 1);
   }
 

@@ -1,4 +1,4 @@
-/// Environment maps: directions are sampled by their density.
+/// Tests that directions toward environment maps are sampled by their density.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -12,9 +12,10 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each statistical test here: about 50 in all
+constexpr double kAlpha = 1e-4;  // level of each of about 50 statistical tests
 
-/// chi² of sample_direct against pdf_environment, cell by cell; the density must integrate to 1.
+/// chi² test of sample_direct() against pdf_environment() by cells. The density must integrate to
+/// 1.
 void expect_sampled_by_its_pdf(const Emitter& emitter, const Grid& grid, int samples, bool turned,
                                const std::string& name) {
   const auto pdf = [&](const glm::dvec3& d) {
@@ -30,7 +31,7 @@ void expect_sampled_by_its_pdf(const Emitter& emitter, const Grid& grid, int sam
       expected[static_cast<size_t>(y) * grid.columns + x] = p * samples;
     }
   }
-  // Each density has a relative rounding error of some 1e-6 (texel coordinates are floats).
+  // Each density has a relative rounding error of about 1e-6, because texel coordinates are floats.
   EXPECT_NEAR(total, 1, 2e-5) << name;
   std::mt19937 rng(17);
   for (int i = 0; i < samples; ++i) {
@@ -38,7 +39,7 @@ void expect_sampled_by_its_pdf(const Emitter& emitter, const Grid& grid, int sam
     ASSERT_TRUE(sample) << name;
     const glm::dvec3 d(sample->d);
     size_t cell = grid.cell(coordinates(turned ? unrotated(d) : d));
-    // A direction on the border of a cell of no light may round into it.
+    // A direction on the border of a black cell may round into it.
     if (expected[cell] == 0) {
       const glm::dvec3 local = turned ? unrotated(d) : d;
       for (const auto& nudge : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)}) {
@@ -77,11 +78,11 @@ TEST(EnvironmentMap, IsSampledByItsCompensatedDensity) {
 
 TEST(EnvironmentMap, SamplesAPhotographByItsDensity) {
   const std::string path = "/usr/share/blender/datafiles/studiolights/world/city.exr";
-  ASSERT_TRUE(std::filesystem::exists(path)) << "needs the package blender-data";
+  ASSERT_TRUE(std::filesystem::exists(path)) << "missing; install the package blender-data";
   expect_sampled_by_its_pdf(*envmap(path), Grid(1024, 512, 1), 2000000, false, "city");
 }
 
-/// Compensated or not, the density is zero only where there is no light.
+/// With or without compensation, the density is zero only in directions without light.
 TEST(EnvironmentMap, HasADensityWhereverThereIsLight) {
   std::mt19937 rng(3);
   std::normal_distribution<float> normal;
@@ -99,7 +100,7 @@ TEST(EnvironmentMap, HasADensityWhereverThereIsLight) {
   }
 }
 
-/// In directions around both poles nothing is infinite, nor zero where there is light.
+/// Around both poles all values are finite, and nonzero in directions with light.
 TEST(EnvironmentMap, IsFiniteAtThePoles) {
   for (const Map& map : maps()) {
     const auto emitter = envmap(map);
@@ -120,8 +121,8 @@ TEST(EnvironmentMap, IsFiniteAtThePoles) {
   }
 }
 
-/// Density proportional to the evaluated map: luminance / pdf is one number, but for what
-/// interpolating sines adds (1.3e-3 where rows are fewest) and for texels of mixed sign.
+/// The density is proportional to the evaluated map: luminance / pdf is constant, except for the
+/// error of interpolated sines (1.3e-3 with the fewest rows) and for texels of mixed sign.
 TEST(EnvironmentMap, DensityFollowsTheEvaluatedMap) {
   const auto emitter = envmap(Map{"noise", 16, 9, noise});
   std::mt19937 rng(4);
@@ -136,9 +137,8 @@ TEST(EnvironmentMap, DensityFollowsTheEvaluatedMap) {
   EXPECT_LT(highest / lowest, 1 + 2e-3);
 }
 
-/// What a sample says of its direction is what the map says of it. Texel coordinates have a
-/// rounding error of about 1e-6 texels here, and neighbouring texels of `noise` differ by a factor
-/// of up to 11.
+/// A sample agrees with the evaluated map. Texel coordinates have a rounding error of about 1e-6
+/// texels here, and neighbouring texels of `noise` differ by a factor of up to 11.
 TEST(EnvironmentMap, SamplesAgreeWithEvaluation) {
   std::mt19937 rng(5);
   for (const std::string& rotation : {std::string(), kRotation}) {
@@ -156,7 +156,7 @@ TEST(EnvironmentMap, SamplesAgreeWithEvaluation) {
   }
 }
 
-/// Batches are a matter of speed alone.
+/// Batches return the same values as single calls.
 TEST(EnvironmentMap, BatchesEqualSingleCalls) {
   const Map black{"black", 4, 3, [](int, int) { return Rgb(0.f); }};
   std::mt19937 rng(6);

@@ -1,4 +1,4 @@
-/// Environment maps: what they show, their light points, bad input.
+/// Tests of environment maps: their radiance, light points, and invalid input.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,16 +12,17 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of the one statistical test here
+constexpr double kAlpha = 1e-4;  // level of the only statistical test here
 
 struct Reference {
   Vec3 d;
   Rgb radiance;
 };
 
-/// Mitsuba 3.9.1, scalar_rgb: `envmap` of the 5 x 4 bitmap noise(x, y), scale 2, without and with
-/// to_world = rotate(x, -50) rotate(y, 30); eval() of an interaction whose wi is -d. Eight normal
-/// random directions each, rounded to the six digits that stand here.
+/// Values of Mitsuba 3.9.1, scalar_rgb: `envmap` of the 5 x 4 bitmap noise(x, y), scale 2, without
+/// and with to_world = rotate(x, -50) rotate(y, 30). eval() was called for interactions whose wi is
+/// -d, with eight normally distributed random directions each. All values are rounded to six
+/// digits.
 const Reference kPlain[] = {
     {{0.618984f, -0.775100f, 0.126804f}, {0.512654f, 1.677556f, 1.898463f}},
     {{-0.749577f, -0.597593f, -0.284634f}, {1.833304f, 1.767022f, 1.583304f}},
@@ -49,7 +50,7 @@ TEST(EnvironmentMap, EvaluatesAsMitsubaDoes) {
   const auto plain = envmap(map, scale), turned = envmap(map, scale + kRotation);
   const auto compare = [](const Emitter& emitter, const Reference& reference) {
     const Rgb radiance = emitter.eval_environment(glm::normalize(reference.d));
-    // Six printed digits of d move it by less than 1e-6; a gradient is below 2.75 x 5 / 2 pi.
+    // Six printed digits move d by less than 1e-6; the gradient is below 2.75 x 5 / 2 pi.
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[c], reference.radiance[c], 1e-5);
   };
   for (const Reference& reference : kPlain) compare(*plain, reference);
@@ -67,7 +68,8 @@ TEST(EnvironmentMap, HitsEachTexelAtItsCentre) {
   }
 }
 
-/// Radiance of Ward's RGBE, without run lengths: a byte each of mantissas, and their exponent.
+/// Returns a Radiance file (Ward's RGBE) without run-length encoding: one byte per mantissa and for
+/// the exponent.
 std::string radiance_file(const Image& image) {
   std::string file = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(image.height) +
                      " +X " + std::to_string(image.width) + "\n";
@@ -82,10 +84,10 @@ std::string radiance_file(const Image& image) {
   return file;
 }
 
-/// Mitsuba 3.9.1 shows the same light of all of these, too.
+/// Mitsuba 3.9.1 shows the same light for all of these files, too.
 TEST(EnvironmentMap, ReadsFilesOfOtherFormats) {
   const TemporaryFolder folder;
-  // Exact in eighths with an exponent, and in bytes that sRGB encodes.
+  // Exact both in eighths with a shared exponent and in bytes that sRGB encodes.
   const Image eighths = image_of(5, 4, noise);
   const Image bytes = image_of(5, 4, [](int x, int y) {
     return Rgb(srgb_to_linear(noise(x, y).x / 2), srgb_to_linear(noise(x, y).y / 2), 1);
@@ -102,11 +104,12 @@ TEST(EnvironmentMap, ReadsFilesOfOtherFormats) {
     }
   };
   expect_same(folder.write("map.hdr", radiance_file(eighths)), "eighths.pfm", 0);
-  // noise / 2 in bytes is off by half of a 255th, at a slope of sRGB's below 2.3.
+  // noise / 2 in bytes has an error of half of 1/255, and the slope of sRGB is below 2.3.
   expect_same(folder.path("bytes.png"), "bytes.pfm", 2.3f / 510);
 }
 
-/// What is not a number is told by the film: it must come through, and read nothing foreign.
+/// A direction that isn't finite gives a value that isn't finite, which the film reports. It must
+/// not read outside the map.
 TEST(EnvironmentMap, PassesOnDirectionsThatAreNoNumbers) {
   const auto emitter = envmap(Map{"noise", 6, 5, noise});
   for (int axis = 0; axis < 3; ++axis) {
@@ -130,7 +133,7 @@ TEST(EnvironmentMap, BlackHasNothingToSample) {
 TEST(EnvironmentMap, LightPointsKeepTheFlux) {
   for (const Map& map : maps()) {
     const auto emitter = envmap(map);
-    // The map itself is linear in u and v within the grid's cells, times sin theta: a fine grid.
+    // Within the grid's cells the map is linear in u and v, times sin theta: use a fine grid.
     const Grid grid(map.width, map.height, 4);
     glm::dvec3 expected(0), magnitude(0);
     for (int c = 0; c < 3; ++c) {
@@ -176,8 +179,8 @@ TEST(EnvironmentMap, LightPointsHaveTheLightOfTheirCells) {
         }
       }
       mean /= steps * steps;
-      // The midpoint rule's error is of the step squared: the largest, of one cell for the whole
-      // sphere, has steps of 9 / 300 texels along phi.
+      // The midpoint rule has an error in proportion to the squared step. The largest step, for one
+      // cell that covers the sphere, is 9 / 300 texels along phi.
       for (int c = 0; c < 3; ++c) {
         ASSERT_NEAR(points->power[i][c] / (mean[c] * points->extent[i]), 1, 5e-4)
             << "cell " << i << " of " << count;
@@ -195,7 +198,7 @@ TEST(EnvironmentMap, LightPointsOfAUniformMapAreEqual) {
   }
 }
 
-// ---- bad input ----
+// ---- invalid input ----
 
 std::string error_of(const std::function<void()>& make) {
   try {

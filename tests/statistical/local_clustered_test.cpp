@@ -1,6 +1,6 @@
-// `clustered` over virtual point lights, in every mode, estimates what `groundtruth` computes from
-// the same points: renders of one seed have the same points and the same places in the pixels, so
-// that their difference has mean 0, and z-tests see little else than the choice of points.
+// Tests that `clustered` with virtual point lights, in every mode, estimates the result of
+// `groundtruth` from the same points. Renders of one seed have the same light points and pixel
+// positions. Their difference has mean 0, and only the choice of points contributes variance.
 #include <gtest/gtest.h>
 
 #include "clustered_cases.h"
@@ -8,7 +8,7 @@
 namespace kinome::test {
 namespace {
 
-/// A room that a spot lights by way of a wall, with a curved and a flat object in it.
+/// A room that a spot lights by way of a wall, with a curved and a flat object.
 std::unique_ptr<Scene> room(const std::string& integrator, const std::string& bsdf,
                             const std::string& more, const std::string& sampler) {
   const auto wall = [](const char* placement, const char* color) {

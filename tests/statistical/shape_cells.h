@@ -12,16 +12,16 @@
 /// Histograms over shapes.
 namespace kinome::test {
 
-/// [0, 1) in n equal parts.
+/// Returns the index of x among n equal parts of [0, 1).
 inline int part(double x, int n) {
   return std::clamp(static_cast<int>(x * n), 0, n - 1);
 }
-/// The azimuth of (x, y) as a share of a full turn, in [0, 1].
+/// Returns the azimuth of (x, y) as a fraction of a full turn, in [0, 1].
 inline double turn(double x, double y) {
   return std::atan2(y, x) / (2 * std::numbers::pi) + 0.5;
 }
 
-/// Cells of equal area over an untransformed shape.
+/// Cells of equal area on an untransformed shape.
 struct ShapeCells {
   int count;
   std::function<int(const Vec3& p)> cell;

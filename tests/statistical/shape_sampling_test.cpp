@@ -1,4 +1,4 @@
-/// Points on shapes: uniform by area, and as seen from other points.
+/// Tests of points sampled on shapes: uniform by area, and as seen from other points.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each of about 80 tests
+constexpr double kAlpha = 1e-4;  // level of each of about 80 tests
 constexpr double kPiD = std::numbers::pi;
 
 std::string shape_xml(const std::string& type, const glm::mat4& to_world) {
@@ -26,7 +26,7 @@ std::string shape_xml(const std::string& type, const glm::mat4& to_world) {
          "'/></transform></shape>";
 }
 
-/// Transforms that scale all areas of a shape alike.
+/// Returns transforms that scale all areas of a shape by the same factor.
 std::vector<glm::mat4> transforms_of(const std::string& type) {
   const glm::mat4 one(1.f);
   std::vector<glm::mat4> all = {
@@ -64,7 +64,7 @@ TEST_P(EachShape, IsSampledUniformlyByArea) {
   }
 }
 
-/// What a sampled point says of itself is what a ray finds there.
+/// A ray to a sampled point finds the same values as the sample contains.
 TEST_P(EachShape, SampledPointsLieOnIt) {
   for (const glm::mat4& to_world : transforms_of(GetParam())) {
     const std::string xml = shape_xml(GetParam(), to_world);
@@ -89,7 +89,7 @@ TEST_P(EachShape, SampledPointsLieOnIt) {
   }
 }
 
-/// A column of the square is a column of the rectangle, and a row a row: strata stay.
+/// Columns and rows of the unit square map to those of the rectangle, which preserves strata.
 TEST(RectangleSampling, PlacesAreThoseOfTheSquare) {
   for (const bool flipped : {false, true}) {
     const auto shape =
@@ -108,7 +108,7 @@ TEST(RectangleSampling, PlacesAreThoseOfTheSquare) {
   }
 }
 
-/// Triangles of very different sizes, some of no area.
+/// Tests triangles of very different sizes, some of them degenerate.
 TEST(MeshSampling, IsUniformByArea) {
   const TemporaryFolder folder;
   // From x = 0 to 1: strips [0, .01], [.01, .3], [.3, .3], [.3, 1] between y = 0 and 1.
@@ -153,7 +153,7 @@ TEST(MeshSampling, NothingIsSeenOfAMeshWithoutArea) {
 struct SphereView {
   Vec3 centre;
   float radius;
-  float distance;  ///< of the point from the centre, in radii
+  float distance;  ///< distance of the point from the centre, in radii
 };
 
 std::vector<SphereView> sphere_views() {
@@ -179,7 +179,7 @@ std::string sphere_xml(const SphereView& view) {
   return text;
 }
 
-/// Uniform over the solid angle that the sphere covers, point by point exact: at every distance.
+/// Samples are uniform over the visible solid angle, with an exact density, at every distance.
 TEST(SphereSampling, IsUniformOverWhatIsSeen) {
   constexpr int kCount = 40000, kRings = 8, kSectors = 12;
   for (const SphereView& view : sphere_views()) {
@@ -212,14 +212,14 @@ TEST(SphereSampling, IsUniformOverWhatIsSeen) {
           << where;
       const glm::dvec3 to = glm::dvec3(si.p) - glm::dvec3(p);
       const double length = glm::length(to);
-      // From outside the near side is sampled.
+      // From outside, the near side is sampled.
       if (!is_inside) {
         ASSERT_LT(glm::dot(to, radial), 4 * si.p_error * (radius + length)) << where;
       }
-      // A point as near as its own rounding has no direction that could be told.
+      // The direction to a point within its own rounding error is undefined.
       const double across2 = length * length - std::pow(glm::dot(to, axis), 2);
       const double depth = glm::dot(to, axis) > 0 && across2 < 1e-4 * length * length
-                               ? across2 / (length * length) / 2  // of narrow cones
+                               ? across2 / (length * length) / 2  // 1 - cos for narrow cones
                                : 1 - glm::dot(to, axis) / length;
       const double phi = turn(glm::dot(to, glm::dvec3(frame.s)), glm::dot(to, glm::dvec3(frame.t)));
       observed[part(depth / height, kRings) * kSectors + part(phi, kSectors)] += 1;
@@ -228,8 +228,8 @@ TEST(SphereSampling, IsUniformOverWhatIsSeen) {
     if (!is_inside || distance < 0.999 * radius) {
       EXPECT_EQ(count, kCount) << view.distance;
     }
-    // Nearer to the surface, rounding of the sampled points turns the directions to them: there
-    // the densities are tested, not the directions.
+    // Closer to the surface, rounding of the sampled points changes the directions. There only the
+    // densities are tested.
     const double error = 4e-7 * max_component(glm::abs(p));
     if (std::abs(distance - radius) < 100 * error) continue;
     const std::vector<double> expected(observed.size(), double(count) / (kRings * kSectors));
@@ -239,16 +239,16 @@ TEST(SphereSampling, IsUniformOverWhatIsSeen) {
   }
 }
 
-/// The directions of every shape's points against the sum of densities of the points that lie in
-/// one.
+/// Tests the directions of each shape's points against the sum of the densities of all points in
+/// that direction.
 TEST_P(EachShape, IsSampledByItsDensityPerSolidAngle) {
   const glm::mat4 one(1.f);
   const glm::mat4 to_world =
       glm::translate(one, {.3f, -.2f, .1f}) * glm::rotate(one, 0.7f, {1, 2, 2});
   const auto scene = scene_from(shape_xml(GetParam(), to_world));
   const Shape& shape = *scene->shapes()[0];
-  // Where a curved surface is seen edge on, a density by area has no variance: a cylinder is looked
-  // at from within its radius.
+  // Seen edge on, a curved surface sampled by area has a density with infinite variance. A cylinder
+  // is therefore seen from within its radius.
   std::vector<Vec3> places = {{.4f, -.1f, .3f}, {.3f, .5f, -1.8f}, {-.1f, .6f, 4}};
   if (GetParam() != "cylinder") places.insert(places.end(), {{1.5f, .5f, -1.8f}, {-8, 3, 2}});
   for (const Vec3& place : places) {

@@ -6,11 +6,12 @@
 
 #include "kinome/warp.h"
 
-/// Tests of the tests: correct samplers pass at the stated rate, wrong ones fail.
+/// Tests of the statistical tests: correct samplers pass at the stated rate, and wrong ones fail.
 namespace kinome::test {
 namespace {
 
-// Exact for even degrees of freedom, where the tail is a finite sum; the others are tables.
+// Values for even degrees of freedom are exact, because the tail is a finite sum. Others are from
+// tables.
 TEST(Statistics, Chi2TailHasKnownValues) {
   EXPECT_NEAR(chi2_tail(3.841458820694124, 1), 0.05, 1e-12);
   EXPECT_NEAR(chi2_tail(18.307038053275146, 10), 0.05, 1e-12);
@@ -23,8 +24,8 @@ TEST(Statistics, Chi2TailHasKnownValues) {
   EXPECT_EQ(normal_two_sided(0), 1);
 }
 
-// The number of alarms in 1000 honest runs at alpha = .05 is binomial: mean 50, deviation 6.9. The
-// bounds are 4.5 deviations: wrong once in 1e5.
+// The number of false alarms in 1000 runs at alpha = .05 is binomial: mean 50, deviation 6.9. The
+// bounds are 4.5 deviations, which are exceeded once in 1e5.
 constexpr int kRuns = 1000;
 constexpr double kAlpha = 0.05;
 constexpr int kFewest = 19;
@@ -46,8 +47,8 @@ TEST(Statistics, Chi2AlarmsAtTheStatedRate) {
 }
 
 TEST(Statistics, Chi2RefusesWhatCannotBe) {
-  EXPECT_FALSE(chi2_test({1, 99}, {0, 100}, 1e-6).passed) << "a sample where the density is zero";
-  EXPECT_FALSE(chi2_test({50, 50}, {49, 49}, 1e-6).passed) << "expectations sum to something else";
+  EXPECT_FALSE(chi2_test({1, 99}, {0, 100}, 1e-6).passed) << "a sample in a cell of zero density";
+  EXPECT_FALSE(chi2_test({50, 50}, {49, 49}, 1e-6).passed) << "expectations with another sum";
   EXPECT_FALSE(chi2_test({50, 50}, {50}, 1e-6).passed);
   EXPECT_FALSE(chi2_test({50, 50}, {50, std::nan("")}, 1e-6).passed);
   EXPECT_TRUE(chi2_test({50, 50, 0}, {50, 50, 0}, 0.5).passed);
@@ -66,7 +67,7 @@ TEST(Statistics, SphereChi2AlarmsAtTheStatedRate) {
   int alarms = 0;
   for (int run = 0; run < kRuns; ++run) {
     SphereChi2 test = cosine_test(2000, static_cast<uint64_t>(run) + 1);
-    // A third is rejected, so that both halves of the test are at work.
+    // About a third is rejected, to test both halves of the test.
     test.sample = [](float u1, Vec2 u) -> std::optional<Vec3> {
       if (u1 < 0.3f) return std::nullopt;
       return square_to_cosine_hemisphere(u);
@@ -96,14 +97,14 @@ TEST(Statistics, SphereChi2FindsDefectsOfOnePercent) {
   EXPECT_FALSE(sphere_chi2_test(lost, 1e-6).passed) << "1 % of the samples lost";
   SphereChi2 uniform = cosine_test(kSamples, 3);
   uniform.pdf = [](const Vec3& d) { return d.z > 0 ? kUniformHemispherePdf : 0.f; };
-  EXPECT_FALSE(sphere_chi2_test(uniform, 1e-6).passed) << "a forgotten cosine";
+  EXPECT_FALSE(sphere_chi2_test(uniform, 1e-6).passed) << "a missing cosine";
   SphereChi2 below = cosine_test(kSamples, 3);
   below.sample = [](float u1, Vec2 u) {
     Vec3 d = square_to_cosine_hemisphere(u);
     if (u1 < 1e-5f) d.z = -d.z;
     return d;
   };
-  EXPECT_FALSE(sphere_chi2_test(below, 1e-6).passed) << "few samples where the density is zero";
+  EXPECT_FALSE(sphere_chi2_test(below, 1e-6).passed) << "few samples in cells of zero density";
 }
 
 // A peak much narrower than a cell, at the pole, where cells are widest in angle.

@@ -9,14 +9,14 @@ namespace kinome::test {
 using check::kGuard;
 using check::kNan;
 
-/// Numbers of values: none, and some that end in, before and behind the end of vectors.
+/// Column lengths: empty, and just below, at and above a multiple of the vector width.
 inline constexpr size_t kRanges[] = {0, 1, 15, 16, 17, 33};
 
-/// Columns of `count` values, which are looked at in the end.
+/// Columns of `count` values. The destructor checks that the memory after the padding is intact.
 class BlockMemory : public check::BlockMemory {
  public:
   using check::BlockMemory::BlockMemory;
-  ~BlockMemory() { EXPECT_FALSE(is_overrun()) << "written behind a column's padding"; }
+  ~BlockMemory() { EXPECT_FALSE(is_overrun()) << "written past a column's padding"; }
 };
 
 inline float largest_difference(const Vec3& a, const Vec3& b) {

@@ -10,11 +10,12 @@ using check::BsdfQuestion;
 using check::BsdfReply;
 using check::reply_at;
 
-/// Questions in a block, and room for answers, which is looked at in the end.
+/// Queries in a block, with memory for the replies. The destructor checks that nothing was written
+/// past it.
 class BsdfBlock : public check::BsdfBlock {
  public:
   explicit BsdfBlock(const std::vector<BsdfQuestion>& questions) : check::BsdfBlock(questions) {}
-  ~BsdfBlock() { EXPECT_FALSE(is_overrun()) << "written behind a column's padding"; }
+  ~BsdfBlock() { EXPECT_FALSE(is_overrun()) << "written past a column's padding"; }
 };
 
 }  // namespace kinome::test

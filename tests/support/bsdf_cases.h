@@ -13,7 +13,7 @@
 #include "kinome/bsdf.h"
 #include "support/render.h"
 
-/// BSDFs that every test of BSDFs runs over.
+/// BSDFs for all tests of BSDFs.
 namespace kinome::test {
 
 struct BsdfCase {
@@ -21,10 +21,10 @@ struct BsdfCase {
   const char* xml;
   bool reciprocal = true;
   bool conserves_energy = true;
-  /// u1 chooses within a lobe, as between what is mirrored and what goes through, so that u2 alone
-  /// doesn't tell where samples with a given density come from.
+  /// u1 makes a choice within a lobe, for example between reflection and transmission. The density
+  /// of a sample then depends on u1 and u2.
   bool chooses_within_lobe = false;
-  /// Lobes, not deltas, go through the surface.
+  /// A lobe that is not a delta transmits light.
   bool scatters_through = false;
 
   std::shared_ptr<Bsdf> make() const { return test::make<Bsdf>(xml); }
@@ -33,7 +33,7 @@ inline std::ostream& operator<<(std::ostream& out, const BsdfCase& c) {
   return out << c.name;
 }
 
-/// A normal map without a file: a checkerboard of two encoded normals, read at one place.
+/// A normal map without a file: a checkerboard of two encoded normals, evaluated at one position.
 #define KINOME_TEST_NORMAL(rgb)                                                  \
   "<texture type='checkerboard' name='normalmap'><rgb name='color0' value='" rgb \
   "'/><rgb name='color1' value='0.5 0.5 1'/></texture>"
@@ -109,7 +109,7 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
        "<bsdf type='roughplastic'><string name='distribution' value='ggx'/>"
        "<float name='alpha' value='0.4'/><string name='int_ior' value='diamond'/>"
        "<boolean name='nonlinear' value='true'/></bsdf>"},
-      // Radiance that leaves glass is less by the squared index: not reciprocal.
+      // Not reciprocal: radiance that leaves glass is divided by the squared index of refraction.
       {"roughdielectric_beckmann",
        "<bsdf type='roughdielectric'><rgb name='specular_transmittance' value='0.9 0.6 0.3'/>"
        "<float name='alpha' value='0.3'/></bsdf>",
@@ -159,7 +159,7 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
        "<float name='spec_trans' value='0.7'/><float name='diff_trans' value='0.5'/>"
        "<float name='anisotropic' value='0.6'/><float name='spec_tint' value='0.3'/></bsdf>",
        true, true, true, true},
-      // Scales tilt it: not reciprocal.
+      // Not reciprocal: the scales tilt the frame.
       {"hair", "<bsdf type='hair'/>", false, true, true, true},
       {"hair_blond",
        "<bsdf type='hair'><rgb name='sigma_a' value='0.05 0.1 0.3'/>"

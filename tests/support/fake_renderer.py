@@ -1,8 +1,9 @@
-"""A renderer for the tests of validation/suite. It answers as workers/mitsuba_worker.py does, and
-misbehaves where its first argument says so.
+"""Simulates a renderer for the tests of validation/suite.
 
-Its pictures are 1 everywhere, with noise of the standard deviation 0.4 / sqrt(samples); with
-`ldsampler` half of that.
+Its replies are those of workers/mitsuba_worker.py. The first argument selects a misbehaviour.
+
+All pixels are 1, plus noise of the standard deviation 0.4 / sqrt(samples); half of that with the
+sampler `ldsampler`.
 """
 import os
 import pathlib
@@ -15,7 +16,7 @@ import numpy as np  # noqa: E402
 from serve import serve  # noqa: E402
 
 BEHAVIOUR = sys.argv[1]
-loaded, warm = {}, set()  # what was asked for, and the counts of samples rendered since
+loaded, warm = {}, set()  # parameters of the last load, and sample counts rendered since then
 
 
 def load(file, defines):
@@ -27,7 +28,7 @@ def load(file, defines):
 
 
 def render(samples, seed, output):
-    """In 2 ms a sample, and twice that where this count is rendered for the first time."""
+    """Takes 2 ms per sample, twice that for the first render with a sample count."""
     if BEHAVIOUR == "crashes":
         os.kill(os.getpid(), signal.SIGILL)
     if BEHAVIOUR == "hangs":
@@ -36,7 +37,7 @@ def render(samples, seed, output):
     if BEHAVIOUR == "other size":
         size = (size[0] + 1, *size[1:])
     sigma = 0.4 / np.sqrt(samples) / (2 if loaded["sampler"] == "ldsampler" else 1)
-    print("a line on stdout that is no answer")
+    print("a line on stdout that isn't a reply")
     np.save(output, 1 + sigma * np.random.default_rng(seed).standard_normal(size, np.float32))
     first = samples not in warm
     warm.add(samples)

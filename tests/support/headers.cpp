@@ -1,1 +1,1 @@
-// No program: what precompiles the headers of all tests.
+// Source of the precompiled header that all tests share.

@@ -1,4 +1,4 @@
-"""Small images of noise, for tests: as sRGB bytes (PPM) and as floats (PFM)."""
+"""Small noise images for tests: sRGB bytes (PPM) and floats (PFM)."""
 import numpy as np
 
 

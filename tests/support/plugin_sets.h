@@ -12,7 +12,7 @@
 /// Plugins of each instruction set that they are built for.
 namespace kinome::test {
 
-/// Plugins of no more than an instruction set.
+/// Returns the registry whose plugins use at most this instruction set.
 inline PluginRegistry& registry_of(InstructionSet set) {
   static std::map<InstructionSet, PluginRegistry> registries;
   auto folders = PluginRegistry::default_folders();
@@ -20,8 +20,8 @@ inline PluginRegistry& registry_of(InstructionSet set) {
   return registries.try_emplace(set, std::move(folders), set).first->second;
 }
 
-/// Those that both the plugins and the processor have. The least is this program's, too: the
-/// baseline, but where all is compiled for more.
+/// Returns the instruction sets that both the plugins and the processor support. The first is that
+/// of this program: the baseline, unless everything is compiled for a larger set.
 inline std::vector<InstructionSet> instruction_sets() {
   std::vector<InstructionSet> sets{least_instruction_set()};
   for (const InstructionSet set : registry().instruction_sets(Category::kBsdf, "diffuse")) {
@@ -30,14 +30,14 @@ inline std::vector<InstructionSet> instruction_sets() {
   return sets;
 }
 
-/// An object of a plugin from XML; see make.
+/// Loads an object of a plugin from XML, like make().
 template <class T>
 std::shared_ptr<T> make_for(InstructionSet set, const std::string& xml) {
   return std::dynamic_pointer_cast<T>(
       load_object_from_string(xml, "test.xml", {}, registry_of(set)));
 }
 
-/// As a part of a test's name.
+/// Returns the name of an instruction set as part of a test's name.
 inline std::string name_of(InstructionSet set) {
   std::string name = to_string(set);
   std::replace(name.begin(), name.end(), '-', '_');

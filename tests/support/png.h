@@ -8,7 +8,7 @@
 
 namespace kinome::test {
 
-/// A PNG file, eight bits a channel. Programs that read one link PNG::PNG.
+/// A PNG file with 8 bits per channel. Programs that use it link PNG::PNG.
 struct Png {
   unsigned width = 0;
   unsigned height = 0;

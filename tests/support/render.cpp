@@ -31,14 +31,14 @@ Pipe open_pipe() {
   return {ends[0], ends[1]};
 }
 
-/// Starts a program in a process group of its own, so that a timeout ends its children, too.
+/// Starts a program in its own process group, so that a timeout also ends its children.
 pid_t start_process(const std::vector<std::string>& arguments, const Pipe& out, const Pipe& err) {
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("fork failed");
-  // Parent and child both do it: neither may go on before it is done.
+  // Both parent and child call it, so that the group exists before either continues.
   setpgid(child, child);
   if (child > 0) return child;
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
@@ -48,7 +48,7 @@ pid_t start_process(const std::vector<std::string>& arguments, const Pipe& out, 
   _exit(127);
 }
 
-/// Appends what can be read now; false at the end of the stream.
+/// Appends the data that can be read now. Returns false at the end of the stream.
 bool drain(int descriptor, std::string& text) {
   char buffer[4096];
   const ssize_t bytes = read(descriptor, buffer, sizeof buffer);
@@ -57,7 +57,7 @@ bool drain(int descriptor, std::string& text) {
   return true;
 }
 
-/// Reads both streams until both have ended; false where the deadline comes first.
+/// Reads both streams until both have ended. Returns false if the deadline comes first.
 bool collect(Pipe out, Pipe err, Clock::time_point deadline, ProcessResult& result) {
   pollfd streams[2] = {{out.read_end, POLLIN, 0}, {err.read_end, POLLIN, 0}};
   while (streams[0].fd >= 0 || streams[1].fd >= 0) {
@@ -108,7 +108,7 @@ std::optional<LightPoints> light_points_of(const Emitter& emitter, uint32_t coun
 
 namespace {
 
-/// R, G, B of all pixels of the renders that `make` makes, in Image order.
+/// Estimates R, G and B of all pixels from the renders that `make` returns, in Image order.
 std::vector<Estimate> estimate(int renders, uint64_t first_seed,
                                const std::function<std::vector<double>(uint64_t)>& make) {
   std::vector<Moments> moments;
@@ -123,7 +123,7 @@ std::vector<Estimate> estimate(int renders, uint64_t first_seed,
   return estimates;
 }
 
-/// Sums over tiles, tile by tile.
+/// Returns the sums over tiles, one tile after another.
 std::vector<double> colours(const Image& image, int tile = 1) {
   const int columns = (image.width + tile - 1) / tile, rows = (image.height + tile - 1) / tile;
   std::vector<double> values(static_cast<size_t>(columns) * rows * 3);

@@ -2,9 +2,9 @@
 
 namespace kinome::test {
 
-/// Whether this is built with a sanitizer. It finds in few repetitions what it finds in many, each
-/// of which takes ten times as long: tests that repeat the same lines for the sake of statistics
-/// repeat them less often then.
+/// True in builds with a sanitizer. Tests that repeat the same code for their statistics repeat it
+/// less often then: the sanitizer makes each repetition ten times slower, and more repetitions find
+/// no more errors.
 #ifdef KINOME_HAS_SANITIZER
 inline constexpr bool kHasSanitizer = true;
 #else

@@ -1,4 +1,4 @@
-"""Pictures and renders with known noise, for the tests of the comparison."""
+"""Images and renders with known noise, for the tests of `kinome compare`."""
 
 import pathlib
 import sys
@@ -16,7 +16,7 @@ RENDERS = 16
 
 
 def write_exr(path, channels, kind=oiio.FLOAT, header=()):
-    """channels: {name: (height, width)}; header: texts by name."""
+    """Writes an EXR file. channels: {name: (height, width)}; header: texts by name."""
     height, width = next(iter(channels.values())).shape
     spec = oiio.ImageSpec(width, height, len(channels), kind)
     spec.channelnames = list(channels)
@@ -29,7 +29,7 @@ def write_exr(path, channels, kind=oiio.FLOAT, header=()):
 
 
 def write_parts(path, parts):
-    """An EXR file of several parts, each a pair of channels (as in write_exr) and a name."""
+    """Writes an EXR file of several parts. Each part is (channels as in write_exr, name)."""
     specs = []
     for channels, name in parts:
         height, width = next(iter(channels.values())).shape
@@ -50,7 +50,8 @@ def write_rgb(path, image, kind=oiio.FLOAT):
 
 
 def picture():
-    """A radiance that varies 20 times over the picture, with a lamp in view that has no noise."""
+    """Returns radiance that varies by a factor of 20 over the image, with a noise-free emitter in
+    view."""
     image = 0.2 + 0.6 * np.sin(X / 9) ** 2 * np.cos(Y / 13) ** 2
     image = image + 3 * np.exp(-((X - 40) ** 2 + (Y - 20) ** 2) / 30)
     image[5:9, 5:12] = 6
@@ -58,15 +59,16 @@ def picture():
 
 
 def noisy(rng, image, samples, kind):
-    """A render of `samples` a pixel, each a random number with the tails of a path tracer's."""
+    """Returns a render with `samples` samples per pixel, whose distribution has a path tracer's
+    tails."""
     shape = image.shape
-    if kind == "gamma":  # a few strong contributions among many near zero; worse to the left
+    if kind == "gamma":  # a few strong contributions among many near 0; more noise on the left
         k = samples * (0.05 + 0.5 * X / WIDTH)
         factor = rng.gamma(k) / k
     elif kind == "lognormal":
         normal = rng.standard_normal((samples, *shape), np.float32)
         factor = np.exp(np.float32(1.2) * normal - np.float32(0.72)).mean(axis=0, dtype=float)
-    else:  # fireflies: half of the light in one sample of 125 to 1000
+    else:  # fireflies: half of the light is in one of 125 to 1000 samples
         rare = 0.0045 + 0.0035 * np.sin(X / 3)
         factor = (rng.gamma(samples, size=shape) + rng.binomial(samples, rare) / rare) / samples / 2
     factor[5:9, 5:12] = 1
@@ -74,7 +76,7 @@ def noisy(rng, image, samples, kind):
 
 
 def estimate(rng, image, samples, kind, stored=False, renders=RENDERS):
-    """An estimate of one channel; `stored`: as from a file of mean and variance."""
+    """Returns an estimate of one channel; `stored`: as if read from a file of mean and variance."""
     made = Estimate.from_renders(
         "simulated", [noisy(rng, image, samples, kind)[:, :, None] for _ in range(renders)])
     if stored:
@@ -83,8 +85,8 @@ def estimate(rng, image, samples, kind, stored=False, renders=RENDERS):
 
 
 def rare(rng, image, hits=0.2, spread=2.0):
-    """A render whose light is rare: of a value, all RENDERS together find it `hits` times, with a
-    brightness that is lognormal with this standard deviation of its logarithm."""
+    """Returns a render with rare light. All RENDERS together find each value's light `hits` times.
+    Its brightness is lognormal; `spread` is the standard deviation of the logarithm."""
     count = rng.poisson(hits / RENDERS, image.shape)
     found = np.zeros(image.shape)
     for i in range(count.max()):

@@ -2,7 +2,7 @@
 
 #include "check/statistics.h"
 
-/// The statistics of `kinome check`, by which the project's own tests are made, too.
+/// The statistics of `kinome check`, which the project's own tests use, too.
 namespace kinome::test {
 using namespace check;
 }  // namespace kinome::test

@@ -1,4 +1,5 @@
-"""A display for tests: listens as the viewer tev does, and keeps the pictures that it is sent."""
+"""A display for tests: speaks the protocol of the viewer tev and keeps the images that it receives.
+"""
 
 import socket
 import struct
@@ -13,11 +14,11 @@ class Picture:
     def __init__(self, width, height, channels):
         self.channels = channels
         self.pixels = np.full((height, width, len(channels)), np.nan, np.float32)
-        self.updates = []  # (x, y, width, height), in their order
+        self.updates = []  # (x, y, width, height) in the order of arrival
 
 
 class Message:
-    """Reads what a message says, from its beginning."""
+    """Parses the fields of a message in order."""
 
     def __init__(self, data):
         self.data, self.at = data, 0
@@ -35,8 +36,8 @@ class Message:
 
 
 class Receiver:
-    """Of one connection. `leave_after`: messages after which it closes the connection. `stalls`:
-    accepts, and never reads."""
+    """Receives from one connection. `leave_after`: number of messages after which it closes the
+    connection. `stalls`: accepts the connection but never reads from it."""
 
     def __init__(self, leave_after=None, stalls=False):
         self.pictures, self.messages, self.creations, self.error = {}, 0, 0, None
@@ -56,7 +57,7 @@ class Receiver:
         self.listener.close()
 
     def wait(self):
-        """Until the connection has ended."""
+        """Waits until the connection has ended."""
         self.thread.join(10)
         if self.error:
             raise self.error
@@ -76,12 +77,12 @@ class Receiver:
                         self.messages += 1
                         if self.messages == self.leave_after:
                             return
-        except Exception as error:  # noqa: BLE001 (told by wait())
+        except Exception as error:  # wait() reports it
             self.error = error
 
     def handle(self, message):
         kind = message.number("b")
-        message.number("b")  # whether it takes the focus
+        message.number("b")  # focus flag
         name = message.text()
         if kind == CREATE_IMAGE:
             width, height, count = (message.number("i") for _ in range(3))
@@ -90,7 +91,7 @@ class Receiver:
         elif kind == UPDATE_IMAGE_V3:
             self.update(self.pictures[name], message)
         else:
-            raise ValueError(f"a message of kind {kind}")
+            raise ValueError(f"unsupported message of kind {kind}")
 
     @staticmethod
     def update(picture, message):
@@ -106,6 +107,6 @@ class Receiver:
             values = numbers[offset:end + 1:stride].reshape(height, width)
             target = picture.pixels[y:y + height, x:x + width, picture.channels.index(name)]
             if target.shape != values.shape:
-                raise ValueError(f"{width}x{height} pixels at {x}, {y}: not all are in the picture")
+                raise ValueError(f"{width}x{height} pixels at {x}, {y}: must be inside the image")
             target[:] = values
         picture.updates.append((x, y, width, height))

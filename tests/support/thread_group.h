@@ -14,12 +14,12 @@
 
 namespace kinome::test {
 
-/// A group whose processes are threads of this one: for tests of what processes do together, without
-/// MPI.
+/// A process group whose processes are threads of this one. Tests use it to test cooperation
+/// between processes without MPI.
 class ThreadGroups {
  public:
-  /// Calls work(group) in as many threads, each with a group of its own rank. What is thrown there,
-  /// but an AgreedError, ends the test program.
+  /// Calls work(group) in `size` threads, each with a group of its own rank. Any exception that
+  /// leaves work() ends the test program.
   static void run(int size, const std::function<void(ProcessGroup&)>& work) {
     Shared shared(size);
     std::vector<std::jthread> threads;
