@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""What the window of kinome-view shows of a picture: false colours, a reference beside it, and where a
-pixel's samples go. As window_test.py, whose Viewer it uses.
+"""Tests of the image window of kinome-view: false colours, a reference beside the image, and the
+paths of a pixel's samples. It uses the Viewer of window_test.py.
 """
 import pathlib
 import tempfile
@@ -12,16 +12,15 @@ import numpy as np
 from scenes import write_scene
 from window_test import PATIENCE, Viewer, click, xdotool
 
-# Of the headings of panels as the window has them at first, and of what is in them when they are
-# opened.
+# Positions of the headings of panels at first, and of controls in an open panel.
 TONE, COMPARE = (960, 289), (960, 312)
 FALSE_COLOUR, KEEP = (1049, 312), (1030, 358)
-# Of the line between picture and reference, and of the inspected point.
+# Colours of the line between image and reference, and of the marker of the inspected point.
 LINE, POINT = (255, 200, 60), (50, 255, 80)
 
 
 def places(shot, colour):
-    """(x, y) of the pixels of a colour over the picture."""
+    """Returns (x, y) of the pixels of a colour in the image."""
     ys, xs = np.nonzero((abs(shot[:, :890] - colour) < 12).all(axis=2))
     return np.stack([xs, ys], axis=1)
 
@@ -35,8 +34,8 @@ class PictureWindowTest(unittest.TestCase):
         self.viewer.wait_for("pass [2-9]")
 
     def see(self, condition, act=lambda: None):
-        """The screenshot in which it is true, after doing something once or, as clicks may be missed
-        by a window that has little time, several times."""
+        """Returns the first screenshot that meets the condition, after calling act(). A busy window
+        may miss clicks, so that act() is repeated."""
         end = time.monotonic() + PATIENCE
         again = 0
         while time.monotonic() < end:
@@ -49,7 +48,7 @@ class PictureWindowTest(unittest.TestCase):
         raise AssertionError("not seen")
 
     def open_panel(self, x, y):
-        """The screenshot before."""
+        """Opens a panel and returns the screenshot from before."""
         before = self.viewer.screenshot()
         click(x, y)
         self.see(lambda s: np.mean(abs(s - before)[y + 14:y + 32, 905:1260] > 12) > 0.05)
@@ -59,7 +58,7 @@ class PictureWindowTest(unittest.TestCase):
         plain = self.open_panel(*TONE)
         shot = self.see(lambda s: np.mean(abs(s - plain)[200:600, 100:800] > 12) > 0.5,
                         lambda: click(*FALSE_COLOUR))
-        # From black to white, along a line at the lower edge.
+        # The bar goes from black to white, along a line at the lower edge.
         bar = shot[763, 29:386]
         self.assertLess(bar[:4].mean(), 30)
         self.assertGreater(bar[-4:].mean(), 225)
@@ -75,7 +74,7 @@ class PictureWindowTest(unittest.TestCase):
             xdotool("sleep", 0.5, "mousemove", x, 250)
         xdotool("sleep", 0.5, "mouseup", 1)
         moved = self.see(lambda s: abs(np.median(places(s, LINE)[:, 0]) - 350) < 3)
-        # The camera stays where it is.
+        # The camera has not moved.
         np.testing.assert_allclose(moved[380:420, 500:540].mean(axis=(0, 1)),
                                    shot[380:420, 500:540].mean(axis=(0, 1)), atol=12)
 
@@ -87,13 +86,13 @@ class PictureWindowTest(unittest.TestCase):
             xdotool("mousemove", 600, 620, "sleep", 0.3, "keydown", "alt", "sleep", 0.5,
                     "mousedown", 1, "sleep", 0.5, "mouseup", 1, "sleep", 0.5, "keyup", "alt")
         shot = self.see(lambda s: len(places(s, POINT)) > 20, inspect)
-        # The filter of the film may look beyond the pixel.
+        # The reconstruction filter may extend beyond the pixel.
         np.testing.assert_allclose(np.median(places(shot, POINT), axis=0), (600, 620), atol=15)
         # Samples are red, in the scene and on the sphere in the inspector's window.
         is_red = (shot[..., 0] > 150) & (shot[..., 0] > 2 * shot[..., 1])
         self.assertGreater(np.sum(is_red[520:620, 540:660] & (before[520:620, 540:660, 1] > 90)), 20)
         self.assertGreater(np.sum(is_red[400:780, 20:400]), 20)
-        # The same pixel is inspected anew once the camera has moved.
+        # The same pixel is inspected again after a camera movement.
         self.viewer.drag(640, 180, 0, 60)
         self.see(lambda s: abs(s - shot)[100:250, 500:840].mean() > 3 and
                  len(places(s, POINT)) > 20)

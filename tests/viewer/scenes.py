@@ -1,4 +1,4 @@
-"""A small scene for tests of the viewer: a red ball on a grey floor, beneath a lamp and a sky."""
+"""A small scene for tests of the viewer: a red ball on a grey floor under an emitter and a sky."""
 import os
 import pathlib
 import sys
@@ -40,7 +40,7 @@ SCENE = """\
 
 
 def write_scene(folder, width=32, height=24):
-    """The scene's file, and beside it those of its sky and of a texture."""
+    """Writes the scene's file, with its sky and a texture beside it. Returns its path."""
     write_pfm(folder / "sky.pfm", 8, 4, 3, 0.2, 0.6)
     write_ppm(folder / "bumps.ppm", 4, 4, 4)
     path = folder / "scene.xml"

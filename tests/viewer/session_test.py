@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""What kinome-view does with a scene, by scripts in place of a window: edits while it renders, what
-they leave behind, and what it saves. Of the build folder KINOME_BUILD.
+"""Tests of kinome-view with scripts instead of a window: edits during a render, their results,
+memory and saved files. KINOME_BUILD is the build folder.
 """
 import pathlib
 import random
@@ -25,7 +25,7 @@ class SessionTest(unittest.TestCase):
         self.scene = write_scene(self.folder)
 
     def run_script(self, lines, scene=None, errors=0):
-        """What a script prints; how many errors there are is known."""
+        """Returns the output of a script and checks the number of errors."""
         result = subprocess.run(
             [PROGRAM, scene or self.scene, "-t", "2", "--script", "-"], cwd=self.folder,
             input="\n".join(lines), text=True, capture_output=True, timeout=200)
@@ -35,7 +35,7 @@ class SessionTest(unittest.TestCase):
         return result.stdout + (result.stderr if errors else "")
 
     def random_edits(self, count, seed):
-        """Lines of a script that set parameters of all kinds, each once the one before is made."""
+        """Returns script lines that set parameters of all types, each followed by a "wait"."""
         dice = random.Random(seed)
         rows = [line.split("\t") for line in self.run_script(["parameters"]).splitlines()]
         makers = {
@@ -53,7 +53,8 @@ class SessionTest(unittest.TestCase):
         lines, around = [], set()
 
         def now(path):
-            """What is in a BSDF that has a map around it has a path through that."""
+            """Returns the current path of a parameter of a BSDF, which depends on whether a map is
+            around it."""
             bsdf, _, rest = path.partition(".")
             return f"{bsdf}.bsdf.{rest}" if bsdf in around else path
         for _ in range(count):
@@ -68,7 +69,7 @@ class SessionTest(unittest.TestCase):
 
     @staticmethod
     def random_put(dice, now, around):
-        """A line that puts a texture or a map, or takes one away."""
+        """Returns a line that adds a texture or a map, or removes one."""
         image = dice.choice(["bumps.ppm", "sky.pfm"])
         bsdf = dice.choice(["red", "grey"])
         texture = dice.choice(["red.reflectance", "grey.diffuse_reflectance", "grey.specular_reflectance"])
@@ -95,11 +96,11 @@ class SessionTest(unittest.TestCase):
             [PROGRAM, self.scene, "-t", "2", "--script", "-"], cwd=self.folder, text=True,
             input="\n".join([*lines, "save saved.xml", "render 3", "picture a.exr"]),
             capture_output=True, timeout=200)
-        # Some values no plugin takes: those edits are told of, and are as if they had not been.
+        # Some values are invalid for any plugin. These edits report an error and change nothing.
         self.assertLess(out.stdout.count("error: "), EDITS // 4, out.stdout)
         self.run_script(["render 3", "picture b.exr"], scene="saved.xml")
         self.assertEqual((self.folder / "a.exr").read_bytes(), (self.folder / "b.exr").read_bytes())
-        # And that of the program for the command line.
+        # The command-line program renders the same image of it.
         saved = (self.folder / "saved.xml").read_text()
         self.assertIn("<!-- Kept by whoever saves it. -->", saved)
         (self.folder / "saved.xml").write_text(
@@ -108,7 +109,7 @@ class SessionTest(unittest.TestCase):
                        cwd=self.folder, check=True, timeout=100)
         a, c = self.picture("a.exr"), self.picture("c.exr")
         np.testing.assert_array_equal(a, c)
-        # It can tell: another edit is another picture.
+        # The comparison is sensitive: another edit gives another image.
         self.run_script(["set camera.fov 60", "set red.reflectance.value 0.1 0.9 0.1",
                          "set ball.radius 0.7", "render 3", "picture d.exr"], scene="saved.xml")
         self.assertFalse(np.array_equal(a, self.picture("d.exr")))
@@ -116,13 +117,13 @@ class SessionTest(unittest.TestCase):
     def test_memory_does_not_grow_by_edits(self):
         lines = self.random_edits(MEMORY_EDITS, 2)
         some = len(lines) // 4
-        # Among the edits are those that no plugin takes.
+        # Some of the edits are invalid for any plugin.
         out = subprocess.run(
             [PROGRAM, self.scene, "-t", "2", "--script", "-"], cwd=self.folder, text=True,
             input="\n".join([*lines[:some], "memory", *lines[some:], "wait", "memory"]),
             capture_output=True, timeout=250)
         before, after = [int(n) for n in re.findall(r"memory (\d+)", out.stdout)]
-        # A film of 32 x 24 pixels for each edit would be more than ten times as much.
+        # A film of 32 x 24 pixels per edit would take more than ten times as much.
         self.assertLess(after - before, 8e6, out.stderr)
 
     def test_what_cannot_be_leaves_the_scene_as_it_was(self):
@@ -178,7 +179,7 @@ class SessionTest(unittest.TestCase):
         return [np.array(one, float).reshape(3, 3) for one in found]
 
     def test_all_is_done_in_its_order(self):
-        """What comes while something else is at work waits, and keeps its order."""
+        """Commands wait for earlier ones and keep their order."""
         red = "red.reflectance.value"
         self.run_script([f"set {red} 0.3 0.1 0.1", "wait", "undo", f"set {red} 0.61 0.1 0.1",
                          "save a.xml", "undo", "save b.xml", f"set {red} 0.2 0.1 0.1"])
@@ -191,7 +192,7 @@ class SessionTest(unittest.TestCase):
             "lookat", "orbit 90 0", "lookat", "home", "orbit 0 30", "lookat", "orbit 0 170",
             "lookat", "home", "move 1 2 0", "lookat", "home", "dolly 0.5", "lookat", "home",
             "lookat"])
-        # The target is where the ball is hit.
+        # The target is the point where the camera's ray hits the ball.
         np.testing.assert_allclose(start, [[0, 1, 5], [0, 1, 0.8], [0, 1, 0]], atol=1e-3)
         np.testing.assert_allclose(right[0], [4.2, 1, 0.8], atol=1e-3)
         np.testing.assert_allclose(right[1:], start[1:], atol=1e-3)
@@ -209,14 +210,14 @@ class SessionTest(unittest.TestCase):
         text = SCENE.format(width=32, height=24)
         (self.folder / "moved.xml").write_text(re.sub("<lookat.*/>", line, text, count=1))
         self.run_script(["render 2", "picture b.exr"], scene="moved.xml")
-        # Its numbers have six digits.
+        # The printed numbers have six digits.
         a, b = self.picture("a.exr"), self.picture("b.exr")
         self.assertLess(np.mean(np.abs(a - b) > 1e-2), 0.05)
         self.run_script(["render 2", "picture c.exr"])
         self.assertGreater(np.mean(np.abs(a - self.picture("c.exr")) > 1e-2), 0.3)
 
     def test_it_is_installed_where_it_is_built(self):
-        """And finds its library by its own place."""
+        """The installed program finds its library relative to its own location."""
         installed = self.folder / "installed"
         subprocess.run(["cmake", "--install", BUILD, "--component", "viewer", "--prefix", installed],
                        check=True, capture_output=True, timeout=100)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The window of kinome-view, by clicks, drags and keys as people use it. To be run where there is an X
-display without a window manager (xvfb-run). Of the build folder KINOME_BUILD.
+"""Tests of kinome-view's window with clicks, drags and keys. Run it on an X display without a
+window manager (xvfb-run). KINOME_BUILD is the build folder.
 """
 import ctypes
 import os
@@ -17,10 +17,11 @@ from PIL import Image
 
 from scenes import PROGRAM, write_scene
 
-# Seconds; other programs may be at work beside this one.
+# Timeout in seconds, long enough for a busy machine.
 PATIENCE = 60
-# What closing the window may take at most [s] on a machine that has nothing else to do, of several
-# times the least: what else there is only adds to it. What isn't interrupted would take minutes.
+# Maximum time in seconds to close the window on an idle machine. The minimum of several
+# measurements must be below it, because other load can only add time. A render that is not
+# interrupted would take minutes.
 CLOSED = 0.5
 CLOSINGS = 3
 
@@ -30,12 +31,12 @@ def xdotool(*arguments):
 
 
 def click(x, y):
-    """Long enough for a window that has little time to see it."""
+    """Clicks slowly enough for a busy window to notice."""
     xdotool("mousemove", x, y, "sleep", 0.5, "mousedown", 1, "sleep", 0.5, "mouseup", 1)
 
 
 class Viewer:
-    """A viewer at work, and the lines of its trace."""
+    """A running viewer and the lines of its trace."""
 
     def __init__(self, test, *arguments):
         self.folder = test.folder
@@ -59,7 +60,7 @@ class Viewer:
         self.process.stdout.close()
 
     def wait_for(self, pattern, after=0, patience=PATIENCE):
-        """The first line after so many that holds a pattern."""
+        """Returns the match in the first line, from line `after` on, that contains the pattern."""
         end = time.monotonic() + patience
         while time.monotonic() < end:
             for line in self.lines[after:]:
@@ -72,13 +73,13 @@ class Viewer:
         raise AssertionError(f"no '{pattern}' in {self.lines[after:]}")
 
     def edition(self, end=None):
-        """The latest edition that the lines before `end` show."""
+        """Returns the latest edition in the lines before `end`, or -1."""
         shown = re.findall(r" edition (\d+) ", "\n".join(self.lines[:end]))
         return int(shown[-1]) if shown else -1
 
     def wait_for_change(self, after, patience=PATIENCE):
-        """Waits for a pass of a later edition than the lines before `after` show. A preview is not
-        waited for: a window with little time may see only the passes that follow it."""
+        """Waits for a pass of a later edition than in the lines before `after`. It accepts no
+        preview, because a busy window may show only the passes that follow it."""
         old = self.edition(after)
         end = time.monotonic() + patience
         while time.monotonic() < end and self.process.poll() is None:
@@ -102,8 +103,8 @@ class Viewer:
         xdotool("mouseup", button)
 
     def close(self):
-        """As a window manager does it: asks the window to be closed. Returns the seconds until the
-        program has ended."""
+        """Requests that the window be closed, as a window manager does. Returns the seconds until
+        the program has ended."""
         window = int(subprocess.run(["xdotool", "search", "--name", "kinome-view"], check=True,
                                     capture_output=True, text=True).stdout.split()[0])
         ask_to_close(window)
@@ -155,14 +156,14 @@ class WindowTest(unittest.TestCase):
         before = len(viewer.lines)
         click(450, 400)
         viewer.wait_for("selected red$", before)
-        # Its colour stands in the side bar, and left of it the numbers of red, green and blue.
-        # They are dragged to and fro.
+        # The side bar shows the colour, and to its left the values of red, green and blue, which a
+        # drag changes.
         side = viewer.screenshot()[:, 900:]
         ys, xs = np.nonzero((abs(side - [178, 13, 13]) < 8).all(axis=2))
         self.assertGreater(len(xs), 50)
         x, y = 900 + int(np.median(xs)) - 150, int(np.median(ys))
         before = len(viewer.lines)
-        # A drag whose events all come between two frames of a busy machine isn't seen: once more.
+        # A busy window doesn't notice a drag between two frames. Drag again in that case.
         for patience in (PATIENCE / 4, PATIENCE / 4, PATIENCE):
             try:
                 viewer.drag(x, y, -300, 0)
@@ -173,12 +174,12 @@ class WindowTest(unittest.TestCase):
                     raise
         red, green, _ = self.middle(viewer.screenshot())
         self.assertLess(red, 1.5 * green)
-        # "Undo" takes back the whole drag.
+        # "Undo" reverts the whole drag.
         before = len(viewer.lines)
         xdotool("key", "ctrl+z")
         viewer.wait_for_change(before)
         np.testing.assert_allclose(self.middle(viewer.screenshot()), self.middle(shot), atol=12)
-        # A checkerboard takes the place of the colour, by the menu at the left end of its row.
+        # The menu at the left end of the row replaces the colour by a checkerboard.
         for place in ((921, y), (960, y + 31)):
             before = len(viewer.lines)
             click(*place)
@@ -194,7 +195,7 @@ class WindowTest(unittest.TestCase):
         viewer.wait_for_change(before)
         orbited = viewer.screenshot()[100:700, 50:850]
         self.assertGreater(np.mean(abs(picture - orbited) > 12), 0.2)
-        # The ball, around which it goes, stays in the middle.
+        # The camera orbits the ball, which stays in the middle.
         np.testing.assert_allclose(orbited[280:320, 380:420].mean(axis=(0, 1))[0],
                                    picture[280:320, 380:420].mean(axis=(0, 1))[0], atol=60)
         for move in (["keydown", "w", "sleep", 0.3, "keyup", "w"], ["click", 4]):
@@ -207,23 +208,23 @@ class WindowTest(unittest.TestCase):
         viewer.close()
 
     def test_closing_ends_a_render(self):
-        """At once, but for what waits to be saved."""
+        """Closing cancels the render at once, but still saves pending edits."""
         shares = []
         while len(shares) < CLOSINGS and min(shares, default=CLOSED) >= CLOSED:
             seconds = self.close_while_it_renders()
-            # Programs that wait for a processor, of which the viewer is one, take turns.
+            # Divide by the load per processor, because waiting programs share the processors.
             shares.append(seconds / max(1, os.getloadavg()[0] / os.cpu_count()))
         self.assertLess(min(shares), CLOSED, shares)
 
     def close_while_it_renders(self):
         (self.folder / "scene-edited.xml").unlink(missing_ok=True)
         viewer = self.open(1200, 900)
-        # All samples at once, which takes minutes: the button is in the row of the number.
+        # Request all samples at once, which takes minutes. The button is in the row of the number.
         before = len(viewer.lines)
         xdotool("mousemove", 945, 180, "click", "--repeat", 2, 1, "key", "ctrl+a", "type", "100000\n")
         click(1103, 180)
         time.sleep(0.5)
-        # What waits to be saved is.
+        # A pending save must be completed.
         xdotool("key", "ctrl+s")
         seconds = viewer.close()
         self.assertEqual(viewer.process.returncode, 0)
@@ -235,7 +236,7 @@ class WindowTest(unittest.TestCase):
     def test_the_first_picture_comes_soon(self):
         viewer = self.open(640, 480)
         at = [float(viewer.wait_for(f"^([0-9.]+) {what}")[1]) for what in ("window", "picture 1 ")]
-        # 0.2 s on a machine that has nothing else to do.
+        # Takes 0.2 s on an idle machine.
         self.assertLess(at[1] - at[0], 1)
 
     def test_errors_are_shown_and_survived(self):
@@ -245,7 +246,7 @@ class WindowTest(unittest.TestCase):
         viewer.wait_for("error .*scene.xml:.*nowhere.pfm")
         shot = viewer.screenshot()
         self.assertGreater(np.mean(shot[:60, :850, 0] > 200), 0.002, "no text in red")
-        # The file is mended, and loaded anew.
+        # The file is repaired, and reloaded.
         write_scene(self.folder)
         scene.write_text(scene.read_text().replace(
             '<film type="hdrfilm">', '<film type="hdrfilm"><boolean name="compensate" value="true"/>'))
