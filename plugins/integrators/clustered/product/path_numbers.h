@@ -9,8 +9,8 @@
 
 namespace kinome {
 
-/// Independent random numbers for paths that have nothing in common of which strata could be made:
-/// each is its own "pixel", whose x and y are the halves of a well-mixed seed. Stateless.
+/// Independent random numbers for paths that can't be stratified together. Each path is its own
+/// "pixel": x and y are the halves of a well-mixed seed. Stateless.
 class PathNumbers final : public Sampler {
  public:
   float value_1d(const SampleKey& key, uint32_t dimension) const override {

@@ -11,8 +11,8 @@
 
 namespace kinome {
 
-/// Paths of `path`, by the sensor's sampler, for the pixels of some tiles of a block. One per
-/// thread; not thread-safe. All arguments must outlive it.
+/// Traces paths of `path`, with the sensor's sampler, for the pixels of some tiles of a block. One
+/// object per thread; not thread-safe. All arguments must outlive it.
 class PathTiles {
  public:
   PathTiles(const transport::SceneTable& scene, const Sensor& sensor, const PathSettings& settings)
@@ -20,7 +20,8 @@ class PathTiles {
         paths_(scene, sensor.sampler(), settings, transport::kBlockSamples) {}
 
   /// Traces `count` paths for each pixel of the wanted tiles, and calls fn(samples, camera) for
-  /// blocks of them. A block has all paths of its pixels, or some of those of one pixel.
+  /// each block of samples. Such a block has all paths of its pixels, or some of the paths of one
+  /// pixel.
   template <class Wanted, class Function>
   void trace(const TileGrid& grid, int block, uint32_t count, uint64_t seed,
              RenderCounters& counters, const Wanted& is_wanted, const Function& fn) {

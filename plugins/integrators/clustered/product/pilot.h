@@ -11,9 +11,9 @@
 
 namespace kinome {
 
-/// Finds out what a picture looks like before any of its passes: a few primaries of each pixel, and
-/// rays from them to cells, of which tiles learn visibilities, and pixels what they need. What it
-/// sees is not part of the picture. For one render.
+/// The pilot of one render. It sends a few primaries per pixel, and shadow rays from them to cells.
+/// Tiles learn visibilities from these rays, and each pixel gets a forecast for the plan. The
+/// pilot's rays are not part of the image.
 class Pilot {
  public:
   struct Effort {
@@ -21,30 +21,30 @@ class Pilot {
     uint32_t rays = 0;       ///< of each pixel
   };
 
-  /// All must outlive it.
+  /// All arguments must outlive the pilot.
   Pilot(const Scene& scene, const Primaries::View& view, const TileGrid& grid,
         const CellNeighbours& neighbours, const LocalLight* local, const ProductSettings& settings,
         uint64_t seed, RenderContext& context,
         BsdfAddresses& addresses);
 
   using IsWanted = std::function<bool(const TileGrid::Tile&)>;
-  /// Looks at the tiles that are wanted, or at all if `is_wanted` is empty. Forecasts of other tiles
-  /// are zero. Band by band of blocks, each of which is planned when the next one has been seen, so that the
-  /// points of no more than two are kept; that may be stopped by `context`, and what is known is
-  /// then of no use. The forecast of each pixel of the crop window.
+  /// Probes the wanted tiles (all if `is_wanted` is empty), and returns the forecast of each pixel
+  /// of the crop window. Forecasts of other tiles are zero. Works in bands of blocks: a band is
+  /// planned after the next one is probed, so that the points of at most two bands are kept. If
+  /// `context` is cancelled, the result and `knowledge` are incomplete and must not be used.
   std::vector<PixelForecast> learn(const CellLight& light, Effort effort,
                                    const IsWanted& is_wanted, double progress_end,
                                    TileKnowledge& knowledge);
 
  private:
-  /// What the plan needs of a primary.
+  /// Data of a primary that the plan needs.
   struct Point {
     Vec3 reflected{0.f};  ///< normal x mean diffuse reflectance
-    float known = 0;      ///< light that it sees itself, or unshadowed glossy light
+    float known = 0;      ///< light that the primary sees directly, plus unshadowed glossy light
     float lamps = 0;      ///< PointPlan::lamps
-    float lit = 0;        ///< of the other lamps, what arrives
+    float lit = 0;        ///< light that arrives from lamps that got rays
     float glossy_deviation = 0;
-    Rgb followed{0.f};    ///< what a path from it finds, where one goes on (is_followed)
+    Rgb followed{0.f};  ///< light that its path finds, if one continues from it (is_followed)
     bool is_followed = false;
     int16_t patch = -1;
   };
@@ -53,9 +53,9 @@ class Pilot {
 
   int rows_of_band() const;
   TileGrid::Rows band(int index) const;
-  /// Of a pixel, of the band at work or the one before.
+  /// Points of a pixel in the current band or the previous one.
   Point* points_of(int x, int y);
-  /// Returns which process has probed which block: the one that plans it.
+  /// Returns for each block the process that probed it. The same process plans it.
   std::vector<int> probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge);
   void probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, TileKnowledge& knowledge,
                   Prober& prober, RenderCounters& counters);
@@ -69,14 +69,14 @@ class Pilot {
   const Primaries::View view_;
   const TileGrid& grid_;
   const CellNeighbours& neighbours_;
-  const LocalLight* local_;  ///< nullptr: there is none
+  const LocalLight* local_;  ///< nullptr if there is no local light
   const ProductSettings& settings_;
   const uint64_t seed_;
   RenderContext& context_;
   BsdfAddresses& addresses_;
   Effort effort_;
   IsWanted is_wanted_;
-  std::vector<Point> points_[2];  ///< of bands of even and odd number
+  std::vector<Point> points_[2];  ///< points of the bands with even and odd index
   std::vector<PixelForecast> forecast_;
 };
 

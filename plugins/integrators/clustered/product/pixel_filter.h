@@ -7,20 +7,20 @@
 
 namespace kinome {
 
-/// Reconstruction filter for the means of whole pixels: weights of a pixel and its neighbours, for
-/// samples that are spread evenly over each pixel. Noise that neighbouring pixels share is filtered
-/// as it is in an image. Immutable.
+/// Reconstruction filter for the means of whole pixels. Has weights of a pixel and its neighbours,
+/// for samples that are spread evenly over each pixel. Filters noise that neighbouring pixels share
+/// as the film does. Immutable.
 class PixelFilter {
  public:
   /// Neighbours farther away, in pixels, are ignored.
   static constexpr int kReach = 2;
 
-  /// A box as wide as a pixel: images are left as they are.
+  /// Box filter as wide as a pixel, which doesn't change images.
   PixelFilter() { weights_[kReach] = 1; }
   explicit PixelFilter(const ReconstructionFilter& filter);
 
   float weight(int dx, int dy) const { return weights_[kReach + dx] * weights_[kReach + dy]; }
-  /// Variance that is left of noise that pixels don't share.
+  /// Factor by which the filter changes the variance of noise that is independent between pixels.
   float variance() const;
 
  private:

@@ -8,36 +8,37 @@
 
 namespace kinome {
 
-/// What the pilot expects of one pixel, in the unit of radiance: squares of it would leave single
-/// precision where light is as bright or as faint as it may be.
+/// The pilot's forecast for one pixel. All fields have the unit of radiance, because squares of
+/// very bright or faint light exceed the range of a float.
 struct PixelForecast {
   float mean = 0;              ///< radiance
-  float deviation = 0;         ///< of a primary's radiance, its light being known
+  float deviation = 0;         ///< standard deviation of primaries, without noise of their light
   float uncertainty = 0;       ///< of a primary: sum over strata, the scale of its rays' noise
   float glossy_deviation = 0;  ///< of one unshadowed candidate
-  bool sharp = false;          ///< reflects by a sharp lobe: forecasts of single pixels are noise
-  float mirrors = 0;  ///< rays that each camera ray takes besides: of mirrors, and eye rays
+  bool sharp = false;          ///< true if lobes are sharp: the forecast of a single pixel is noise
+  float mirrors = 0;           ///< additional rays per camera ray: mirrored rays and eye rays
 };
 
-/// What one pixel gets in a pass.
+/// Numbers of rays of one pixel in a pass.
 struct PixelPlan {
   uint16_t primaries = 0;
   uint16_t rays = 0;
   float candidates = 0;
 };
 
-/// Divides rays among the pixels of a picture, so that relative errors are about alike. Immutable.
+/// Distributes rays over the pixels of an image so that their relative errors are similar.
+/// Immutable.
 class RayAllocation {
  public:
   enum class Mode {
-    kEven,      ///< all get about the same
-    kAdaptive,  ///< what is expected of each says
-    kSmoothed   ///< what is expected around it says, too: forecasts of few primaries are noisy
+    kEven,      ///< nearly the same numbers for all pixels
+    kAdaptive,  ///< by the forecast of each pixel
+    kSmoothed   ///< by the forecasts of neighbours, too, because those of few primaries are noisy
   };
-  /// By what is expected of width x height pixels.
+  /// Uses the forecasts of width x height pixels.
   RayAllocation(const std::vector<PixelForecast>& forecast, int width, int height, Mode mode);
 
-  /// Of primaries and shadow rays together, on average.
+  /// Returns the plan whose mean number of primaries and shadow rays per pixel is `rays_per_pixel`.
   std::vector<PixelPlan> plan(double rays_per_pixel) const;
 
  private:
@@ -48,9 +49,9 @@ class RayAllocation {
 
   size_t width_, height_;
   size_t stride_;  ///< of the columns' rows
-  /// What each pixel asks for, but for a common factor.
+  /// Numbers of each pixel, except for a common factor.
   Column<float> primaries_, rays_, candidates_;
-  Column<float> costs_;  ///< of a primary, with the mirrors' rays
+  Column<float> costs_;  ///< rays per primary, including mirrored rays
 };
 
 }  // namespace kinome

@@ -11,14 +11,14 @@
 
 namespace kinome {
 
-/// Chooses, for a place that a path from the eye has found, one of a block of light points to
-/// connect it to. One per thread; not thread-safe. `light`, which has local light, must outlive it.
+/// Selects a light point from a block, to connect it to a surface point of a path from the eye. One
+/// object per thread; not thread-safe. `light` must have local light and outlive it.
 class PointChoice {
  public:
   explicit PointChoice(const CellLight& light) : light_(light) {}
 
-  /// The points of a tile: [begin, end) of all points taken since clear(). `begin` is a multiple of
-  /// kBlockLanes.
+  /// Light points of a tile: [begin, end) of all points taken since clear(). `begin` is a multiple
+  /// of kBlockLanes.
   struct Block {
     size_t begin = 0, end = 0;
   };
@@ -29,14 +29,15 @@ class PointChoice {
   };
 
   void clear() { points_.clear(); }
-  /// Takes a block of the points that `choice` has, but for those that a path which has `edges`
-  /// when it meets them would be too long with. `bits`: random.
+  /// Takes a block of the points of `choice`, selected by the random number `bits`. Skips points
+  /// that would make a path too long: those whose edges and `edges` exceed the maximum depth.
   Block take(const LocalChoice& choice, uint32_t bits, uint32_t edges);
-  /// Chooses one point of a block with a probability about in proportion to the light that it sends
-  /// to y. Returns nullopt if no point sends any light there.
+  /// Chooses one point of a block, with a probability roughly in proportion to the light that it
+  /// sends to y. Returns nullopt if no point sends light there.
   std::optional<Chosen> choose(const SurfaceInteraction& y, Block block, float u);
-  /// Odds for a path from the eye to find the point as its third, against points that are looked
-  /// at: to be multiplied by the density of places there.
+  /// Ratio of two probabilities of finding the point's light: by paths from the eye, as their third
+  /// surface point, and by light points. Must be multiplied by the density of such paths at the
+  /// point.
   float third_odds(const LightPoint& point, std::span<const float> rates) const {
     return light_.local->third_ratio(point.cell) / rates[point.cell];
   }
@@ -50,7 +51,7 @@ class PointChoice {
   const CellLight& light_;
   std::vector<uint32_t> points_;  ///< indices into the local points of the pass, padded
   Column<float> columns_[kNumbers];
-  Column<float> chances_;  ///< of the points of one block, not normalised
+  Column<float> chances_;  ///< unnormalised probabilities of the points of one block
 };
 
 }  // namespace kinome

@@ -9,31 +9,32 @@
 
 namespace kinome {
 
-/// Points of a tile that reflect nearly alike: they belong to one patch, and half vectors of its
-/// lobe are about the same for all of them.
+/// Points of one patch of a tile that reflect nearly alike: half vectors of the lobe are about the
+/// same for all of them.
 struct PointNode {
   int32_t patch = 0;
-  uint32_t pixels = 0;            ///< that have points here
+  uint32_t pixels = 0;  ///< number of pixels with points in the node
   uint32_t points = 0;
-  double wanted = 0;              ///< candidates of all these pixels
+  double wanted = 0;              ///< number of candidates that these pixels want
   Vec3 normal{0.f}, viewer{0.f};  ///< means, unit
   Vec3 tangent{0.f};              ///< unit, orthogonal to the normal
-  float cosine = 1;               ///< of the cone around `normal` that holds all normals
-  float spread2 = 0;              ///< mean square of offset() of the points
+  float cosine = 1;               ///< of the cone around `normal` that contains all normals
+  float spread2 = 0;              ///< mean square of offset() over the points
 
-  /// How far the half vectors of a point are from those of the mean one, as a slope: a direction of
-  /// light is as far from the point's mirror direction as it is from the mean one's where the normal
-  /// has turned by half of what the viewer has.
+  /// Offset of a point's half vectors from those of the mean point, as a slope. If the normal turns
+  /// by half of what the viewer turns, a direction of light is equally far from both mirror
+  /// directions, and the offset is 0.
   Vec3 offset(const Vec3& of_normal, const Vec3& of_viewer) const {
     const Vec3 turned = (of_normal - normal) - 0.5f * (of_viewer - viewer);
     return turned - normal * glm::dot(turned, normal);
   }
 };
 
-/// Divides the points of a tile's units into nodes. Keeps its memory: one per thread.
+/// Divides the points of a tile's units into nodes. Reuses its memory; one object per thread.
 class PointNodes {
  public:
-  /// Those of microfacet lobes that are described; `patches` must outlive the next calls.
+  /// Divides the points whose form is described and has a microfacet lobe. `patches` must outlive
+  /// later calls.
   void divide(const TilePrimaries& primaries, std::span<const Patch> patches,
               std::span<const Unit> units);
   void clear() {
@@ -42,7 +43,7 @@ class PointNodes {
   }
 
   std::span<const PointNode> nodes() const { return nodes_; }
-  /// Of a primary; -1: none.
+  /// Index of a primary's node, or -1.
   int32_t of(uint32_t primary) const {
     return primary < node_of_.size() ? node_of_[primary] : -1;
   }
@@ -72,8 +73,8 @@ class PointNodes {
   std::vector<PointNode> nodes_;
   std::vector<Sums> sums_;        ///< of each node
   std::vector<Part> parts_;
-  std::vector<int32_t> part_of_patch_;  ///< of the unit at work
-  std::vector<int32_t> node_of_;        ///< of each primary; at first, its part
+  std::vector<int32_t> part_of_patch_;  ///< part of each patch, for the current unit
+  std::vector<int32_t> node_of_;        ///< node of each primary; its part until finish()
 };
 
 }  // namespace kinome

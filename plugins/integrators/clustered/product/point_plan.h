@@ -4,18 +4,20 @@
 
 namespace kinome {
 
-/// What a pilot finds out about one of its primaries, for the plan; radiances.
+/// Results of the pilot for one of its primaries, used by the plan. Values are radiances.
 struct PointPlan {
-  /// Unshadowed radiance of glossy lobes, and of all lobes from local light that has an extent, of
-  /// the group that it is in.
+  /// Unshadowed radiance that the primary's group reflects: by glossy lobes, and by all lobes for
+  /// local light except that of lamps.
   float glossy = 0;
-  float lamps = 0;  ///< of its own, unshadowed, from those lamps that no ray asked for
-  /// Gets what it sees of the other lamps, when their rays are traced; nullptr: nobody asks.
+  float lamps = 0;  ///< unshadowed radiance of the primary, from lamps that got no ray
+  /// Receives the radiance that arrives from the other lamps, when their rays are traced; may be
+  /// nullptr.
   float* lit = nullptr;
-  /// Gets what the path finds that goes on from it, if one does (Estimator::follow_paths).
+  /// Receives the light that the primary's path finds, if one continues from it
+  /// (Estimator::follow_paths).
   Rgb* followed = nullptr;
-  double glossy_variance = 0;  ///< of one candidate; in float, bright light's would overflow
-  float mirrored = 0;          ///< unshadowed, by delta lobes
+  double glossy_variance = 0;  ///< of one candidate; bright light would overflow a float
+  float mirrored = 0;          ///< unshadowed radiance that delta lobes reflect
 };
 
 }  // namespace kinome

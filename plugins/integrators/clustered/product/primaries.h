@@ -18,52 +18,53 @@ inline constexpr int kTileSide = 4;
 
 class TilePrimaries;
 
-/// True if a camera ray goes on from a surface as one of `path` does: if other lobes than deltas
-/// let light through, or the viewer is behind what does, because light is known on the side of the
-/// normal (of Bsdf::reflection_frame) alone. With `hides_environment`, also if the surface may let
-/// the ray straight through, because only paths hide the environment there.
+/// True if a camera ray continues from a surface as a path of `path`. There are three cases:
+/// - A lobe other than a delta lobe transmits light.
+/// - The viewer is behind a surface that transmits light. Light is known only on the side of the
+///   normal (of Bsdf::reflection_frame).
+/// - With `hides_environment`, the surface may let the ray pass straight. Only paths hide the
+///   environment behind it.
 inline bool goes_on_as_path(const Bsdf& bsdf, const Vec3& normal, const Vec3& viewer,
                             bool hides_environment) {
   return bsdf.scatters_through() || (bsdf.transmits() && !(glm::dot(normal, viewer) > 0)) ||
          (hides_environment && bsdf.passes_straight());
 }
-/// Mirrors, and smooth glass.
+/// True for mirrors and smooth glass.
 inline bool has_deltas_alone(const Bsdf& bsdf) {
   return any(bsdf.lobes() & Lobe::kDelta) && !any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy));
 }
 
-/// Camera rays through tiles of pixels, several tiles at a time, each pixel with a number of rays
-/// of its own, and the points of surfaces that they meet: what product sampling shades. Points are
-/// in the order of Surfaces, by material and shape; most of them by columns that kernels read.
-/// Keeps its memory: one per thread. Not thread-safe.
+/// Camera rays through several tiles of pixels, and the surface points that they hit. Each pixel
+/// has its own number of rays. Points are in the order of Surfaces: by material and shape. Most of
+/// their data are columns for kernels. Reuses its memory; one object per thread. Not thread-safe.
 class Primaries {
  public:
   struct View {
     const transport::SceneTable& scene;
     const Sensor& sensor;
     PathSettings paths;
-    /// Rays that meet what has_deltas_alone() go on as those of `path` do, too.
+    /// Rays that hit a surface with has_deltas_alone() continue as paths of `path`, too.
     bool follows_mirrors = false;
   };
 
   explicit Primaries(const View& view);
   ~Primaries();
 
-  /// Begins anew: no tiles.
+  /// Removes all tiles.
   void clear();
-  /// Adds a tile, whose pixel i, row by row, gets counts[i] rays; false if it is for the next turn,
-  /// since so many rays are enough for one. The first tile is always taken.
+  /// Adds a tile. Its pixel i, row by row, gets counts[i] rays. Returns false and adds nothing if
+  /// there would be too many rays to trace at once. Always adds the first tile.
   bool add(const Rect& pixels, std::span<const uint16_t> counts);
-  /// Traces the rays of all tiles. Each pixel's are the first so many of one sequence for each
-  /// seed, evenly spread over the pixel in the order of a Hilbert curve, and independent of the
-  /// other tiles.
+  /// Traces the rays of all tiles. The rays of a pixel are the first ones of a sequence that
+  /// depends only on the pixel and the seed. They are spread evenly over the pixel, in the order of
+  /// a Hilbert curve.
   void trace(uint64_t seed, RenderCounters& counters);
 
   size_t tile_count() const { return tiles_.size(); }
-  /// In the order in which they were added; valid until clear().
+  /// Tiles are in the order in which they were added; valid until clear().
   TilePrimaries tile(size_t index);
 
-  /// All that follows is by points.
+  /// The following functions return data of all points.
   const SurfaceBlock& points() const { return camera_->surfaces().points(); }
   const simd::PointFrames& frames() const { return frames_; }
   const simd::MicrofacetPoints& microfacets() const { return microfacets_; }
@@ -87,18 +88,18 @@ class Primaries {
   void find_viewers();
 
   const View view_;
-  size_t room_ = 0;  ///< rays
+  size_t room_ = 0;  ///< number of rays that fit the memory
   std::unique_ptr<transport::Camera> camera_;
   bool hides_environment_;
-  PathNumbers numbers_;                          ///< of coverage_
-  std::optional<transport::Coverage> coverage_;  ///< nullopt: the film has no alpha
-  Column<uint32_t> key_[2];                      ///< of each ray's numbers: halves of a seed
+  PathNumbers numbers_;                          ///< random numbers of coverage_
+  std::optional<transport::Coverage> coverage_;  ///< nullopt if the film has no alpha
+  Column<uint32_t> key_[2];                      ///< halves of the seed of each ray's numbers
   Column<float> position_[2], aperture_[2], emitted_[3], alpha_;
   std::vector<Tile> tiles_;
-  std::vector<uint32_t> first_;  ///< ray of each pixel, and the end
-  std::vector<int32_t> point_;   ///< of each ray; -1: none
-  std::vector<int32_t> patch_;   ///< of each point
-  std::vector<uint32_t> kind_;   ///< of each point, in kinds_
+  std::vector<uint32_t> first_;  ///< first ray of each pixel, and the end
+  std::vector<int32_t> point_;   ///< point of each ray; -1 if it hit nothing
+  std::vector<int32_t> patch_;   ///< patch of each point
+  std::vector<uint32_t> kind_;   ///< index in kinds_ of each point
   BsdfFormKinds kinds_;
   simd::PointFrames frames_;
   simd::MicrofacetPoints microfacets_;
@@ -106,7 +107,7 @@ class Primaries {
   Column<float> diffuse_[3];
 };
 
-/// One tile's rays, [0, size()), and what they met.
+/// The rays of one tile, [0, size()), and the points that they hit.
 class TilePrimaries {
  public:
   const Rect& pixels() const { return tile_->pixels; }
@@ -115,7 +116,7 @@ class TilePrimaries {
   uint32_t first(size_t pixel) const {
     return all_->first_[tile_->first_pixel + pixel] - static_cast<uint32_t>(tile_->first_ray);
   }
-  /// In pixels of the full film.
+  /// Position in pixels of the full film.
   Vec2 film_position(size_t ray) const {
     const size_t i = tile_->first_ray + ray;
     return {all_->position_[0][i], all_->position_[1][i]};
@@ -130,7 +131,7 @@ class TilePrimaries {
     return goes_on_as_path(bsdf, normal(ray), viewer(ray), all_->hides_environment_) ||
            (all_->view_.follows_mirrors && has_deltas_alone(bsdf));
   }
-  /// Light that the ray sees itself.
+  /// Emitted light that the ray sees directly.
   Rgb emitted(size_t ray) const {
     const size_t i = tile_->first_ray + ray;
     return {all_->emitted_[0][i], all_->emitted_[1][i], all_->emitted_[2][i]};
@@ -139,18 +140,18 @@ class TilePrimaries {
     const size_t i = tile_->first_ray + ray;
     return all_->camera_->rays()[i / kBlockLanes].ray.tmax[i % kBlockLanes];
   }
-  /// From just before the surface that the ray met, along it.
+  /// Part of the ray from just before the point that it hit to just behind it.
   Ray last_part(size_t ray) const;
-  /// Of the ray, among all points; -1: it left the scene.
+  /// Index of the ray's point among all points; -1 if the ray hit nothing.
   int32_t point(size_t ray) const { return all_->point_[tile_->first_ray + ray]; }
 
-  /// What follows is of the point that a ray met.
+  /// The following functions return data of the point that a ray hit.
   const Shape& shape(size_t ray) const { return *points().shape[point(ray)]; }
   SurfaceInteraction interaction(size_t ray) const {
     return interaction_of(points(), static_cast<size_t>(point(ray)));
   }
   Vec3 position(size_t ray) const { return points().p.at(static_cast<size_t>(point(ray))); }
-  /// p, n and p_error alone, which is what rays from there are made of.
+  /// Only p, n and p_error, which define the origin of rays from there.
   SurfaceInteraction place(size_t ray) const {
     const auto i = static_cast<size_t>(point(ray));
     SurfaceInteraction si;
@@ -171,36 +172,38 @@ class TilePrimaries {
     }
     __builtin_prefetch(points().p_error + i);
   }
-  /// What reflects light from the cells belongs to a patch of its tile; < 0: nothing does.
+  /// Index of the point's patch in the tile; negative if the point reflects no light of cells.
   int32_t patch(size_t ray) const {
     const int32_t i = point(ray);
     return i < 0 ? -1 : all_->patch_[i];
   }
   void set_patch(size_t ray, int32_t patch) { all_->patch_[point(ray)] = patch; }
-  /// Bsdf::reflection_frame, and the unit direction toward the viewer; world space.
+  /// Bsdf::reflection_frame, and the unit direction toward the viewer, in world space.
   Vec3 normal(size_t ray) const { return at(all_->frames_.normal, ray); }
   Vec3 tangent(size_t ray) const { return at(all_->frames_.tangent, ray); }
   Vec3 viewer(size_t ray) const { return at(all_->frames_.viewer, ray); }
-  /// BsdfForm::diffuse, or LobeReflectance::diffuse where there is no form; 0: no such lobe.
+  /// BsdfForm::diffuse, or LobeReflectance::diffuse if there is no form. 0 if there is no diffuse
+  /// lobe.
   Rgb diffuse(size_t ray) const { return at(all_->diffuse_, ray); }
-  /// As BsdfFormBlock has it.
+  /// See BsdfFormBlock.
   Rgb specular(size_t ray) const { return at(all_->microfacets_.specular, ray); }
-  /// nullptr: there is none. Of its kind; what differs from point to point isn't in it.
+  /// Form that all points of this kind share, or nullptr. Lacks the values that differ from point
+  /// to point.
   const BsdfForm* form_kind(size_t ray) const {
     const uint32_t kind = all_->kind_[point(ray)];
     return kind == BsdfFormKinds::kNone ? nullptr : &all_->kinds_[kind];
   }
-  /// All of it; where there is one.
+  /// The complete form. Only for points that have one.
   BsdfForm form(size_t ray) const;
 
-  /// By points.
+  /// The following functions return data of all points.
   const SurfaceBlock& points() const { return all_->points(); }
   const simd::PointFrames& frames() const { return all_->frames_; }
   const Column<float> (&diffuse_columns() const)[3] { return all_->diffuse_; }
   const simd::MicrofacetPoints& microfacets() const { return all_->microfacets_; }
   const simd::TurnedPoints& turned() const { return all_->turned_; }
 
-  /// Length of a tile's side at a distance of t, world units.
+  /// Side length of the tile at distance t, in world units.
   float width_at(float t) const { return tile_->origin_width + t * tile_->direction_width; }
 
  private:

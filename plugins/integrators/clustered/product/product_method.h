@@ -8,23 +8,24 @@
 
 namespace kinome {
 
-/// `clustered` by learned product sampling: for `importance` = product.
+/// The `clustered` integrator with learned product sampling: `importance` = product.
 class ProductMethod final : public ClusteredMethod {
  public:
   struct Settings {
-    /// Of them, rays_per_pixel may be 0: kRaysPerSample for each of the sampler's samples.
+    /// If its rays_per_pixel is 0, each sample of the sampler has kRaysPerSample rays.
     ProductSettings sampling;
-    uint32_t cells = 512;  ///< that an environment is divided into, at most
-    /// PointLightOptions::max_geometry_term: a bounce that is bounded takes light points.
+    uint32_t cells = 512;  ///< maximum number of cells of an environment
+    /// PointLightOptions::max_geometry_term. If it is set and light bounces, the method is not
+    /// supported, because only light points can bound the term.
     float max_geometry_term = 0;
   };
-  /// Returns nullptr if the scene isn't one for this method: what an emitter lacks is logged as a
-  /// warning. The scene must outlive the method. rays_per_pixel: infinity if unknown.
+  /// Returns nullptr if the method doesn't support the scene. Logs a warning if an emitter lacks a
+  /// function. The scene must outlive the method. rays_per_pixel is infinity if unknown.
   static std::unique_ptr<const ProductMethod> make(const Settings& settings, const Scene& scene,
                                                    double rays_per_pixel, RenderContext& context);
-  /// True where make() has one: says nothing, and does nothing else.
+  /// True if the method supports the scene. Unlike make(), logs nothing and makes no cells.
   static bool serves(const Settings& settings, const Scene& scene);
-  /// What a render() of that sensor takes.
+  /// Number of rays per pixel of a render() with that sensor.
   static double rays_per_pixel(const Settings& settings, const Sensor& sensor);
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override;
@@ -39,7 +40,7 @@ class ProductMethod final : public ClusteredMethod {
   ProductSettings sampling_of(const Sensor& sensor) const;
 
   ProductSettings sampling_;
-  CellsOnDemand cells_;  ///< none: there is no environment, or a black one
+  CellsOnDemand cells_;  ///< no cells if the environment is missing or black
 };
 
 }  // namespace kinome

@@ -14,52 +14,54 @@
 
 namespace kinome {
 
-/// Local light of the scene, as renders with these settings divide it, or nullptr if it has none.
-/// `share`: of the points that they draw. `min_aimed_share`: LocalLight::Settings::min_aimed_share.
+/// Returns the local light of the scene for renders with these settings, or nullptr if there is
+/// none. `share` is the fraction of the light points to draw. `min_aimed_share`:
+/// LocalLight::Settings::min_aimed_share.
 std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
                                                    const ProductSettings& settings, uint64_t seed,
                                                    RenderContext& context, double share = 1,
                                                    double min_aimed_share = 0);
 
-/// One render by learned product sampling: pilot, plan, and passes that make the picture.
+/// One render by learned product sampling: a pilot, a plan, and the passes of the image.
 class ProductRenderer final : public Passes {
  public:
   /// `grid` must outlive this.
   ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                   std::shared_ptr<const DistantCells> cells, const ProductSettings& settings,
                   const TileGrid& grid);
-  /// Renders with local light that is complete or nullptr, and draws `light_share` of an image's light
-  /// points, for trials.
+  /// Uses local light that is complete or nullptr, and draws `light_share` of an image's light
+  /// points. For trials.
   ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
                   std::shared_ptr<const DistantCells> cells, const ProductSettings& settings,
                   const TileGrid& grid, std::unique_ptr<const LocalLight> local,
                   double light_share);
-  /// Leaves the tiles that the map says to paths. Before the pilot. The map must outlive this.
+  /// Leaves tiles to `path` as the map says. Call it before the pilot. The map must outlive this.
   void use(const MethodMap& map, double paths_per_ray);
-  /// Sends the pilot that suits so many rays a pixel, or none: before any pass. What it takes of
-  /// them is taken from samples().
+  /// Sends the pilot for a render with this number of rays per pixel, or none if they are too few.
+  /// Call it before any pass. Reduces samples() by the pilot's rays.
   void learn_from_pilot(double rays_per_pixel);
-  /// Sends the pilot that suits a render of `seconds` at an expected speed. Returns false, and discards
-  /// the pilot, if it takes longer than its share of the time.
+  /// Sends the pilot for a render of `seconds` at an expected speed. If it exceeds its share of the
+  /// time, discards it and returns false.
   bool learn_in_time(double seconds, double rays_per_second);
 
-  /// Material of most of the pilot's primaries in a tile, or nullptr if they hit none.
+  /// Material that most of the pilot's primaries hit in a tile, or nullptr if they hit none.
   const Bsdf* main_bsdf(int tile) const;
-  /// False if `path` doesn't find all light, or finds some of it badly for sure.
+  /// False if `path` doesn't find all light, or is known to find some of it with much noise.
   bool can_use_paths() const;
   /// LocalLight::aimed_share(), or 1 if there is no local light.
   double aimed_share() const { return local_ ? local_->aimed_share() : 1; }
-  /// Learns from the tiles of a trial. Returns the rays per pixel that the pilot of an image takes.
+  /// Learns from the tiles of a trial. Returns the rays per pixel of an image's pilot.
   double learn_for_trial(double rays_per_pixel, const MethodTrial& trial);
-  /// Renders of the tiles of a trial, after learn_for_trial(), with `rays` per pixel. `length`: of
-  /// the whole render. This renderer must outlive the result.
+  /// Returns the method that renders the tiles of a trial by product sampling, with `rays` per
+  /// pixel. Call it after learn_for_trial(). `length` is that of the whole render. This renderer
+  /// must outlive the result.
   MethodTrial::Way trial_way(const MethodTrial& trial, double rays, const RenderLength& length,
                              double cost_of_ray, uint64_t seed);
 
   double samples() const override;
   double render(double samples) override;
   double seconds_per_sample() const override;
-  /// All that the settings ask for.
+  /// Renders all samples of the settings.
   void render_all();
 
  private:
@@ -69,10 +71,10 @@ class ProductRenderer final : public Passes {
   PathSettings path_settings() const { return {settings_.length, settings_.hide_emitters}; }
   Primaries::View view() const;
   PassView pass_view(const CellLight& light) const;
-  /// `share`: LocalLight::draw.
+  /// `share`: see LocalLight::draw.
   CellLight make_light(uint64_t seed, double rays_per_pixel, float share = 1) const;
   Pilot::Effort effort_of_pilot(double rays_per_pixel) const;
-  /// `is_wanted`: the tiles that the pilot looks at.
+  /// The pilot probes the tiles that `is_wanted` selects, or all if it is empty.
   std::vector<PixelForecast> send_pilot(Pilot::Effort effort, const Pilot::IsWanted& is_wanted,
                                         double progress_end);
   void allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast, int width,
@@ -80,7 +82,7 @@ class ProductRenderer final : public Passes {
   void try_tiles(const MethodTrial& trial, double rays, uint64_t index, uint64_t seed,
                  std::vector<Rgb>& picture);
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
-  /// `is_last`: nothing is rendered after this.
+  /// `is_last`: this is the last call for the image.
   void render_rays(double rays_per_pixel, double progress_begin, bool is_last);
   void divide_among_methods();
   bool is_by_path(const TileGrid::Tile& tile) const {
@@ -101,23 +103,23 @@ class ProductRenderer final : public Passes {
   const TileGrid& grid_;
   const uint64_t seed_;
   const double light_share_;
-  const std::unique_ptr<const LocalLight> local_;  ///< nullptr: there is none
-  std::optional<Caustics> caustics_;               ///< where there may be some
-  CellNeighbours neighbours_;                      ///< where there is a pilot
-  BsdfAddresses addresses_;                        ///< of what other processes have found
+  const std::unique_ptr<const LocalLight> local_;  ///< nullptr if there is none
+  std::optional<Caustics> caustics_;               ///< nullopt if there are none
+  CellNeighbours neighbours_;                      ///< only if there is a pilot
+  BsdfAddresses addresses_;                        ///< of the results of other processes
   TileKnowledge knowledge_;
-  std::optional<RayAllocation> allocation_;  ///< where there was a pilot
-  std::vector<size_t> trial_pixels_;         ///< that it is for, if it is that of a trial
+  std::optional<RayAllocation> allocation_;  ///< nullopt if there was no pilot
+  std::vector<size_t> trial_pixels_;         ///< pixels of allocation_, if it is that of a trial
   std::optional<CellLight> pilot_light_;     ///< of the pilot, or of a trial
-  double light_rays_ = 0;                    ///< traced for the light of the pilot
-  uint32_t pilot_rays_ = 0;                  ///< of each pixel; 0: there was none
+  double light_rays_ = 0;                    ///< traced for the light points of the pilot
+  uint32_t pilot_rays_ = 0;                  ///< rays of each pixel; 0 if there was no pilot
   double pilot_seconds_ = 0;
-  double rays_left_;  ///< of the settings' rays a pixel
-  const MethodMap* map_ = nullptr;  ///< nullptr: all tiles have product sampling
+  double rays_left_;                ///< rays per pixel that are left of the settings'
+  const MethodMap* map_ = nullptr;  ///< nullptr if all tiles have product sampling
   double paths_per_ray_ = 0;
-  std::vector<uint8_t> by_path_;  ///< 1 for each tile that is left to paths; empty: none
+  std::vector<uint8_t> by_path_;  ///< 1 for each tile that is left to `path`; empty: none
   uint64_t pass_ = 0;
-  double unit_ = 0;  ///< rays a pixel of the first pass: they have weight 1
+  double unit_ = 0;  ///< rays per pixel of the first pass, whose weight is 1
 };
 
 }  // namespace kinome

@@ -13,45 +13,48 @@
 
 namespace kinome {
 
-/// Rays that one sample of `direct` takes: of the camera, toward a light, and by the BSDF.
+/// Rays of one sample of `direct`: a camera ray, a ray toward an emitter, and a BSDF ray.
 inline constexpr double kRaysPerSample = 3;
 
-/// Learned product sampling: what the `clustered` integrator does for `importance` = product.
+/// Settings of learned product sampling: the `clustered` integrator with `importance` = product.
 struct ProductSettings {
-  /// Rays of all kinds for each pixel, on average.
+  /// Mean number of rays of all kinds per pixel.
   double rays_per_pixel = 48;
-  /// Cells of distant light are half as many where rays are few, but in plain scenes and passes.
+  /// Halves the number of cells of distant light if rays are few, except in scenes of few
+  /// primitives and if the number of rays is unknown.
   bool fewer_cells = true;
-  /// Of paths: 2 edges are direct light, 3 add one bounce.
+  /// Number of edges of paths: 2 is direct light, 3 adds one bounce.
   PathLength length{2, 5};
-  /// Cells that light after a bounce is divided into, at most.
+  /// Maximum number of cells of reflected light.
   uint32_t bounce_cells = 256;
   bool hide_emitters = false;
-  /// Layer 1 of the film has kProductChannels, to be filled.
+  /// Writes kProductChannels to layer 1 of the film.
   bool diagnostics = false;
-  /// Pictures of no more pixels keep the learned visibilities of all; larger ones learn them again
-  /// in each pass, and keep the points of the pilot in no more pixels. Results do not depend on it.
+  /// Maximum number of pixels of an image whose learned visibilities are kept. Larger images learn
+  /// them again in each pass. Also limits the number of pixels whose points the pilot keeps.
+  /// Results don't depend on it.
   int remembered_pixels = 1 << 18;
 
-  // Parts that can be left out, to see what they are worth. Estimates stay unbiased.
-  bool control_variate = true;    ///< what is known of visible light is added without rays
-  bool learned_sigma = true;      ///< rays go where visibility is uncertain
-  bool checked_sigma = true;      ///< how uncertain it is, the pilot's rays tell
-  bool adaptive = true;           ///< rays go to the pixels that need them
-  bool smooth_plan = true;        ///< which those are, pixels around tell, where the pilot is small
-  bool horizon_terms = true;      ///< also in cells at the horizon of flat surfaces
-  bool shared_candidates = true;  ///< pixels share glossy directions where they reflect alike
-  bool light_guide = true;        ///< light points go to what the camera sees the light of
-  bool trial = true;              ///< `path` renders images that it renders with less work
+  // Parts that can be switched off to measure their benefit. Estimates stay unbiased.
+  bool control_variate = true;  ///< adds learned visible light without rays
+  bool learned_sigma = true;    ///< sends rays where visibility is uncertain
+  bool checked_sigma = true;    ///< corrects sigma by the pilot's own rays
+  bool adaptive = true;         ///< sends more rays to pixels with more noise
+  bool smooth_plan = true;    ///< averages the plan's weights over neighbours if the pilot is small
+  bool horizon_terms = true;  ///< adds control terms of cells at the horizon of flat patches
+  bool shared_candidates = true;  ///< shares glossy candidates among pixels that reflect alike
+  bool light_guide = true;        ///< draws light points where they contribute to the image
+  bool trial = true;              ///< leaves images to `path` if it takes less work
 };
 
-/// What the film's layer 1 says of each pixel, on average over passes by their weight: camera rays;
-/// rays of all kinds, ten unshadowed candidates counting as one; learned visibility, the share of
-/// the cells' light that is believed to arrive (0 where nothing is learned).
+/// Channels of the film's layer 1, as weighted means over passes. `samples` is the number of camera
+/// rays. `cost` is the number of rays of all kinds; ten unshadowed candidates count as one ray.
+/// `visibility` is the learned fraction of the cells' light that arrives, or 0 if nothing was
+/// learned.
 inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibility"};
 
-/// Cells of an environment, made when they are first needed: renders that are left to `path` may do
-/// without. Not thread-safe.
+/// Cells of an environment, made at the first use, because renders by `path` don't need them. Not
+/// thread-safe.
 class CellsOnDemand {
  public:
   using Cells = std::shared_ptr<const DistantCells>;
@@ -71,34 +74,35 @@ class CellsOnDemand {
 /// True if the scene has fewer than 1,000 triangles and other shapes.
 bool has_few_primitives(const Scene& scene);
 
-/// True where `product` renders all light of the scene, up to paths of max_depth edges: any mixture
-/// of an environment with an Emitter::cell_grid, surface emitters, and emitters that are no
-/// surface; for light after bounces, the latter with Emitter::emission_density. Not where the flux
-/// that is followed is beyond 1e34.
+/// True if `product` renders all light of the scene with paths of up to max_depth edges. An
+/// environment must have Emitter::cell_grid. If light bounces, emitters other than surfaces must
+/// have Emitter::emission_density. The flux of emitting surfaces and reflected light must be below
+/// 1e34.
 bool is_product_scene(const Scene& scene, uint32_t max_depth);
 
-/// Renders the light of an environment's cells (none: the environment is black, or there isn't
-/// any), that of the scene's other emitters, and for max_depth 3 and more what surfaces send on of
-/// all of it, into the sensor's film. Light that lamps without extent send by way of a mirror is in
-/// it, too, where the sensor can be connected to (see Caustics), though `path` doesn't find it. A
-/// pilot learns how visible each cell is from each patch of surface; then the picture is made by
-/// estimates that know. What the pilot saw is not part of the picture.
+/// Renders all light of the scene into the sensor's film: that of an environment, by its cells,
+/// that of other emitters, and for max_depth > 2 the light that surfaces reflect. `cells` are empty
+/// if the environment is missing or black. If the sensor supports it (see Caustics), the image has
+/// light that lamps send by way of a mirror, which `path` doesn't find.
 ///
-/// Unbiased: the expectation of every pixel is what `direct`, or
-/// `path` of the same depth, converges to, with any filter. Stages:
-/// points, pilot, plan, main, film.
+/// A pilot learns how visible each cell is from each patch. The passes of the image use these
+/// visibilities. The pilot's rays are not part of the image.
+///
+/// Unbiased: the expectation of every pixel is the value to which `direct`, or `path` of the same
+/// depth, converges, with any filter. Stages: points, pilot, plan, main, film.
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
                     CellsOnDemand cells, const ProductSettings& settings);
 
-/// The same by passes, which all use what the pilot has learned. `seconds` as for
-/// Integrator::begin: no pilot is sent where it would take up too much of them.
+/// Renders by passes, which all use the same pilot. `seconds` as for Integrator::begin. Sends no
+/// pilot if it would take too large a share of them.
 std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
                                       RenderContext& context, CellsOnDemand cells,
                                       const ProductSettings& settings, double seconds);
 
-/// What a pixel's renders know of the cells and how they send their rays, for distant and for local
-/// light, where there is any: clusters of a report are cells, as the surface that most of the pixel
-/// shows sees them. Learned from as many rays as a render learns from.
+/// Inspects a pixel: the learned visibility of the cells and the distribution of rays. Returns a
+/// report for distant light and one for local light, if the scene has them. Clusters of a report
+/// are cells, as seen from the surface that most of the pixel shows. Learns from as many rays as a
+/// render.
 std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor,
                                         RenderContext& context,
                                         std::shared_ptr<const DistantCells> cells,

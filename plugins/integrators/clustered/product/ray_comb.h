@@ -8,27 +8,27 @@
 
 namespace kinome {
 
-/// Rays that fell on one segment of the strata.
+/// Rays to one segment of the strata.
 struct SegmentHits {
   const Strata::Segment& segment;
-  std::span<const Comb::Hit> hits;  ///< strata are numbered from the segment's first on
+  std::span<const Comb::Hit> hits;  ///< their strata are relative to the segment's first one
   const float* weights;             ///< of the segment's strata
   float step;                       ///< weight / step is the expected number of hits of a stratum
-  size_t before;                    ///< hits on the segments before
+  size_t before;                    ///< number of hits on the previous segments
 };
 
-/// A candidate is one direction: a second ray along it would tell nothing new. Lowers weights of
-/// candidates that are above the step of a comb of so many rays to that step, so that each gets one
-/// ray, and the others get more; strata of cells, which hold many directions, stay. Returns the
-/// step; 0: all weights are 0.
+/// Limits the weights of candidates to the step of a comb with this number of rays. A candidate is
+/// one direction, so that a second ray along it would find nothing new. Each limited candidate gets
+/// one ray, and the other strata get the remaining rays. Strata of cells, which contain many
+/// directions, are not limited. Returns the step, or 0 if all weights are 0.
 double cap_candidates(Strata& strata, size_t rays);
 
-/// Decides which strata of a unit get its shadow rays: by one comb over all of them, so that
-/// neighbours on the line are sampled as one stratified set. Keeps its memory: one per thread.
+/// Selects the strata of a unit that get its shadow rays. One comb over all strata makes neighbours
+/// on the line a stratified set. Reuses its memory; one object per thread.
 class RayComb {
  public:
-  /// Calls fn(SegmentHits) for each segment, in their order. About `rays` hits in all; where
-  /// weights are capped there may be some more or fewer. `offset` in [0, 1) is the random number.
+  /// Calls fn(SegmentHits) for each segment, in order. There are about `rays` hits in total;
+  /// limited weights may change this number slightly. `offset` in [0, 1) is a random number.
   template <class Function>
   void walk(Strata& strata, size_t rays, double offset, const Function& fn) {
     const double step = rays > 0 ? cap_candidates(strata, rays) : 0;

@@ -13,53 +13,55 @@
 
 namespace kinome {
 
-/// Destinations of the results of a unit's shadow rays: sums in an estimate, records of the patches
-/// in a pilot. Must stay where they are until the rays are traced.
+/// Destinations of the results of a unit's shadow rays: sums of an estimate, or records of the
+/// patches in a pilot. They must stay valid and in place until the rays are traced.
 struct Answers {
-  UnitSums sums;  ///< of visible light; control terms of the rays are subtracted from them
+  UnitSums sums;  ///< of visible light; the control terms of rays are subtracted from them
   std::vector<VisibilityRecord>* records = nullptr;  ///< of each patch
-  PointPlan* points = nullptr;                       ///< of each primary, beside `records`
+  PointPlan* points = nullptr;                       ///< for each primary; used with `records`
 };
 
-/// Shadow rays that wait for their answers, traced in batches, the last ones by trace(). One per
-/// thread; not thread-safe.
+/// Queue of shadow rays, which are traced in batches. Call trace() for the last ones. One object
+/// per thread; not thread-safe.
 class ShadowRays {
  public:
-  /// `passing`: the scene, if rays pass surfaces straight that let them (Lobe::kNull), at most
-  /// `max_passes`; nullptr: all surfaces stop them.
+  /// `passing` is the scene if rays pass surfaces straight that let them (Lobe::kNull), at most
+  /// `max_passes`. If it is nullptr, all surfaces block rays.
   explicit ShadowRays(StageTimes& times, const transport::SceneTable* passing = nullptr,
                       uint32_t max_passes = 0);
 
-  /// The scene of all rays to come. They are counted, when they are traced, to the counters that
-  /// came last.
+  /// Sets the scene of the next rays. Rays are counted in the counters that were set last before
+  /// they are traced.
   void begin(const Scene& scene, RenderCounters& counters) {
     scene_ = &scene;
     counters_ = &counters;
   }
 
-  /// The light that a ray may find.
+  /// The light that a ray tests.
   struct Light {
     Rgb weight;            ///< added to the sum of the primary
-    uint32_t cell;         ///< of a record
-    int32_t patch;         ///< of records
-    uint32_t primary = 0;  ///< start of the ray
-    /// Surfaces that the ray passes straight, at most, if this is less than for all.
+    uint32_t cell;         ///< cell of the record
+    int32_t patch;         ///< patch of the records
+    uint32_t primary = 0;  ///< origin of the ray
+    /// Maximum number of surfaces that the ray passes straight, if that is less than the common
+    /// maximum.
     uint32_t max_passes = ~0u;
   };
-  /// What else a record's ray adds where it sees light; nothing, of most.
+  /// Radiance that a recorded ray also adds to a sum if it sees light. `sum` is nullptr for most
+  /// rays.
   struct Lit {
     float* sum = nullptr;
     float radiance = 0;
   };
 
-  /// A ray from a surface to infinity. Rays whose weight is black are skipped.
+  /// Adds a ray from a surface to infinity. Skips the ray if its weight is black.
   void push(const SurfaceInteraction& from, const Vec3& d, const Light& light,
             const Answers& answers) {
     if (skips(light)) return;
     put(from.ray_origin(d), d, kInfinity);
     wait(light, answers, {});
   }
-  /// A ray from a surface to light at a distance, which may be infinite.
+  /// Adds a ray from a surface to light at a distance, which may be infinite.
   void push(const SurfaceInteraction& from, const Vec3& d, float distance, const Light& light,
             const Answers& answers, const Lit& lit) {
     if (skips(light)) return;
@@ -69,7 +71,7 @@ class ShadowRays {
     wait(light, answers, lit);
   }
 
-  /// Traces the rays that wait, and gives the answers away in their order.
+  /// Traces the waiting rays and delivers the results in their order.
   void trace();
 
  private:
@@ -85,8 +87,8 @@ class ShadowRays {
     ++counters_->skipped_shadow_rays;
     return true;
   }
-  /// Number by number, where it waits: to copy a ray that has just been made takes longer than to
-  /// make it.
+  /// Writes the fields of the next ray in place. Copying a ray that was just made takes longer than
+  /// making it.
   void put(const Vec3& o, const Vec3& d, float tmax) {
     Ray& ray = rays_[waiting_];
     ray.o = o;
@@ -114,11 +116,11 @@ class ShadowRays {
   const Scene* scene_ = nullptr;
   RenderCounters* counters_ = nullptr;
   StageTimes& times_;
-  std::optional<StraightRays> straight_;  ///< if they pass surfaces
+  std::optional<StraightRays> straight_;  ///< if rays pass surfaces straight
   const uint32_t max_passes_;
-  std::vector<Ray> rays_;  ///< those that wait are the first waiting_
+  std::vector<Ray> rays_;  ///< the first waiting_ rays wait
   std::vector<Pending> pending_;
-  std::vector<Lit> lit_;  ///< of those that wait for records
+  std::vector<Lit> lit_;  ///< of waiting rays with records
   size_t waiting_ = 0;
 };
 

@@ -11,29 +11,31 @@
 
 namespace kinome {
 
-/// Candidates of distant light that pixels of a tile share, where their points reflect nearly
-/// alike: drawn and looked up once for a node of points, by the lobe of its mean point, and
-/// evaluated by each pixel for its own points.
+/// Candidates of distant light that pixels of a tile share if their points reflect nearly alike.
+/// They are drawn and their light is looked up once per node of points, by the lobe of its mean
+/// point. Each pixel evaluates them for its own points.
 ///
-/// They are dealt into blocks, each of which is a set of candidates by itself, and whose
-/// expectations are the same. A pixel takes some of them, the first one being random, and estimates
-/// with a block's densities: that is unbiased, however far its points are from the mean one. All
-/// blocks together know better than the few of a pixel what the *mean* point reflects: how much the
-/// pixel's blocks say of that, less what the average block says, has expectation 0, and is the
-/// pixel's control variate.
+/// The candidates are divided into blocks. Each block is a complete set of candidates, and all
+/// blocks have the same expectation. A pixel takes some of the blocks, beginning with a random one,
+/// and uses a block's densities. This is unbiased, however far the pixel's points are from the mean
+/// point.
+///
+/// A pixel's control variate is the light that the *mean* point reflects by the pixel's blocks,
+/// minus the average over all blocks. Its expectation is 0. It reduces noise, because all blocks
+/// together are more precise than those of a pixel.
 ///
 /// One per thread; not thread-safe. `light` must outlive it.
 class SharedCandidates {
  public:
   explicit SharedCandidates(const CellLight& light);
 
-  /// What the units of a tile may share, which are to be estimated. All must stay as they are until
-  /// the next call.
+  /// Begins a tile with the units that may share candidates. All arguments must stay unchanged
+  /// until the next call.
   void begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
                   std::span<const Visibility> visibility, std::span<const Unit> units,
                   uint64_t seed);
 
-  /// Nothing is shared.
+  /// Removes all sets, so that nothing is shared.
   void clear();
 
   /// The candidates of one node.
@@ -41,18 +43,20 @@ class SharedCandidates {
     bool is_shared = false;
     bool is_drawn = false;
     uint32_t blocks = 0;
-    uint32_t from_lobe = 0, from_cells = 0;  ///< in each block
-    size_t size = 0;   ///< of a block in the columns: both, padded
-    size_t first = 0;  ///< of the columns
-    float share = 1;   ///< of the candidates that it wants, a pixel takes these
-    Rgb mean{0.f};     ///< over the blocks: known light that the mean point reflects of one
+    uint32_t from_lobe = 0, from_cells = 0;  ///< number in each block
+    size_t size = 0;   ///< of a block in the columns: candidates of both kinds, padded
+    size_t first = 0;  ///< index of the first candidate in the columns
+    float share = 1;   ///< a pixel takes this fraction of the candidates that it wants
+    Rgb mean{0.f};     ///< mean over blocks of the known light that the mean point reflects
   };
-  /// The set of the group's points, drawn; nullptr: they share none.
+  /// Returns the set of the group's points, and draws it at the first call. nullptr if they share
+  /// none.
   const Set* find(const GroupView& group);
-  /// How many blocks a group takes that wants so many candidates.
+  /// Number of blocks for a group that wants this number of candidates.
   static uint32_t blocks_for(const Set& set, float wanted);
-  /// How much of its set's control variate a group takes: all of its reflectance at the mean point,
-  /// less the farther it is from that.
+  /// Weight of the set's control variate for a group: the number of points, scaled by their
+  /// reflectance relative to that of the patch's form. Decreases with the distance from the mean
+  /// point.
   Rgb variate(const GroupView& group) const;
   /// The candidates of block `block` of a set.
   Directions directions(const Set& set, uint32_t block) const;

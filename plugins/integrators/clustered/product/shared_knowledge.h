@@ -10,31 +10,32 @@
 #include "kinome/scene.h"
 #include "kinome/shared_items.h"
 
-/// What processes of a group tell each other of tiles.
+/// Transfer of tiles between the processes of a group.
 namespace kinome {
 
-/// What BSDFs and their tables are for other processes, where addresses are others: of the BSDFs of
-/// a scene's shapes their number, of tables what is in them. Must outlive what it has transferred.
+/// Converts pointers to BSDFs and their tables for other processes, where addresses differ. The
+/// BSDF of a shape is transferred as a number, and a table as its contents. Must outlive the
+/// transferred data.
 class BsdfAddresses {
  public:
   explicit BsdfAddresses(const Scene& scene);
   void transfer(const Bsdf*& bsdf, SharedBytes& bytes) const;
-  /// BsdfForm::transmittance.
+  /// Transfers a BsdfForm::transmittance.
   void transfer(const float*& table, SharedBytes& bytes);
 
  private:
   using Table = std::array<float, BsdfForm::kTableSize>;
   std::vector<const Bsdf*> all_;
   std::unordered_map<const Bsdf*, uint32_t> number_;
-  std::deque<Table> tables_;  ///< of other processes: a few
+  std::deque<Table> tables_;  ///< distinct tables from other processes: a few
 };
 
-/// All of a patch.
+/// Transfers a whole patch.
 void transfer(Patch& patch, SharedBytes& bytes, BsdfAddresses& addresses);
-/// What the plan has found of it.
+/// Transfers the results of the plan.
 void transfer_plan(Patch& patch, SharedBytes& bytes);
 
-/// The pixels of those tiles of a block that `is_wanted`, in a picture of the grid.
+/// Transfers the pixels of the wanted tiles of a block, from or to an image of the grid.
 template <class Wanted>
 void transfer_tiles(std::vector<Rgb>& picture, const TileGrid& grid, int block,
                     const Wanted& is_wanted, SharedBytes& bytes) {

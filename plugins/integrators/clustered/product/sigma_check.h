@@ -9,37 +9,37 @@
 
 namespace kinome {
 
-/// How far what rays find is from learned visibilities, beside how far the learner expects it to
-/// be: (V - v)² over sigma², as a table over sigma² and whether v says hidden, visible or neither.
-/// It is told of the pilot's rays, as learned from those around them. How much there is that
-/// nobody can foresee is a scene's own: a wall with a window needs rays at few cells, foliage at
-/// all.
+/// Compares learned visibilities with the rays of the pilot. Measures (V - v)² / sigma² in a table
+/// over sigma² and the class of v: hidden, visible or neither. The rays are compared with
+/// predictions from the rays around them. The result depends on the scene: a wall with a window
+/// needs rays at few cells, foliage at all.
 ///
-/// tell() may be called by several threads at once, and not beside the others; sums are of
+/// Several threads may call tell() at once, but not together with the other functions. Sums are
 /// integers, so that their order doesn't matter.
 class SigmaCheck {
  public:
   void forget();
-  /// A ray to a cell that has been learned without it: v in [0, 1], sigma in (0, 1.1].
+  /// Adds a ray to a cell whose visibility was learned without it. v is in [0, 1];
+  /// sigma is positive and at most 1.1.
   void tell(float v, float sigma, float visible);
-  /// Makes of the sums those of all processes of a group.
+  /// Sums the table over all processes of a group.
   void add_up(RenderContext& context);
-  /// All have been told.
+  /// Computes the factors of sigma. Call it after all tell() and add_up().
   void finish();
-  /// Makes of each sigma what rays found; sigma_mixed, which is for v = 0, stays as it is. Before
-  /// finish(): leaves all.
+  /// Corrects each sigma by the result. Doesn't change sigma_mixed, which is for v = 0. Does
+  /// nothing before finish().
   void correct(Visibility& visibility) const;
 
  private:
-  /// Half octaves of sigma² below 1.
+  /// Steps are half octaves of sigma² below 1.
   static constexpr int kSteps = 40;
   static constexpr int kHidden = 0, kVisible = 1, kNeither = 2, kSides = 3;
-  /// In integers, of 2^-32.
+  /// Integers, in units of 2^-32.
   struct Sums {
     std::atomic<uint64_t> expected = 0, found = 0;
   };
   std::array<Sums, kSides * kSteps> sums_;
-  std::array<float, kSides * kSteps> factor_;  ///< of sigma
+  std::array<float, kSides * kSteps> factor_;  ///< of sigma²
   bool is_finished_ = false;
 };
 

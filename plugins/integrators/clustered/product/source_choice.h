@@ -8,20 +8,21 @@
 
 namespace kinome {
 
-/// Which source of light a path from the eye asks at the place where it ends: by what each sends
-/// there if nothing hides it, as far as one look at it tells, and by flux, for what that look
-/// misses. Immutable; thread-safe.
+/// Chooses the emitter that a path from the eye samples at its end. Probabilities depend on the
+/// unshadowed light from each emitter, estimated by one sample. A part depends on flux, for light
+/// that this sample misses. Immutable; thread-safe.
 class SourceChoice {
  public:
-  /// Every place looks at every source. If there are more than these, flux alone decides.
+  /// Maximum number of emitters that are sampled. If there are more, only flux determines the
+  /// choice.
   static constexpr size_t kMostLooks = 16;
 
   SourceChoice() = default;
-  /// fluxes: of the sources, positive; their sum is finite. radius: of the scene.
+  /// `fluxes` of the sources must be positive, with a finite sum. `radius` is that of the scene.
   SourceChoice(std::vector<const Emitter*> sources, const std::vector<double>& fluxes,
                float radius);
 
-  /// The choice at one place. Must not outlive the SourceChoice.
+  /// Choice at one position. Must not outlive the SourceChoice.
   class At {
    public:
     /// Probability of a source.
@@ -35,20 +36,20 @@ class SourceChoice {
     friend class SourceChoice;
     explicit At(const SourceChoice& choice) : choice_(choice) {}
     const SourceChoice& choice_;
-    std::array<float, kMostLooks> probabilities_;  // left alone where there are no looks
+    std::array<float, kMostLooks> probabilities_;  // uninitialised if !looks()
   };
-  /// normal: unit, on the side that light is reflected on.
+  /// `normal` is a unit vector on the side that reflects the light.
   At at(const Vec3& place, const Vec3& normal) const;
 
  private:
-  /// There is nothing to choose from a single source.
+  /// True if sources are sampled. A single source needs no choice.
   bool looks() const { return sources_.size() > 1 && sources_.size() <= kMostLooks; }
   float light_at(uint32_t source, const Vec3& place, const Vec3& normal) const;
 
   std::vector<const Emitter*> sources_;
-  std::vector<float> shares_;  ///< of the flux
+  std::vector<float> shares_;  ///< fractions of the flux
   std::vector<double> ends_;  ///< running sums of the shares
-  std::vector<float> skies_;  ///< of environments: mean irradiance; 0 for all others
+  std::vector<float> skies_;  ///< mean irradiance of each environment; 0 for other sources
 };
 
 }  // namespace kinome

@@ -5,11 +5,12 @@
 #include "kinome/color.h"
 #include "kinome/sampler.h"
 
-/// Small tools of the estimator.
+/// Small helper functions of the estimator.
 namespace kinome {
 
-/// Fractional parts of multiples of these spread evenly (Roberts 2018): of the golden ratio, and
-/// of its relative for a second number. In units of 2^-32, where multiples wrap around exactly.
+/// Fractional parts of multiples of these numbers are spread evenly (Roberts 2018). They are the
+/// inverse golden ratio, and its equivalent for a second dimension, in units of 2^-32, where
+/// multiples wrap around exactly.
 inline constexpr uint32_t kGolden = 2654435769u;
 inline constexpr uint32_t kPlastic = 3242174889u;
 
@@ -17,8 +18,8 @@ inline constexpr uint32_t kPlastic = 3242174889u;
 inline uint32_t scaled(uint32_t share, uint32_t count) {
   return static_cast<uint32_t>(static_cast<uint64_t>(share) * count >> 32);
 }
-/// Of a well-mixed seed: its counter-based generator (Salmon et al. 2011), whose counter goes in
-/// steps of 2^64 / the golden ratio.
+/// Counter-based random number (Salmon et al. 2011) of a well-mixed seed. The counter has steps of
+/// 2^64 / the golden ratio.
 inline uint32_t random_bits(uint64_t seed, uint32_t index) {
   return static_cast<uint32_t>(mix_bits(seed + (index + 1ull) * 0x9e3779b97f4a7c15u) >> 32);
 }
@@ -29,7 +30,7 @@ inline Vec3 normalized(const Vec3& v, const Vec3& otherwise) {
   const float length2 = glm::dot(v, v);
   return length2 > 1e-12f ? v / std::sqrt(length2) : otherwise;
 }
-/// What importance is measured by: errors of all channels count alike.
+/// Measure of importance: errors of all channels have the same weight.
 inline float mean_of(const Rgb& c) {
   return (c.x + c.y + c.z) * (1 / 3.f);
 }

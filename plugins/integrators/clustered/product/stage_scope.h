@@ -4,11 +4,11 @@
 
 namespace kinome {
 
-/// Adds the time until its end to a stage, and none of it to the stage within which that runs: so
-/// that stages add up. Costs as much as StageTimer.
+/// Adds its lifetime to the time of a stage, but not to that of the enclosing stage, so that the
+/// times of stages add up. Costs as much as StageTimer.
 class StageScope {
  public:
-  /// `innermost`: of those at work on one thread; nullptr at first.
+  /// `innermost` is the innermost scope of the thread; nullptr at first.
   StageScope(StageScope*& innermost, double& seconds)
       : innermost_(innermost), outer_(innermost), seconds_(seconds), start_(Clock::now()) {
     if (outer_) outer_->add_until(start_);

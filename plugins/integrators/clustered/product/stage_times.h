@@ -5,7 +5,7 @@
 
 namespace kinome {
 
-/// Where the seconds of the estimator's stages are counted. One per thread; not thread-safe.
+/// Measures the time of the estimator's stages. One object per thread; not thread-safe.
 class StageTimes {
  public:
   enum Stage { kStrata, kCandidates, kComb, kShadow, kEyeRays, kStages };
@@ -14,20 +14,20 @@ class StageTimes {
   StageTimes(const StageTimes&) = delete;
   StageTimes& operator=(const StageTimes&) = delete;
 
-  /// Stages that begin from now on are counted to RenderCounters::stage_seconds.
+  /// Adds the time of the following stages to RenderCounters::stage_seconds.
   void count_to(RenderCounters& counters) {
     constexpr const char* kNames[kStages] = {"strata", "candidates", "comb", "shadow", "eye rays"};
     for (int i = 0; i < kStages; ++i) seconds_[i] = &counters.stage_seconds[kNames[i]];
   }
-  /// They are parts of something that is a stage itself.
+  /// Doesn't count the following stages, because they are part of another stage.
   void count_nowhere() {
-    for (double*& seconds : seconds_) seconds = &untold_;
+    for (double*& seconds : seconds_) seconds = &uncounted_;
   }
-  /// Until the scope ends, time is the stage's, but for that of scopes within.
+  /// Adds the time until the end of the scope to the stage, except that of inner scopes.
   [[nodiscard]] StageScope scope(Stage stage) { return {innermost_, *seconds_[stage]}; }
 
  private:
-  double untold_ = 0;
+  double uncounted_ = 0;
   double* seconds_[kStages];
   StageScope* innermost_ = nullptr;
 };

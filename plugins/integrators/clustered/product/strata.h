@@ -9,24 +9,24 @@
 
 namespace kinome {
 
-/// The strata of a unit, laid end to end on one line for a comb to walk along: of each the weight,
-/// which is how uncertain its light is, and sums of each simd::kCellLanes of them. Those of one
-/// kind and group are one segment. Keeps its memory: one per thread.
+/// Strata of a unit, laid end to end on a line for a comb. Stores the weight of each stratum, which
+/// is the uncertainty of its light, and the sums of each simd::kCellLanes weights. Strata of one
+/// kind and group form a segment. Reuses its memory; one object per thread.
 class Strata {
  public:
   enum class Kind : uint8_t {
-    kDiffuse,  ///< cells of distant light, each of many directions
-    kGlossy,   ///< candidates, which are one direction each
+    kDiffuse,  ///< cells of distant light, which contain many directions
+    kGlossy,   ///< candidates, which are single directions
     kLocal     ///< candidates toward light points and lamps
   };
   struct Segment {
     Kind kind = Kind::kDiffuse;
     uint32_t group = 0;
-    size_t begin = 0;  ///< its first stratum's number
+    size_t begin = 0;  ///< index of the first stratum
     size_t size = 0;   ///< padded to simd::kCellLanes
-    size_t first = 0;  ///< where what the stage that appended it keeps of it begins there
+    size_t first = 0;  ///< first index in the data of the stage that appended the segment
   };
-  /// Of one segment: size weights, and size / simd::kCellLanes sums of them.
+  /// Columns of one segment: `size` weights, and the size / simd::kCellLanes sums of them.
   struct Columns {
     float* weights;
     float* block_sums;
@@ -37,7 +37,7 @@ class Strata {
     weights_.clear();
     block_sums_.clear();
   }
-  /// Appends a segment, whose weights and sums are to be filled before the next is appended.
+  /// Appends a segment. Its weights and sums must be set before the next one is appended.
   Columns append(Kind kind, uint32_t group, size_t size, size_t first) {
     segments_.push_back({kind, group, weights_.size(), size, first});
     const Segment& segment = segments_.back();

@@ -11,20 +11,20 @@
 
 namespace kinome {
 
-/// How a picture is divided: into blocks, each of which is one thread's turn, and these into tiles
-/// of kTileSide pixels' side, which share patches of surface.
+/// Division of an image into blocks, and of these into tiles. A block is the unit of work of a
+/// thread. The points of a tile, which has kTileSide x kTileSide pixels, share patches.
 class TileGrid {
  public:
   static constexpr int kBlockSide = 32;
-  static constexpr int kTilesAcross = kBlockSide / kTileSide;  ///< a block
+  static constexpr int kTilesAcross = kBlockSide / kTileSide;  ///< tiles per row of a block
   static constexpr int kTilesOfBlock = kTilesAcross * kTilesAcross;
 
   struct Tile {
     int index;
-    int place;  ///< in its block
+    int place;  ///< index within the block
     Rect pixels;
 
-    /// fn(x, y), row by row.
+    /// Calls fn(x, y) for each pixel, row by row.
     template <class Function>
     void for_each_pixel(const Function& fn) const {
       for (int y = pixels.y0; y < pixels.y1; ++y) {
@@ -32,7 +32,7 @@ class TileGrid {
       }
     }
   };
-  /// Rows of blocks, [first, end).
+  /// Range of rows of blocks: [first, end).
   struct Rows {
     int first = 0;
     int end = 0;
@@ -53,12 +53,12 @@ class TileGrid {
     const int top = crop_.y0 + index / blocks_x() * kBlockSide;
     return {left, top, std::min(left + kBlockSide, crop_.x1), std::min(top + kBlockSide, crop_.y1)};
   }
-  /// The place of a pixel among those of the crop window, row by row.
+  /// Index of a pixel in the crop window, row by row.
   size_t pixel(int x, int y) const {
     return static_cast<size_t>(y - crop_.y0) * crop_.width() + (x - crop_.x0);
   }
 
-  /// fn(tile) for each tile of a block.
+  /// Calls fn(tile) for each tile of a block.
   template <class Function>
   void for_each_tile(int block, const Function& fn) const {
     const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
@@ -73,9 +73,9 @@ class TileGrid {
     }
   }
 
-  /// fn(block, worker, counters) for each block of these rows, on many threads, each with a worker
-  /// that `make` has made for it; their time is that of `stage`. `shared`: of the blocks, counted
-  /// from those rows' first.
+  /// Calls fn(block, worker, counters) for each block of these rows, on many threads. `make`
+  /// creates a worker for each thread. The time is added to `stage`. `shared` transfers the blocks;
+  /// its items are counted from the first block of the rows.
   template <class Worker, class Make, class Function>
   void for_each_block(RenderContext& context, Rows rows, const char* stage, const Make& make,
                       const Function& fn, SharedItems* shared = nullptr) const {

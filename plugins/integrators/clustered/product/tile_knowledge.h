@@ -12,16 +12,16 @@
 
 namespace kinome {
 
-/// What is known of each tile of a picture between the pilot and the passes: its patches of
-/// surface, what the pilot's rays found there, and how visible that makes each cell. A patch learns
-/// from the tiles around, too, where surfaces go on as it does. The functions for one tile may be
-/// called for different tiles at once, those that are const for any.
+/// Learned data of each tile of an image: its patches, the results of the pilot's rays, and the
+/// learned visibility of each cell. A patch also learns from the tiles around, where their surfaces
+/// continue it. Non-const functions for one tile may run at once for different tiles, and const
+/// functions for any tile.
 class TileKnowledge {
  public:
-  /// Tiles this far around a tile tell of its visibility.
+  /// Distance of the tiles around from which a tile learns, in tiles.
   static constexpr int kReach = 2;
 
-  /// All must outlive it.
+  /// All arguments must outlive it.
   TileKnowledge(const TileGrid& grid, const DistantCells& cells, const LocalLight* local,
                 const ProductSettings& settings);
 
@@ -29,13 +29,14 @@ class TileKnowledge {
   size_t padded_cells() const { return padded_cells_; }
   std::vector<Patch>& patches(int tile) { return tiles_[tile].patches; }
   const std::vector<Patch>& patches(int tile) const { return tiles_[tile].patches; }
-  /// Of no tile is anything known any more.
+  /// Discards all data of all tiles.
   void forget();
 
-  /// Keeps what rays found, patch by patch.
+  /// Stores the records of the pilot's rays for each patch of a tile.
   void keep(int tile, std::span<const std::vector<VisibilityRecord>> found);
-  /// fn(index of the patch, its visibility) for each patch of the tile, learned from what was kept;
-  /// also sets what of it is to be trusted.
+  /// Learns the visibility of each patch of the tile from the stored records, and calls fn(index of
+  /// the patch, its visibility). Also sets Patch::trust and the patch's
+  /// mean visibilities.
   template <class Function>
   void learn(int tile, VisibilityLearner& learner, Visibility& scratch, const Function& fn) {
     check_sigma(tile, learner, scratch);
@@ -46,32 +47,32 @@ class TileKnowledge {
     }
   }
 
-  /// Hands what was kept of a tile, its patches included, to the bytes, or replaces it.
+  /// Transfers the stored records of a tile and its patches.
   void transfer_kept(int tile, SharedBytes& bytes, BsdfAddresses& addresses);
-  /// The same of what was learned, but for visibilities: recall() learns them anew where another
-  /// process has, which takes less than to send them.
+  /// Transfers the learned data of a tile, except visibilities. If another process has learned
+  /// them, recall() learns them again, which takes less time than the transfer.
   void transfer_learned(int tile, SharedBytes& bytes);
 
-  /// All tiles have been learned, by whatever process of a group. Only what recall() says is
-  /// corrected by it: plan and trust were made before.
+  /// Finishes learning, after all processes of a group have learned all tiles. Only results of
+  /// recall() are corrected by the check: the plan and Patch::trust were computed before.
   void finish() {
     if (checks_sigma()) sigma_check_.finish();
   }
-  /// Before that, of a group of processes: what all of them have found of sigma.
+  /// Sums the check of sigma over all processes of a group. Call it before finish().
   void add_up(RenderContext& context) {
     if (checks_sigma()) sigma_check_.add_up(context);
   }
 
-  /// The same of patch number `index` of a tile, which later passes may have found, in 8 bits: as
-  /// learn() did, if it is one of the pilot's, but for sigma, which is what the pilot's rays found
-  /// it to be.
+  /// Sets `out` to the visibility of patch `index` of a tile, with sigma corrected by the check. For
+  /// a patch of the pilot, this is the result of learn() in 8 bits. Learns the visibility of a patch
+  /// that a later pass added.
   void recall(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
               Visibility& out) const;
-  /// Makes of it what estimates may count on.
+  /// Applies Patch::trust and the settings to the visibility.
   void restrict(const Patch& patch, Visibility& visibility) const;
 
  private:
-  /// Of a patch of the pilot, what decides who learns from it: all that patches around look at.
+  /// Data of a pilot's patch that other patches use to decide whether to learn from it.
   struct Source {
     const Bsdf* bsdf;
     Vec3 normal, position;
@@ -79,13 +80,13 @@ class TileKnowledge {
   };
   struct Tile {
     std::vector<Patch> patches;
-    std::vector<Source> sources;  ///< of each patch
+    std::vector<Source> sources;  ///< one per patch
     std::vector<VisibilityRecord> records;
     std::span<const VisibilityRecord> records_of(const Source& source) const {
       return std::span(records).subspan(source.first_record, source.records);
     }
-    /// Of each patch: v, then the root of sigma, of each cell, in 8 bits. Empty where the picture
-    /// is so large that each pass learns them again, or where another process has learned them.
+    /// For each patch: v of each cell in 8 bits, then the root of each sigma. Empty if the image is
+    /// so large that each pass learns them again, or if another process learned them.
     std::vector<uint8_t> learned;
   };
 
@@ -106,7 +107,7 @@ class TileKnowledge {
   const DistantCells& cells_;
   const ProductSettings& settings_;
   size_t padded_cells_;
-  uint32_t first_lamp_, end_lamps_;  ///< cells of lamps
+  uint32_t first_lamp_, end_lamps_;  ///< range of the cells of lamps
   bool has_local_;
   std::vector<Tile> tiles_;
   SigmaCheck sigma_check_;

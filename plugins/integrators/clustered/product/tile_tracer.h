@@ -8,14 +8,14 @@
 
 namespace kinome {
 
-/// Primary rays of a block's tiles, several tiles at a time. Keeps its memory: one per thread.
+/// Traces the primaries of a block, several tiles at a time. Reuses its memory; one object per
+/// thread.
 class TileTracer {
  public:
   explicit TileTracer(const Primaries::View& view) : primaries_(view) {}
 
-  /// Traces count_of(x, y) primaries of each pixel of a block's tiles, and calls
-  /// fn(tile, its primaries) for each: of those tiles that is_wanted(tile). `seconds` gets what
-  /// tracing takes.
+  /// Traces count_of(x, y) primaries of each pixel of the wanted tiles of a block, and calls
+  /// fn(tile, its primaries) for each tile. Adds the time of tracing to `seconds`.
   template <class Wanted, class Counts, class Function>
   void trace(const TileGrid& grid, int block, uint64_t seed, double& seconds,
              RenderCounters& counters, const Wanted& is_wanted, const Counts& count_of,
@@ -47,7 +47,7 @@ class TileTracer {
 
  private:
   Primaries primaries_;
-  std::vector<TileGrid::Tile> waiting_;  ///< for their primaries
+  std::vector<TileGrid::Tile> waiting_;  ///< tiles whose primaries are not yet traced
   std::vector<uint16_t> counts_;
 };
 

@@ -11,17 +11,17 @@
 
 namespace kinome {
 
-/// The other way of a trial: the paths of `path`, by the sensor's sampler. All arguments must outlive
-/// it.
+/// The method of a trial that renders by the paths of `path`, with the sensor's sampler. All
+/// arguments must outlive it.
 class TrialPaths {
  public:
   TrialPaths(const transport::SceneTable& scene, const Sensor& sensor, const TileGrid& grid,
              const PathSettings& settings, RenderContext& context)
       : scene_(scene), sensor_(sensor), grid_(grid), settings_(settings), context_(context) {}
 
-  /// Paths of a pixel.
+  /// Number of paths per pixel.
   static constexpr uint32_t kPaths = 16;
-  /// Sets each pixel of the tiles that the trial wants to the mean of some paths.
+  /// Sets each pixel of the trial's tiles to the mean of kPaths paths.
   void trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
 
  private:

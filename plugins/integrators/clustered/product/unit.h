@@ -17,12 +17,12 @@ struct UnitSums {
   explicit operator bool() const { return first != nullptr; }
 };
 
-/// What shares one comb of rays: the points of a pixel, or of a tile.
+/// The points of a pixel or of a tile, which share one comb of rays.
 struct Unit {
-  uint32_t first = 0;  ///< its primaries, [first, end)
+  uint32_t first = 0;  ///< primaries are [first, end)
   uint32_t end = 0;
   uint32_t rays = 0;
-  float candidates = 0;  ///< unshadowed glossy directions of all groups together
+  float candidates = 0;  ///< number of unshadowed glossy directions of all groups together
   uint64_t seed = 0;
 };
 

@@ -12,11 +12,11 @@
 
 namespace kinome {
 
-/// Result of a shadow ray: its cell, and the share of the light that arrives, which panes and masks may
-/// weaken. Three bytes, because pilots keep many.
+/// Result of a shadow ray: its cell and the fraction of the light that arrives. Panes and masks may
+/// weaken the light. Uses three bytes, because a pilot keeps many records.
 class VisibilityRecord {
  public:
-  /// share() of unweakened light.
+  /// share() if all light arrives.
   static constexpr uint32_t kWhole = 255;
 
   VisibilityRecord() = default;
@@ -36,63 +36,65 @@ class VisibilityRecord {
   uint8_t share_ = 0;
 };
 
-/// Visibility of each cell at a patch of surface, with what is left uncertain; arrays padded.
+/// Learned visibility of each cell from a patch, and its uncertainty. Arrays are padded.
 struct Visibility {
-  Column<float> v;            ///< in [0, 1]: what control terms count on
+  Column<float> v;            ///< in [0, 1]; used by control terms
   Column<float> sigma;        ///< root mean square of V - v
-  Column<float> sigma_mixed;  ///< root mean square of V: where v is taken as 0
+  Column<float> sigma_mixed;  ///< root mean square of V; used if v is taken as 0
   void resize(size_t padded);
-  /// Nothing known: v = 0.
+  /// Sets v = 0 and sigma = 1: nothing was learned.
   void reset();
   simd::CellKnowledge knowledge() const { return {v.data(), sigma.data(), sigma_mixed.data()}; }
 };
 
-/// Cells around each cell, the nearest ones by their mean directions, nearest first.
+/// The nearest cells of each cell by their mean directions, nearest first.
 struct CellNeighbours {
   static constexpr size_t kCount = 8;
-  /// of[i][c]: the i-th neighbour of cell c, padded; cells.size(), a padding one: there is none.
+  /// of[i][c] is the i-th neighbour of cell c, padded. It is cells.size(), a padding cell, if there
+  /// is none.
   std::array<Column<int32_t>, kCount> of;
 };
 CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& context);
 
-/// Turns records of rays nearby into visibilities: the mean share of light that arrives, a cell with
-/// few records leaning on its neighbours, and these on what is around them along the cells' curve
-/// (shrinkage up a tree of fan-out 8).
+/// Learns visibilities from records of nearby rays, as the mean fraction of light that arrives. The
+/// value of a cell with few records is pulled toward that of its neighbours. Their value is pulled
+/// toward that of larger parts of the cells' curve (shrinkage up a tree of fan-out 8).
 class VisibilityLearner {
  public:
-  /// The most that all records together may weigh: 4,095 whole ones.
+  /// Maximum weight of all records together, in 1/16 of a record: 4,095 whole records.
   static constexpr int32_t kMaxWeight = 0xffff;
 
-  /// Without `neighbours`, cells lean on the tree alone; else they must outlive the learner.
+  /// Without `neighbours`, values are pulled toward those of the tree alone. `neighbours` must outlive the
+  /// learner.
   explicit VisibilityLearner(size_t padded_cells, const CellNeighbours* neighbours = nullptr);
   void begin();
-  /// Each record counts `weight` / 16. What would exceed kMaxWeight is left out.
+  /// Adds records of weight `weight` / 16 each. Ignores records that would exceed kMaxWeight.
   void add(std::span<const VisibilityRecord> records, uint32_t weight);
-  /// Without any record: nothing is known.
+  /// Computes the visibility of all cells. Resets `out` if there are no records.
   void finish(Visibility& out);
-  /// Of cells that a patch of such normals (CellBlocks::find_facing) may face alone, those behind
-  /// `blocks` included; of others, nothing is known.
+  /// Computes only the cells that a patch with these normals may face (CellBlocks::find_facing),
+  /// and all cells behind `blocks`. Sets the others to Visibility::reset().
   void finish(const CellBlocks& blocks, const Vec3& normal, float sine, Visibility& out);
 
  private:
-  /// Records of a cell or node, in 1/16 of one: all of them in the lower half, the sum of their
-  /// shares in the upper one.
+  /// Weights of the records of a cell or node, in units of 1/16. The lower half is the sum of all
+  /// weights, the upper half is the sum of weighted shares.
   using Count = uint32_t;
-  /// Of a level's nodes, each the sum of 8 of the level below.
+  /// Nodes of one level. Each is the sum of 8 nodes of the level below.
   struct Level {
     std::vector<Count> counts;
-    std::vector<float> share;  ///< what is visible, by what is known of the nodes above
+    std::vector<float> share;  ///< estimated from the node's records and the nodes above
   };
   void sum_up();
   void share_down();
   wide::Float prior(size_t first) const;
   void finish(std::span<const uint32_t> blocks, Visibility& out);
   const CellNeighbours* neighbours_;
-  /// Cell by cell; zeros behind them, to which neighbours that there aren't point.
+  /// Per cell. Missing neighbours refer to the zeros at the end.
   Column<Count> counts_;
-  uint32_t weight_ = 0;              ///< of all records
+  uint32_t weight_ = 0;                ///< sum over all records
   uint64_t shares_ = 0, squares_ = 0;  ///< weighted sums over all records
-  std::vector<Level> levels_;        ///< the last one is the root alone
+  std::vector<Level> levels_;          ///< the last level is the root alone
   std::vector<uint32_t> all_blocks_, facing_;
 };
 
