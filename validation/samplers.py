@@ -1,12 +1,14 @@
-"""Measures what each sampler costs in whole renders; writes validation/numbers/samplers.md.
+"""Measures the cost of samplers in whole renders. Writes validation/numbers/samplers.md.
 
     /usr/bin/python3 validation/samplers.py [--build build] [--before BUILD] [--runs N] [--isa NAME] [--add]
 
 The scene is first.xml of docs/command-line.md. A sampler is compared with `independent` at the number of
-samples that it rounds up to: their renders take turns on one thread, and the cost of the sampler is the median
-ratio of their processor times, less that of a render of 12 x 8 pixels. The film becomes smaller as the number
-of samples grows, such that all renders have about as many samples. --before: another build, whose ratios are
-measured in the same way, for a second table. --add: keeps what an earlier run has measured.
+samples to which it rounds up. The two take turns on one thread. The cost of the sampler is the median ratio
+of their processor times, each minus that of a render of 12 x 8 pixels. The film becomes smaller as the
+number of samples grows, so that all renders have about the same total number of samples.
+
+--before: another build, which is measured in the same way for a second table.
+--add: keeps the measurements of earlier runs.
 """
 import argparse
 import json
@@ -18,16 +20,16 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from program import ROOT, commit, machine, run_kinome  # noqa: E402
 
-GOAL = 1.2  # times the render with `independent`
+GOAL = 1.2  # maximum ratio to the render with `independent`
 SAMPLERS = ("ldsampler", "stratified", "multijitter", "halton", "orthogonal")
 COUNTS = (4, 16, 64, 256)
 INTEGRATORS = {"path, 2": ("path", 2), "path, all": ("path", -1), "direct": ("direct", None),
                "clustered": ("clustered", None)}
-PIXELS = 512 * 1024  # of a film with 4 samples per pixel
+PIXELS = 512 * 1024  # size of the film for 4 samples per pixel
 
 
 def scene_text():
-    """first.xml with parameters for all that varies."""
+    """Returns first.xml with parameters for everything that varies."""
     page = (ROOT / "docs/command-line.md").read_text(encoding="utf-8")
     start = page.index("<!-- first.xml")
     text = page[start:page.index("```", start)]
@@ -49,7 +51,7 @@ def write_scene(folder, integrator, depth):
 
 
 def rounded(sampler, count):
-    """As the samplers round their counts up."""
+    """Returns the sample count to which the sampler rounds up."""
     side = 1
     while side * side < count or (sampler == "orthogonal" and not is_prime(side)):
         side += 1
@@ -80,12 +82,12 @@ def page(data):
     builds = list(data["builds"])
     lines = [f"""# Cost of samplers
 
-Processor time of a render of [first.xml](../../docs/command-line.md) on one thread, divided by that with
-`independent` at the same number of samples: medians of {data['runs']} pairs of renders in turn, on
-{data['machine']['processor']}, at commit {data['commit'][:10]}; made by `/usr/bin/python3 validation/samplers.py`,
-which says how. The goal is at most {GOAL}. Raw figures: [samplers.json](samplers.json). The first number of samples is
-the one in the scene; `orthogonal` rounds it up to the square of a prime, as Mitsuba does, and so has more samples in
-all.
+The table gives the processor time of a render of [first.xml](../../docs/command-line.md) on one thread, divided by
+that with `independent` at the same number of samples. The values are medians of {data['runs']} pairs of alternating
+renders, on {data['machine']['processor']}, at commit {data['commit'][:10]}. The goal is at most {GOAL}. The second
+column is the sample count in the scene. `orthogonal` rounds it up to the square of a prime, as Mitsuba does, so it
+takes more samples. Written by `/usr/bin/python3 validation/samplers.py`, which describes the measurement. Raw values:
+[samplers.json](samplers.json).
 """]
     for build in builds:
         rows = [r for r in data["rows"] if r["build"] == build]
@@ -139,7 +141,7 @@ def main():
 
 
 def write(data, folder):
-    """Everything so far."""
+    """Writes all measurements so far."""
     (folder / "samplers.json").write_text(json.dumps(data) + "\n", encoding="utf-8")
     (folder / "samplers.md").write_text(page(data), encoding="utf-8")
 

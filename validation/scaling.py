@@ -1,14 +1,14 @@
-"""What several processes send each other over MPI, and how many machines a picture can use; writes
-validation/scaling/.
+"""Measures the MPI traffic between processes, and predicts how many machines can render an image
+efficiently. Writes validation/scaling/.
 
     sh scenes/render.sh                                  # builds, and makes the scenes' meshes
     /usr/bin/python3 validation/scaling.py [--build build] [--root] [SCENE...]
 
-Bytes and messages are counted by the program (--stats), with 1, 2, 4 and 8 processes of one thread on this
-machine, whatever it has. A model is fitted to those of the two smaller pictures, up to 4 processes, and
-compared with all the others. What a picture takes without communication is measured with one process of one thread, in
-processor time; from both the page says up to how many machines a picture of 1920x1080 pixels is rendered at
-80 % efficiency, on networks that are not here: see the page for what it takes for granted.
+The program counts bytes and messages (--stats), with 1, 2, 4 and 8 processes of one thread, also if the
+machine has fewer cores. A model is fitted to the traffic of the two smaller images with up to 4 processes,
+and compared with all other measurements. The time without communication is that of one process with one
+thread. From both, the page computes the maximum number of machines that render an image of 1920x1080 pixels
+with 80 % efficiency on faster networks. The page lists the assumptions.
 """
 import argparse
 import csv
@@ -36,18 +36,18 @@ NAMES = ("hebe", "room", "attic")
 SMALL, MIDDLE, LARGE = (192, 108), (384, 216), (768, 432)
 SAMPLES = 64
 PROCESSES = {SMALL: (2, 4, 8), MIDDLE: (1, 2, 4, 8), LARGE: (2,)}
-FITTED = 4
-# Stages that every process goes through for itself, on all of its threads.
+FITTED = 4  # maximum number of processes in the measurements to which the model is fitted
+# Stages that every process repeats, on all of its threads.
 REPEATED = ("light left out", "light points", "tree", "cells", "points", "allocate")
-# What is asked for: a picture, machines, networks.
+# The image, the machines and the networks of the prediction.
 PICTURE, PICTURE_SAMPLES, CORES = (1920, 1080), 256, 16
-NETWORKS = {"10 Gbit/s": 1.25e9, "100 Gbit/s": 12.5e9}
-LATENCY = 2e-6  # seconds of a message, of common networks of clusters
+NETWORKS = {"10 Gbit/s": 1.25e9, "100 Gbit/s": 12.5e9}  # bytes per second
+LATENCY = 2e-6  # seconds per message, typical of cluster networks
 EFFICIENCY = 0.8
-# Of the measurements that need root: rates in Mbit/s, and a process that is so many times slower.
+# Measurements that need root: network rates in Mbit/s, and the slowdown of the slow process.
 RATES, REPEATS = (100, 20), 3
 SLOWER, SLOW_SAMPLES = 4, 256
-MOST = 4096
+MAX_MACHINES = 4096
 MPI = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
@@ -93,8 +93,8 @@ def seconds_of(command):
 
 
 def measure_network(build, scene):
-    """[(Mbit/s, seconds)] with two processes whose packets go through a device of that rate; 0: of none.
-    A network of its own, as root has it, with Linux's token bucket filter."""
+    """Returns [(Mbit/s, seconds)] of two processes whose packets pass a device with that rate limit. A rate
+    of 0 is unlimited. Uses a new network namespace, which needs root, and Linux's token bucket filter."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
         command = ["mpirun", "--mca", "btl", "self,tcp", "--mca", "btl_tcp_if_include", "lo",
@@ -111,7 +111,8 @@ def measure_network(build, scene):
 
 
 def measure_imbalance(build, scene):
-    """Seconds of one process of one thread, and of two, one of which has a quarter of a processor."""
+    """Returns the seconds of one process with one thread, and of two such processes, one of which gets
+    1/SLOWER of a processor."""
     group = pathlib.Path("/sys/fs/cgroup/cpu/kinome-scaling")
     group.mkdir(exist_ok=True)
     (group / "cpu.cfs_period_us").write_text("20000", encoding="utf-8")
@@ -136,9 +137,10 @@ def pixels_of(run):
 
 
 def shares(run):
-    """What bytes are proportional to, for each kind of traffic: of n processes each sends its share of the
-    picture to the root, which has its own; what was learned goes from each to all others, and is more
-    where edges are, of which there are more the larger a picture is, but not as many more."""
+    """Returns the terms of the model for each kind of traffic; the bytes are a linear combination of them.
+    Each of n processes sends its share of the image to the root, except the root itself. Each process sends
+    its learned data to all others. These data are larger at edges, whose length grows with the square root
+    of the number of pixels."""
     n, pixels = run["processes"], pixels_of(run)
     edges = math.sqrt(pixels)
     return {"items": [pixels * (n - 1) / n],
@@ -150,7 +152,7 @@ def sent(run, kind, what="bytes"):
 
 
 def fit(runs):
-    """{kind: factors of shares()} by least squares of relative errors."""
+    """Returns {kind: factors of shares()} by least squares of relative errors."""
     model = {}
     used = [r for r in runs if 1 < r["processes"] <= FITTED and
             (r["width"], r["height"]) in (SMALL, MIDDLE)]
@@ -168,7 +170,8 @@ def predicted(model, run, kind):
 
 
 def work(runs):
-    """Seconds of one thread: what all share, what each repeats, what the root does alone."""
+    """Returns the seconds of one thread by kind of work: shared by all processes, repeated by each, and
+    loading and writing."""
     run = next(r for r in runs if r["processes"] == 1 and (r["width"], r["height"]) == MIDDLE)
     seconds = run["seconds"]
     repeated = sum(seconds["stages"].get(name, 0) for name in REPEATED)
@@ -177,14 +180,14 @@ def work(runs):
 
 
 def times(runs, model, network, machines):
-    """Of PICTURE on so many machines of CORES cores: (seconds, those of communication)."""
+    """Returns (seconds, seconds of communication) for PICTURE on `machines` machines with CORES cores."""
     pixels = PICTURE[0] * PICTURE[1]
     per_pixel = pixels / (MIDDLE[0] * MIDDLE[1])
     took = work(runs)
     shared = took["shared"] * per_pixel * PICTURE_SAMPLES / SAMPLES
     run = {"processes": machines, "width": PICTURE[0], "height": PICTURE[1]}
-    passes = PICTURE_SAMPLES / SAMPLES  # as many more of them, each of which sends its items
-    # At the root's own link, the busiest: all items, and what others have learned.
+    passes = PICTURE_SAMPLES / SAMPLES  # factor of the number of passes, each of which sends its items
+    # The root's link is the busiest. It receives all items and the learned data of all other processes.
     to_root = predicted(model, run, "items") * passes
     learned, edges, _ = model["ends of passes"]
     to_root += (learned * pixels + edges * math.sqrt(pixels)) * (machines - 1) / machines
@@ -196,7 +199,7 @@ def times(runs, model, network, machines):
 
 
 def sent_messages(runs, pixels):
-    """Items that come to the root, and its answers to the counter, one after the other."""
+    """Returns the number of consecutive messages at the root: items, and requests to the work counter."""
     run = next(r for r in runs if r["processes"] == 2 and (r["width"], r["height"]) == MIDDLE)
     of_all = 2 * (sent(run, "items", "messages") + sent(run, "counter", "messages"))
     return of_all * pixels / pixels_of(run)
@@ -208,7 +211,7 @@ def efficiency(runs, model, network, machines):
 
 def most_machines(runs, model, network):
     machines = 1
-    while machines < MOST and efficiency(runs, model, network, machines + 1) >= EFFICIENCY:
+    while machines < MAX_MACHINES and efficiency(runs, model, network, machines + 1) >= EFFICIENCY:
         machines += 1
     return machines
 
@@ -229,14 +232,16 @@ def draw(of_scene, path):
 
 
 def network_page(runs, name, found):
-    """Against the model: what all processes send goes through one device."""
+    """Returns the lines of the page on a slow network. The model adds the time of all bytes through one
+    device."""
     run = next(r for r in runs if r["processes"] == 2 and (r["width"], r["height"]) == MIDDLE)
     sent_bytes = sum(kind["bytes"] for kind in run["traffic"].values())
     free = found[0][1]
     lines = ["## On a slow network", "",
-             f"`{name}`, {MIDDLE[0]}x{MIDDLE[1]}, two processes, whose packets go through a device of a limited "
-             f"rate (Linux's token bucket filter in a network of its own); medians of {REPEATS}. The model: "
-             f"the {sent_bytes / 1e6:.1f} MB that are sent, at that rate, on top of the time without a limit.",
+             f"Two processes render `{name}` at {MIDDLE[0]}x{MIDDLE[1]}. Their packets pass a device with a "
+             "limited rate (Linux's token bucket filter in a separate network namespace). The times are "
+             f"medians of {REPEATS}. The model adds the time of {sent_bytes / 1e6:.1f} MB at that rate to the "
+             "time without a limit.",
              "", "| Mbit/s | render, s | model, s |", "|---|---|---|",
              f"| no limit | {free:.2f} | |"]
     for rate, seconds in found[1:]:
@@ -247,21 +252,21 @@ def network_page(runs, name, found):
 def imbalance_page(name, alone, together):
     ideal = alone / (1 + 1 / SLOWER)
     return ["## A slow process", "",
-            f"`{name}`, {MIDDLE[0]}x{MIDDLE[1]}, {SLOW_SAMPLES} samples: one process of one thread renders for "
-            f"{alone:.2f} s. With another one beside it that has 1/{SLOWER} of a processor, {together:.2f} s; "
-            f"ideal would be {ideal:.2f} s: {together / ideal - 1:+.0%} (medians of {REPEATS}). The goal "
-            "was at most +15 %.", ""]
+            f"One process with one thread renders `{name}` at {MIDDLE[0]}x{MIDDLE[1]} with {SLOW_SAMPLES} samples "
+            f"in {alone:.2f} s. With a second process that gets 1/{SLOWER} of a processor, the render takes "
+            f"{together:.2f} s. The ideal time is {ideal:.2f} s, so the difference is "
+            f"{together / ideal - 1:+.0%}. The goal is at most +15 %. The times are medians of {REPEATS}.", ""]
 
 
 def page(of_scene, more):
     where = machine()
     lines = ["# Communication of several processes", "",
-             "Made by `validation/scaling.py`; the raw figures are in `measurements.csv`. "
-             f"{where['processor']}, {where['cores']} cores, at {commit()[:9]}. `clustered`, "
-             f"{SAMPLES} samples a pixel, one thread a process; there are more processes than cores, so that "
-             "no time of theirs is quoted.", "",
-             "## What is sent", "",
-             "| scene | picture | processes | items MB | model | learned MB | model | messages |",
+             f"Written by `validation/scaling.py` at {commit()[:9]}, on {where['processor']}, "
+             f"{where['cores']} cores. The raw values are in `measurements.csv`. `clustered` renders with "
+             f"{SAMPLES} samples per pixel and one thread per process. There are more processes than cores, so "
+             "their times are not given.", "",
+             "## Traffic", "",
+             "| scene | image | processes | items MB | model | learned MB | model | messages |",
              "|---|---|---|---|---|---|---|---|"]
     for name, (runs, model) in of_scene.items():
         for run in runs:
@@ -273,16 +278,18 @@ def page(of_scene, more):
                           f"{predicted(model, run, kind) / 1e6:.2f}"]
             cells.append(str(sum(kind["messages"] for kind in run["traffic"].values())))
             lines.append("| " + " | ".join(cells) + " |")
-    lines += ["", "*Items*: tiles and blocks of the picture on their way to the root. *Learned*: what passes "
-              "end with: reports, and what `clustered` has learned of each tile, which all processes get. "
-              "Bytes count once for each process that gets them. The model (by pixels, and for what is "
-              "learned by their root, too, as edges have more surfaces) is fitted to the two smaller pictures "
-              f"of at most {FITTED} processes; all other rows are predictions.", "",
-              "## How many machines", "",
-              f"Of {PICTURE[0]}x{PICTURE[1]} pixels and {PICTURE_SAMPLES} samples, on machines of "
-              f"{CORES} such cores, one process each: the most at which each of them does at least "
-              f"{EFFICIENCY:.0%} of what it does alone.", "",
-              "| scene | one machine, s | " + " | ".join(NETWORKS) + " | what limits it |",
+    lines += ["", "*Items* are tiles and blocks of the image that are sent to the root. *Learned* is the data "
+              "that all processes exchange at the end of a pass: reports, and the learned data of each tile of "
+              "`clustered`. Bytes are counted once for each receiver. The model is linear in the number of "
+              "pixels. For learned data it also has a term in the square root of that number, because edges "
+              "have more surfaces, and a term in the number of pairs of processes. It is fitted to the two "
+              "smaller images with at most "
+              f"{FITTED} processes. All other rows are predictions.", "",
+              "## Number of machines", "",
+              f"The table gives the maximum number of machines with an efficiency of at least {EFFICIENCY:.0%}, "
+              f"for an image of {PICTURE[0]}x{PICTURE[1]} pixels with {PICTURE_SAMPLES} samples. Each machine "
+              f"has {CORES} such cores and runs one process.", "",
+              "| scene | one machine, s | " + " | ".join(NETWORKS) + " | limit |",
               "|---|---|" + "---|" * len(NETWORKS) + "---|"]
     for name, (runs, model) in of_scene.items():
         counts = [most_machines(runs, model, network) for network in NETWORKS.values()]
@@ -291,17 +298,19 @@ def page(of_scene, more):
         communication = times(runs, model, slow, max(2, counts[0]))[1]
         per_pixel = PICTURE[0] * PICTURE[1] / (MIDDLE[0] * MIDDLE[1])
         limits = {"loading": took["load"], "writing": took["write"] * per_pixel,
-                  "what each process repeats": took["repeated"] / CORES,
+                  "work that each process repeats": took["repeated"] / CORES,
                   "the root's link": communication}
         limit = max(limits, key=limits.get)
         lines.append(f"| {name} | {times(runs, model, slow, 1)[0]:.1f} | " +
                      " | ".join(map(str, counts)) + f" | {limit} ({limits[limit]:.2f} s) |")
     lines += ["", "![Efficiency by number of machines](plot.png)", "",
-              "**Taken for granted, not measured:** sixteen cores do sixteen times the work of one; what is "
-              f"sent isn't sent while rendering goes on; {LATENCY * 1e6:.0f} µs a message; the scene's file "
-              "system serves all machines alike; what each process repeats takes as long for the large "
-              "picture. The start of the launcher and of MPI (0.3 to 1 s) is left "
-              "out.", ""]
+              "These assumptions are not measured:", "",
+              f"- {CORES} cores do {CORES} times the work of one core.",
+              "- Communication and rendering don't overlap.",
+              f"- The latency of a message is {LATENCY * 1e6:.0f} µs.",
+              "- The file system of the scene is equally fast for all machines.",
+              "- The repeated work of each process takes the same time for the large image.", "",
+              "The start-up time of the launcher and of MPI (0.3 to 1 s) is not included.", ""]
     lines += more
     (FOLDER / "README.md").write_text("\n".join(lines), encoding="utf-8")
 
@@ -310,8 +319,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build")
-    parser.add_argument("--root", action="store_true", help="also on a slow network and with a slow "
-                        "process, which needs root, tc and control groups")
+    parser.add_argument("--root", action="store_true", help="also measure a slow network and a slow "
+                        "process; needs root, tc and control groups")
     parser.add_argument("scenes", nargs="*", default=NAMES)
     options = parser.parse_args()
     build = options.build.resolve()

@@ -1,10 +1,10 @@
-"""The distribution over seeds of `clustered`: runs the test `seeds` and draws the means of its images,
-relative to those of long renders by `path`; writes validation/seeds/.
+"""Shows the distribution over seeds of `clustered`. Runs the test `seeds`, and draws the means of its images
+relative to those of long renders by `path`. Writes validation/seeds/.
 
     sh tests/run.sh --only seeds                       # builds the test
     /usr/bin/python3 validation/seeds.py [--build build] [--report FILE]
 
---report: what an earlier run of the test wrote by --gtest_output=json, instead of a run.
+--report: uses the output of an earlier run of the test with --gtest_output=json.
 """
 import argparse
 import json
@@ -27,7 +27,7 @@ SUITES = {"Seeds": "as users render", "SeedsOfProduct": "product sampling alone"
 
 
 def measured(build):
-    """The report of a run. Its exit status is ignored: the page shows what fails."""
+    """Runs the test and returns its report. Ignores the exit status because the page shows failures."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "report.json")
         subprocess.run([build / "bin/test_seeds", f"--gtest_output=json:{path}"], check=False,
@@ -36,7 +36,7 @@ def measured(build):
 
 
 def rows_of(report):
-    """{suite: [(scene, passed, mean, limit, means)]}"""
+    """Returns {suite: [(scene, passed, mean, limit, means)]}."""
     found = {suite: [] for suite in SUITES}
     for suite in report["testsuites"]:
         for test in suite["testsuite"]:
@@ -77,14 +77,16 @@ def page(found):
     lines = [
         "# Distribution over seeds", "",
         f"Written by `/usr/bin/python3 validation/seeds.py` at {commit()[:10]}, on "
-        f"{machine()['processor']}. Small subjects on ground planes and under lamps of up to 1,000 times "
-        "their size ([seed_scenes.h](../../tests/render/seed_scenes.h)), 20 seeds each: images of 64x48 "
-        "pixels and 100 samples as users render them, for which `clustered` tries `path`, and of 32x24 "
-        "pixels and 64 samples by product sampling alone (`trial` = false; names end with the depth). What a test asks of each seed is said in "
-        "[seeds_test.cpp](../../tests/render/seeds_test.cpp). Shaded: the limit for the means. Red: "
-        "the test fails, by a mean or by an error.", "",
+        f"{machine()['processor']}. The scenes are small subjects on ground planes and under lamps of up to "
+        "1,000 times their size ([seed_scenes.h](../../tests/render/seed_scenes.h)). Each is rendered with 20 "
+        "seeds in two ways:", "",
+        "- as users render: images of 64x48 pixels with 100 samples, for which `clustered` tries `path`;",
+        "- product sampling alone (`trial` = false): images of 32x24 pixels with 64 samples. The names of "
+        "these scenes end with the depth.", "",
+        "[seeds_test.cpp](../../tests/render/seeds_test.cpp) defines the limits. The shaded areas are the "
+        "limits of the means. In red scenes the test fails, because of a mean or an error.", "",
         "![Means of the images of all seeds](plot.png)", "",
-        "| scene | `path` | limit | least | median | largest | |", "|---|---|---|---|---|---|---|"]
+        "| scene | `path` | limit | minimum | median | maximum | |", "|---|---|---|---|---|---|---|"]
     for rows in found.values():
         for name, passed, mean, limit, means in rows:
             middle = (means[len(means) // 2] + means[(len(means) - 1) // 2]) / 2

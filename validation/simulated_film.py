@@ -1,5 +1,6 @@
-"""The program's film with reconstruction filters and lanes, simulated: what `kinome --variance`
-writes of samples with known expectation, for filters that the program has and wider ones."""
+"""Simulation of the program's film with reconstruction filters and lanes. It makes the output of
+`kinome --variance` from samples with known expectation. Its filters include wider ones than the
+program's."""
 
 import numpy as np
 from compare import Estimate
@@ -37,7 +38,7 @@ FILTERS = {"box": (0.5, lambda x: np.where((x > -0.5) & (x <= 0.5), 1.0, 0.0)),
 
 
 def radiance(x, y):
-    """Over film positions: it varies 20 times, with an edge; and how rare the light is."""
+    """Returns the expected radiance at film positions. It varies by a factor of 20 and has an edge."""
     value = 0.2 + 0.6 * np.sin(x / 9) ** 2 * np.cos(y / 13) ** 2
     value = value + 3 * np.exp(-((x - 40) ** 2 + (y - 20) ** 2) / 30)
     return np.where(x + 0.3 * y > 50, 0.3 * value, value)
@@ -45,9 +46,12 @@ def radiance(x, y):
 
 def render(rng, name, samples, bias=1.0, common=0.0, evenness=1.0, lanes=LANES, height=HEIGHT,
            width=WIDTH):
-    """An Estimate as read from a file by `kinome --variance`. samples: of a pixel in each lane. The
-    noise of a sample is gamma distributed, of shape 0.05 at the left to 0.55 at the right, times
-    `evenness`; with `common`, lanes go up and down by so much of all their light besides."""
+    """Returns an Estimate as from a file of `kinome --variance`.
+
+    name: filter; samples: number per pixel in each lane; bias: factor of all light.
+    evenness: factor of the shape of the gamma distribution of a sample, 0.05 at the left to 0.55 at
+    the right. common: relative standard deviation of noise that a lane's pixels share.
+    """
     radius, weight = FILTERS[name]
     border = int(np.ceil(radius - 0.5))
     shape = lanes, height + 2 * border, width + 2 * border
@@ -70,7 +74,8 @@ def render(rng, name, samples, bias=1.0, common=0.0, evenness=1.0, lanes=LANES, 
 
 
 def developed(sums, weights):
-    """As core/image/film_noise.cpp has it; (lanes, height, width) each."""
+    """Computes the Estimate as core/image/film_noise.cpp does. Both arrays are (lanes, height,
+    width)."""
     lanes, all_weights = len(sums), weights.sum(axis=0)
     mean = sums.sum(axis=0) / all_weights
     shares = (sums - weights * mean) / all_weights * np.sqrt(lanes / (lanes - 1))

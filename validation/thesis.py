@@ -1,4 +1,4 @@
-"""Chapter 5 of Åkerlund 2008 again: renders, compares, and writes a page. See thesis.sh."""
+"""Repeats the experiments of chapter 5 of Åkerlund 2008, and writes a page. See thesis.sh."""
 import argparse
 import json
 import pathlib
@@ -23,7 +23,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         render = Renderer(options.build, folder, options.quick)
-        render("hebe", "clustered", width=32, height=32)  # warms the files
+        render("hebe", "clustered", width=32, height=32)  # fills the page cache
         for scene in SCENES:
             numbers, pictures[scene] = compare(render, scene)
             numbers["sweeps"] = sweep(render, scene, pictures[scene]["groundtruth"])

@@ -1,4 +1,4 @@
-"""Figures 5.1 to 5.6 of the thesis with our pictures, and plots of the sweeps."""
+"""Figures 5.1 to 5.6 of the thesis with our images, and plots of the sweeps."""
 import csv
 import subprocess
 
@@ -15,20 +15,20 @@ from matplotlib import pyplot  # noqa: E402  (the backend comes first)
 FIGURE = {"hebe": "5.2", "car": "5.3", "box": "5.4", "plate": "5.5"}
 LABELS = {"joint": "joint", "brdf": "BRDF", "luminance": "luminance",
           "luminance_equal_time": "luminance"}
-# Where figure 5.6 looks, as a share of the picture: the teapot's side toward the sun.
+# Pixel of figure 5.6, as a share of the image size: the side of the teapot toward the sun.
 INSPECTED = (0.60, 0.62)
 SHOWN = 300  # height of a map on the page, in pixels
 
 
 def overview(path, pictures):
-    """Figure 5.1: joint importance above, each light point once below."""
+    """Writes figure 5.1: joint importance in the top row, groundtruth in the bottom row."""
     rows = [[(f"{scene}, joint 128", encoded(p["joint"])) for scene, p in pictures.items()],
             [(f"{scene}, groundtruth", encoded(p["groundtruth"])) for scene, p in pictures.items()]]
     grid(path, rows)
 
 
 def comparison(path, numbers, pictures):
-    """Figures 5.2 to 5.5: importance functions beside each other, and where they are wrong."""
+    """Writes one of figures 5.2 to 5.5: an image for each importance function, and its errors."""
     above, below = [], []
     for name, label in LABELS.items():
         mode = numbers["modes"][name]
@@ -38,13 +38,13 @@ def comparison(path, numbers, pictures):
         below.append((f"relMSE {found['relmse']:.3g}\ntrimmed {found['trimmed']:.3g}",
                       difference(pictures[name], pictures["groundtruth"])))
     above.append(("groundtruth", encoded(pictures["groundtruth"])))
-    below.append(("groundtruth less truth",
+    below.append(("groundtruth minus truth",
                   difference(pictures["groundtruth"], pictures["truth"])))
     grid(path, [above, below])
 
 
 def sweeps(path, data):
-    """Error, and error times seconds, against the size of the cut and the number of lobe rays."""
+    """Plots the error, and error x seconds, over the size of the cut and the number of lobe rays."""
     figure, axes = pyplot.subplots(2, 2, figsize=(9, 6.4), sharex="col")
     columns = (("cut_size", "clusters in the cut", 512), ("brdf_samples", "lobe rays", 32))
     for column, (key, title, thesis) in enumerate(columns):
@@ -70,7 +70,7 @@ def sweeps(path, data):
 
 
 def cluster_summary(path):
-    """Of a table that --inspect wrote: how much is where."""
+    """Returns statistics of the clusters in a table of --inspect."""
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     probabilities = sorted((float(r["probability"]) for r in rows), reverse=True)
@@ -82,7 +82,7 @@ def cluster_summary(path):
 
 
 def inspection(render, folder, output):
-    """Figure 5.6 on grace: the maps of the three importance functions, and their numbers."""
+    """Writes figure 5.6 for grace: maps of the three importance functions. Returns their statistics."""
     width, height = render.size("grace", "size")
     pixel = f"{round(INSPECTED[0] * width)},{round(INSPECTED[1] * height)}"
     found, maps = {"pixel": pixel, "width": width, "height": height}, []
@@ -102,9 +102,9 @@ def inspection(render, folder, output):
         found[mode] = cluster_summary(f"{stem}.csv")
         (output / f"figure-5.6-{mode}.csv").write_bytes((folder / f"{stem.name}.csv").read_bytes())
         with Image.open(f"{stem}.png") as picture:
-            # Without the legend below it.
+            # Crops the legend below the map.
             sky = picture.crop((0, 0, picture.width, picture.width // 2))
             small = sky.convert("RGB").resize((2 * SHOWN, SHOWN), Image.Resampling.LANCZOS)
-        maps.append([(f"{mode}: {found[mode]['drawn']} clusters drawn from", small)])
+        maps.append([(f"{mode}: {found[mode]['drawn']} clusters with samples", small)])
     grid(output / "figure-5.6.jpg", maps)
     return found

@@ -1,4 +1,4 @@
-"""The page of validation/thesis.py: tables from the numbers, and remarks written by hand."""
+"""Page of validation/thesis.py: tables of the measurements, and remarks written by hand."""
 import csv
 
 from program import ROOT
@@ -55,7 +55,7 @@ def thesis_table(data):
         row.append(f"{thesis['equal']} / {ours['luminance_equal_time']['samples']}")
         rows.append(row)
     return table(["scene", "pixels, thesis", "pixels, here", "joint [s], thesis / here",
-                  "luminance [s]", "BRDF [s]", "samples by luminance in joint's time"], rows)
+                  "luminance [s]", "BRDF [s]", "luminance samples in the time of joint"], rows)
 
 
 def error_table(data):
@@ -77,8 +77,8 @@ def inspection_table(found):
     rows = [[NAMES[m], str(f["clusters"]), str(f["possible"]), str(f["drawn"]),
              str(f["met_by_lobe_rays"]), f"{100 * f['share_of_the_likeliest_16']:.0f} %"]
             for m, f in found.items() if isinstance(f, dict)]
-    return table(["importance", "clusters", "of probability above 0", "drawn from",
-                  "met by lobe rays", "share of the likeliest 16"], rows)
+    return table(["importance", "clusters", "with probability above 0", "with samples",
+                  "hit by lobe rays", "probability of the most likely 16"], rows)
 
 
 def write_csv(path, head, rows):
@@ -89,7 +89,7 @@ def write_csv(path, head, rows):
 
 
 def write_tables(output, data):
-    """The numbers of table 5.1 and of the sweeps, for other programs."""
+    """Writes the values of table 5.1 and of the sweeps as CSV files."""
     rows, points = [], []
     for scene, numbers in data["scenes"].items():
         for name, m in numbers["modes"].items():
@@ -109,57 +109,59 @@ def write_tables(output, data):
 
 
 def write_page(output, data, figures):
-    """README.md; `figures`: the scenes that have a figure of comparison, with its number."""
+    """Writes README.md. `figures`: {scene: number of its comparison figure in the thesis, or None}."""
     machine = data["machine"]
     remarks = REMARKS.read_text(encoding="utf-8").rstrip()
     first = next(iter(data["scenes"].values()))
     lines = [
-        "# The thesis's results again", "",
-        "What chapter 5 of Åkerlund 2008 shows, by this program with its own scenes; made by "
-        f"`sh validation/thesis.sh` on {machine['processor']}, {machine['cores']} cores, at commit "
-        f"{data['commit'][:10]}. Raw numbers: [numbers.json](numbers.json), "
+        "# Results of the thesis, reproduced", "",
+        "This page repeats the experiments of chapter 5 of Åkerlund 2008 with Kinome and its own scenes. "
+        f"Written by `sh validation/thesis.sh` on {machine['processor']}, {machine['cores']} cores, at commit "
+        f"{data['commit'][:10]}. Raw values: [numbers.json](numbers.json), "
         "[table-5.1.csv](table-5.1.csv), [sweeps.csv](sweeps.csv).", ""]
     if data["quick"]:
-        lines += ["**A small form, which only proves that the command works.**", ""]
+        lines += ["**This is the small form, which only checks that the command works.**", ""]
     lines += [
-        "As in the thesis: one camera ray a pixel, 128 shadow rays, 32,768 light points, 512 "
-        "clusters, 32 lobe rays, random numbers without structure, Phong's and Ward's materials, "
-        "one bounce in box and plate. "
-        "relMSE is mean[(I - R)² / (R² + 0.01 mean(R)²)]; *trimmed* is the same without the worst "
+        "The settings are those of the thesis: one camera ray per pixel, 128 shadow rays, 32,768 light "
+        "points, 512 clusters, 32 lobe rays, independent random numbers, the materials of Phong and Ward, "
+        "and one bounce in box and plate. "
+        "relMSE is mean[(I - R)² / (R² + 0.01 mean(R)²)]. *Trimmed* relMSE excludes the worst "
         "0.1 % of the pixels.", "",
         remarks, "",
         "## Table 5.1: time", "",
-        f"The thesis's machine: {THESIS_MACHINE}. Ours has {first['modes']['joint']['threads']} "
-        "threads.", ""]
+        f"The machine of the thesis was an {THESIS_MACHINE}. Ours has "
+        f"{first['modes']['joint']['threads']} threads.", ""]
     lines += thesis_table(data)
-    lines += ["Where it goes, in seconds of wall-clock time. Processor time is that of the whole "
-              "program, over all threads, and what *equal time* is about. Lobe rays meet the "
-              "clusters' boxes, and not the scene.", ""]
+    lines += ["The next table gives the time of each stage, in seconds of wall-clock time. Processor time "
+              "is that of the whole program on all threads. *Equal time* means equal processor time. Lobe "
+              "rays are intersected with the boxes of the clusters, not with the scene.", ""]
     lines += seconds_table(data)
     lines += ["## Error", "",
-              "At the smaller size of the pictures below. *groundtruth* uses each light point once, "
-              "from the same camera rays: what differs from it is the choice of points alone. The "
-              "truth is converged and antialiased: where groundtruth itself differs from it is what "
-              "no choice can mend, one camera ray a pixel and points in place of light. The "
-              "difference of two independent halves tells how far the truth is to be trusted.", ""]
+              "These errors are measured at the smaller size of the images below. *groundtruth* uses each "
+              "light point once, with the same camera rays, so a difference from it is caused only by the "
+              "selection of points. The truth is converged and antialiased. Groundtruth differs from it "
+              "because of the one camera ray per pixel, and because points replace the light. No selection "
+              "of points can reduce this difference. The error of the truth itself is estimated from the "
+              "difference of two independent halves.", ""]
     lines += error_table(data)
     lines += ["## Figure 5.1", "", "![Joint importance and groundtruth](figure-5.1.jpg)", "",
               "## Figures 5.2 to 5.5", "",
-              "Below each picture, four times its difference from groundtruth: red is too bright, "
-              "blue too dark.", ""]
+              "Below each image is its difference from groundtruth, times four: red is too bright, "
+              "blue is too dark.", ""]
     for scene, number in figures.items():
         lines += [f"{scene} ({'figure ' + number if number else 'not in the thesis'})", "",
                   f"![{scene}](compare-{scene}.jpg)", ""]
     found = data["inspection"]
-    lines += ["## Figure 5.6: where a pixel's samples go", "",
-              f"grace, pixel {found['pixel']} of {found['width']}x{found['height']}, on the "
-              "teapot: `kinome --inspect`. Clusters are outlined; samples that see their light are "
-              "red, those in shadow blue. Every cluster: "
+    lines += ["## Figure 5.6: the samples of a pixel", "",
+              f"The figure shows pixel {found['pixel']} of {found['width']}x{found['height']} in grace, on "
+              "the teapot, by `kinome --inspect`. Clusters are outlined. Unoccluded samples are red, "
+              "occluded ones blue. Tables of all clusters: "
               "[luminance](figure-5.6-luminance.csv), [BRDF](figure-5.6-brdf.csv), "
               "[joint](figure-5.6-joint.csv).", ""]
     lines += inspection_table(found)
     lines += ["![Samples by luminance, BRDF and both](figure-5.6.jpg)", "",
               "## Clusters and lobe rays", "",
-              "Joint importance, 128 samples, error against groundtruth; the product with the time "
-              "tells which setting is worth its cost.", "", "![Sweeps](sweeps.png)", ""]
+              "The plots show the error of joint importance with 128 samples against groundtruth. The "
+              "product of error and time shows which setting is most efficient.", "",
+              "![Sweeps](sweeps.png)", ""]
     (output / "README.md").write_text("\n".join(lines), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The renders behind validation/thesis.py: five scenes, three importance functions, two sweeps."""
+"""Renders of validation/thesis.py: five scenes, three importance functions, two sweeps."""
 import sys
 import time
 
@@ -6,9 +6,9 @@ from pictures import error, read_pfm
 from program import ROOT, run_kinome
 
 MODES = ("joint", "brdf", "luminance")
-# Size as the thesis's by number of pixels; a smaller one, where every light point can be used for
-# every pixel; what converges to the truth; the thesis's materials, Phong and Ward; its table 5.1 and
-# the samples of its "Lum" pictures of equal time (figures 5.2 to 5.5).
+# size: with the thesis's number of pixels. small: a size at which every pixel can use every light
+# point. truth: integrator and samples of the converged image. materials: Phong or Ward, as in the
+# thesis. thesis: its table 5.1, and the samples of its "Lum" images of equal time (figures 5.2 to 5.5).
 SCENES = {
     "hebe": {"size": (324, 324), "small": (176, 176), "truth": ("direct", 256),
              "max_depth": 2,
@@ -42,7 +42,7 @@ QUICK = {"shrink": 6, "light_samples": 512, "truth_samples": 4,
 
 
 class Renderer:
-    """Renders into a folder, and counts what is done for the user's eyes."""
+    """Renders into a folder, and reports progress."""
 
     def __init__(self, build, folder, quick):
         self.build, self.folder, self.quick = build, folder, quick
@@ -57,9 +57,9 @@ class Renderer:
         return max(8, width // shrink), max(8, height // shrink)
 
     def __call__(self, scene, integrator, which="small", seed=0, **defines):
-        """The picture and the program's statistics."""
+        """Returns the image and the program's statistics."""
         width, height = self.size(scene, which)
-        # One camera ray a pixel and numbers without structure, as in the thesis.
+        # One camera ray per pixel and independent random numbers, as in the thesis.
         values = {"integrator": integrator, "sampler": "independent", "spp": 1, "width": width,
                   "height": height, "file_format": "pfm", **SCENES[scene]["materials"]}
         if integrator != "direct":
@@ -73,10 +73,10 @@ class Renderer:
 
 
 def summary(stats):
-    """What the page tells of a render: seconds of wall-clock time, also of each stage."""
+    """Returns the values of a render for the page, with the wall-clock seconds of each stage."""
     threads = stats["threads"]
     stages = stats["seconds"]["stages"]
-    alone = ("light points", "tree")  # by one thread, or timed from outside
+    alone = ("light points", "tree")  # single-threaded, or already wall-clock time
     seconds = {name: value / (1 if name in alone else threads) for name, value in stages.items()}
     return {"width": stats["width"], "height": stats["height"], "threads": threads,
             "render_seconds": stats["seconds"]["render"],
@@ -86,37 +86,38 @@ def summary(stats):
 
 
 def find_truth(render, scene):
-    """The converged picture, and an estimate of the error that it has itself."""
+    """Returns the converged image, and an estimate of its own error."""
     integrator, samples = SCENES[scene]["truth"]
     if render.quick:
         samples = QUICK["truth_samples"]
     halves = [render(scene, integrator, seed=seed, spp=samples, sampler="ldsampler")[0]
               for seed in (1, 2)]
     mean = (halves[0] + halves[1]) / 2
-    # The halves differ by twice the error of their mean, in the mean square.
+    # The mean squared difference of the halves is 4 times the squared error of their mean.
     own = {key: value / 4 for key, value in error(halves[0], halves[1]).items()}
     return mean, {"integrator": integrator, "samples": 2 * samples, "own_error": own}
 
 
 def timed(render, scene, importance, samples):
-    """Statistics of the faster of two renders of the thesis's size: others use the machine too."""
+    """Returns statistics of the faster of two renders at the thesis's size. The minimum reduces the effect
+    of other processes."""
     runs = [render(scene, "clustered", "size", importance=importance, emitter_samples=samples)[1]
             for _ in range(2)]
     return min(runs, key=lambda stats: stats["processor_seconds"])
 
 
 def equal_time_samples(render, scene, goal):
-    """How many samples chosen by luminance alone take `goal` seconds of processor time: that is
-    what work of others on the machine disturbs least."""
+    """Returns the number of samples by luminance that take `goal` seconds of processor time, which other
+    processes affect least."""
     less, more = (timed(render, scene, "luminance", count)["processor_seconds"]
                   for count in (SAMPLES, 2 * SAMPLES))
-    # Part of the time has nothing to do with samples.
+    # A part of the time doesn't depend on the number of samples.
     each = max(1e-9, (more - less) / SAMPLES)
     return min(8 * SAMPLES, max(1, round(SAMPLES + (goal - less) / each)))
 
 
 def compare(render, scene):
-    """Table 5.1 and the pictures of one scene: (numbers, pictures by name)."""
+    """Returns the values of table 5.1 for one scene, and its images by name."""
     render.say(f"{scene}: groundtruth")
     pictures = {}
     pictures["groundtruth"], stats = render(scene, "groundtruth")
@@ -144,7 +145,7 @@ def compare(render, scene):
 
 
 def sweep(render, scene, groundtruth):
-    """Error against groundtruth and time as the cut grows, and as lobe rays are added."""
+    """Returns the error against groundtruth and the time, by size of the cut and number of lobe rays."""
     found = {}
     for name, values in (QUICK["sweeps"] if render.quick else SWEEPS).items():
         render.say(f"{scene}: {name} from {values[0]} to {values[-1]}")
