@@ -228,9 +228,9 @@ class BsdfBlocks : public testing::TestWithParam<std::tuple<BsdfCase, Instructio
   }
 
   /// Compares samples of a block with those of its points. In the tails, where densities are small,
-  /// rounding may move a sample far away. At most a fraction `most_far` of the samples may move.
+  /// rounding may move a sample far away. At most a fraction `max_far` of the samples may move.
   static void check_samples(const Bsdf& bsdf, const std::vector<BsdfQuestion>& questions,
-                            double most_far) {
+                            double max_far) {
     BsdfBlock block(questions);
     bsdf.shade_block(block.points, block.query, block.answer);
     double far = 0;
@@ -275,7 +275,7 @@ class BsdfBlocks : public testing::TestWithParam<std::tuple<BsdfCase, Instructio
           << "pdf " << a.pdf << " instead of " << v.pdf << ", f " << text(a.weight * a.pdf)
           << " instead of " << text(v.f);
     }
-    EXPECT_LE(far / static_cast<double>(questions.size()), most_far);
+    EXPECT_LE(far / static_cast<double>(questions.size()), max_far);
   }
 };
 

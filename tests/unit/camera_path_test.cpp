@@ -100,18 +100,18 @@ TEST(KeyedCurve, MonotoneOnesStayBetweenNeighbouringKeys) {
       {0, 0.1}, {1, 0.1}, {2, 0.9}, {2.2, 1}, {5, 0}};
   const KeyedCurve c = curve(keys, KeyedCurve::Kind::kMonotone);
   const KeyedCurve free = curve(keys, KeyedCurve::Kind::kCatmullRom);
-  double least = 1, most = 0;
+  double min_value = 1, max_value = 0;
   for (size_t i = 0; i + 1 < keys.size(); ++i) {
     const auto [low, high] = std::minmax(keys[i].second, keys[i + 1].second);
     for (int j = 0; j <= 50; ++j) {
       const double t = keys[i].first + (keys[i + 1].first - keys[i].first) * j / 50;
       EXPECT_GE(c.at(t).x, low - 1e-12) << t;
       EXPECT_LE(c.at(t).x, high + 1e-12) << t;
-      least = std::min(least, free.at(t).x);
-      most = std::max(most, free.at(t).x);
+      min_value = std::min(min_value, free.at(t).x);
+      max_value = std::max(max_value, free.at(t).x);
     }
   }
-  EXPECT_TRUE(least < 0.1 - 1e-3 || most > 1 + 1e-3);  // the other kind overshoots
+  EXPECT_TRUE(min_value < 0.1 - 1e-3 || max_value > 1 + 1e-3);  // the other kind overshoots
 }
 
 }  // namespace

@@ -205,11 +205,11 @@ TEST_F(CurveShapes, AreNotMetByRaysThatLeaveThem) {
 }
 
 TEST_F(CurveShapes, SayWhatIsWrong) {
-  const auto says = [&](const std::string& told, const std::string& place,
+  const auto says = [&](const std::string& message, const std::string& place,
                         const std::string& what) {
-    EXPECT_NE(told.find("curves.txt" + place), std::string::npos) << told;
-    EXPECT_NE(told.find(what), std::string::npos) << told;
-    EXPECT_EQ(told.find('\n'), std::string::npos) << told;
+    EXPECT_NE(message.find("curves.txt" + place), std::string::npos) << message;
+    EXPECT_NE(message.find(what), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   };
   for (const std::string type : kTypes) {
     says(fault(type, ""), ":", "no curves");

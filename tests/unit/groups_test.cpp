@@ -50,16 +50,16 @@ TEST(Groups, KnowWhatTheirPointsHaveInCommon) {
     const Group& group = view.group;
     EXPECT_NEAR(glm::length(group.normal), 1, 1e-6);
     EXPECT_NEAR(glm::length(group.viewer), 1, 1e-6);
-    float least = 1;
+    float min_cosine = 1;
     double albedo = 0;
     Vec3 red(0.f);
     for (uint32_t k = 0; k < group.count; ++k) {
-      least = std::min(least, glm::dot(group.normal, view.normal(k)));
+      min_cosine = std::min(min_cosine, glm::dot(group.normal, view.normal(k)));
       const Rgb diffuse = tile.primaries().diffuse(view.primary(k));
       albedo += (diffuse.x + diffuse.y + diffuse.z) / 3;
       red += diffuse.x * view.normal(k);
     }
-    EXPECT_EQ(group.cosine, least);
+    EXPECT_EQ(group.cosine, min_cosine);
     EXPECT_NEAR(group.albedo, albedo, 1e-5 * albedo);
     EXPECT_LT(glm::length(group.albedo_normal[0] - red), 1e-5f * group.albedo);
   }

@@ -301,13 +301,13 @@ end_header
 
 TEST_F(Instances, SayWhatIsWrong) {
   const auto fault = [](const std::string& xml) {
-    const std::string told = error_of([&] { scene_from(xml); });
-    EXPECT_EQ(told.find('\n'), std::string::npos) << told;
-    EXPECT_EQ(told.find("test.xml:"), 0u) << told;
-    return told;
+    const std::string message = error_of([&] { scene_from(xml); });
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_EQ(message.find("test.xml:"), 0u) << message;
+    return message;
   };
-  const auto says = [](const std::string& told, const std::string& what) {
-    EXPECT_NE(told.find(what), std::string::npos) << told;
+  const auto says = [](const std::string& message, const std::string& what) {
+    EXPECT_NE(message.find(what), std::string::npos) << message;
   };
   const std::string ball = "<shape type='sphere'/>";
   says(fault("<shape type='instance'/>"), "shape");

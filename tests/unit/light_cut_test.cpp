@@ -1,5 +1,6 @@
-// The importance function over a cut: a pmf that is exactly what is sampled, never 0 where light
-// can be reflected, the same on every instruction set; lobe hits against brute force.
+// Tests the importance function over a cut. It is the exact pmf of the samples, is positive
+// wherever light can be reflected, and is equal on all instruction sets. Lobe hits are compared
+// with brute force.
 #include "clustered/points/light_cut.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +29,7 @@ LightTree make_tree(uint32_t count, float decades = 6) {
   return LightTree(points);
 }
 
-/// Directions around an axis, narrow enough to leave most clusters unmet.
+/// Directions around an axis, narrow enough to miss most clusters.
 struct Lobe64 {
   std::vector<float> x, y, z;
   explicit Lobe64(const Vec3& axis) {
@@ -88,7 +89,7 @@ TEST(LightCut, NeverSamplesAnImpossibleClusterAtTheEnds) {
     cut.build(Importance::kJoint, {normal, 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
     double below = 0;
     for (uint32_t c = 0; c < cut.size(); ++c) {
-      // Just below, at and above each step of the distribution, and at the ends.
+      // Just below, at and above each step of the distribution, and at its ends.
       for (const double u : {below, below - 1e-7, below + 1e-7, 0.0, 1.0}) {
         const float clamped = std::clamp(static_cast<float>(u), 0.f, kOneMinusEpsilon);
         EXPECT_GT(pmf.sample(clamped).probability, 0);
@@ -150,8 +151,8 @@ TEST(LightCut, LobeHitsAgreeWithEveryBoxTested) {
       ClusterPmf pmf;
       cut.build(Importance::kBrdf, {normal, 0.1f, 0.5f, lobe.batch()}, pmf);
       for (uint32_t c = 0; c < size; ++c) {
-        // Rays count where they meet the unit sphere, to a relative 1e-4: a box is certainly met
-        // if it holds the direction, certainly not if it stays away from it by more than that.
+        // Rays hit boxes on the unit sphere, to a relative precision of 1e-4. A box is certainly
+        // hit if it contains the direction, and certainly missed if it is farther away than that.
         const Aabb& box = cut.cell(c).box;
         int certain = 0, possible = 0;
         for (size_t i = 0; i < lobe.x.size(); ++i) {
@@ -196,7 +197,8 @@ TEST(LightCut, ImportanceIsTheDocumentedFormula) {
     }
     for (uint32_t c = 0; c < cut.size(); ++c) {
       const double expected = gamma[c] > 0 ? (gamma[c] / total + 1e-3 / active) / (1 + 1e-3) : 0;
-      // A difference of running sums in float, of a lane's share of all clusters.
+      // Tolerance: a difference of single-precision running sums over one lane's share of the
+      // clusters.
       EXPECT_NEAR(pmf.probability(c), expected, 1e-4 * expected + 2e-7);
     }
   }
@@ -241,7 +243,7 @@ TEST(LightCut, RadiancesFromTinyToHuge) {
   }
 }
 
-/// The whole chain: cluster, then point, against point_probability.
+/// Tests both steps, cluster and point, against point_probability.
 TEST(LightCut, PointsAreDrawnWithTheirProbability) {
   const LightTree tree(make_tree(1024, 2));
   for (const uint32_t size : {4u, 64u}) {
@@ -271,7 +273,8 @@ TEST(LightCut, PointsAreDrawnWithTheirProbability) {
   }
 }
 
-/// All at once is the same as one by one, but for the order and for merging.
+/// Drawing all points at once gives those of single draws, except for their order and for merged
+/// duplicates.
 TEST(LightCut, ManyPointsAreDrawnAsOneByOne) {
   const LightTree tree(make_tree(2048, 4));
   for (const uint32_t size : {1u, 5u, 16u, 300u, 2048u}) {
@@ -282,7 +285,7 @@ TEST(LightCut, ManyPointsAreDrawnAsOneByOne) {
       std::vector<Vec2> u = {{0, 0}, {kOneMinusEpsilon, kOneMinusEpsilon}, {0.5f, 0.5f}};
       for (uint64_t i = 0; i < 125; ++i) {
         const uint64_t bits = hash_words(size, i);
-        // Some of them all in one place: buckets that are not even.
+        // Some of them are concentrated in one region, so that buckets are uneven.
         const float x = to_unit_float(static_cast<uint32_t>(bits));
         u.emplace_back(i % 3 == 0 ? 0.1f * x : x, to_unit_float(static_cast<uint32_t>(bits >> 32)));
       }

@@ -1,4 +1,4 @@
-// The guide of light points: where it moves numbers to, and the densities that it says.
+// Tests the guide of light points: its mapping of random numbers, and its densities.
 #include "clustered/product/light_guide.h"
 
 #include <gtest/gtest.h>
@@ -12,12 +12,12 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each statistical test
+constexpr double kAlpha = 1e-4;  // false-alarm rate of each statistical test
 constexpr int kSources = 3;
 const std::vector<float> kShares{0.5f, 0.3f, 0.2f};
 
-/// Light of the second source through a slit, a little of the third wherever it comes from, and of
-/// the first, which is guided away from, from one side.
+/// Use of a draw. The second source shines through a slit, and the third is a little useful
+/// everywhere. The first is useful only on one side, so the guide reduces its share.
 float use_of(uint32_t source, const LightGuide::Numbers& at) {
   if (source == 0) return at[0] < 0.1f ? 1e-3f : 0.f;
   if (source == 1) return at[1] > 0.3f && at[1] < 0.34f && at[3] < 0.5f ? 1.f : 0.f;
@@ -33,7 +33,7 @@ std::vector<double> ends_of(const LightGuide& guide) {
   return guide.empty() ? std::vector<double>{0.5, 0.8, 1.} : guide.ends();
 }
 
-/// Each round learns from what the one before found.
+/// Learns in rounds; each round uses the draws of the previous guide.
 LightGuide learn(int rounds, uint32_t draws) {
   LightGuide guide;
   Random random(1);
@@ -62,19 +62,19 @@ TEST(LightGuide, LeavesNumbersAsTheyAreUntilItKnows) {
   EXPECT_TRUE(LightGuide(kShares, {}, 100).empty());
 }
 
-/// The mean of 1 / density over draws in any box is the box's volume: what is guided stays
-/// unbiased.
+/// The mean of 1 / density over the draws in any box is the box's volume, so that guided estimates
+/// are unbiased.
 TEST(LightGuide, TellsItsDensity) {
   constexpr int kParts = 25, kDraws = 1 << 20;
   const LightGuide guide = learn(3, 4000);
   Random random(2);
   std::vector<double> sums(kSources * kParts * 2), squares(sums.size());
-  float least = kInfinity;
+  float min_density = kInfinity;
   for (int i = 0; i < kDraws; ++i) {
     const uint32_t s = pick_source(guide.ends(), random.unit());
     LightGuide::Numbers at{random.unit(), random.unit(), random.unit(), random.unit()};
     const float density = guide.warp(s, at);
-    least = std::min(least, density);
+    min_density = std::min(min_density, density);
     for (const float v : at) ASSERT_TRUE(v >= 0 && v < 1) << v;
     const size_t bin = (s * kParts + static_cast<int>(at[1] * kParts)) * 2 + (at[3] < 0.5f ? 0 : 1);
     sums[bin] += 1 / density;
@@ -89,7 +89,7 @@ TEST(LightGuide, TellsItsDensity) {
   const Verdict verdict = z_test(measured, volume, kAlpha);
   EXPECT_TRUE(verdict.passed) << verdict.text;
   // A quarter of the draws isn't guided.
-  EXPECT_GE(least, 0.25f * (1 - 1e-5f));
+  EXPECT_GE(min_density, 0.25f * (1 - 1e-5f));
 }
 
 TEST(LightGuide, FindsWhatIsOfUse) {
@@ -121,7 +121,7 @@ TEST(LightGuide, KeepsTheEndsOfTheInterval) {
   }
 }
 
-/// Use is of no unit, and one draw that is of all the use tells hardly anything.
+/// The scale of the use is arbitrary. A single draw with all the use is hardly any evidence.
 TEST(LightGuide, MindsFewDrawsAndAnyUnit) {
   std::vector<LightGuide::Use> one(1000, {0, {0.5f, 0.5f, 0.5f, 0.5f}, 0.f});
   Random random(4);
@@ -135,7 +135,7 @@ TEST(LightGuide, MindsFewDrawsAndAnyUnit) {
   for (auto& use : one) use.use = 1e-30f;
   guide = LightGuide(kShares, one, 1000);
   at = {0.1f, 0.6f, 0.9f, 0.3f};
-  // All of it is the first source's, whose share without a guide is a half.
+  // All of the use is the first source's, whose share without a guide is 0.5.
   EXPECT_NEAR(guide.warp(0, at), 0.75f * 2 + 0.25f, 0.1f);
   one[3].use = kInfinity;
   EXPECT_TRUE(LightGuide(kShares, one, 1000).empty());

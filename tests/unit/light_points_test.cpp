@@ -1,4 +1,4 @@
-// Points of local light: what each pass draws has numbers that estimators can use.
+// Tests that the light points that each pass draws have finite values.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,9 +9,9 @@
 namespace kinome::test {
 namespace {
 
-/// In a spot as narrow as a float's rounding, many rays that were drawn come out beyond its rim,
-/// where no ray is drawn: light of such points is the eye rays' alone. Their ratio of densities
-/// must stay a number, by any density that it is multiplied by, 0 included.
+/// In a spot whose angle is near the rounding of floats, many sampled rays leave beyond its rim,
+/// where their density is 0. Light of such points is left to eye rays alone. Their ratio of
+/// densities must stay finite times any density, including 0.
 TEST(LightPoints, OfANarrowSpotHaveFiniteRatios) {
   size_t eye_rays = 0;
   for (const char* const angle : {"20", ".2", ".02", ".005"}) {
@@ -36,8 +36,8 @@ TEST(LightPoints, OfANarrowSpotHaveFiniteRatios) {
   EXPECT_GT(eye_rays, 0) << "no ray came out beyond the rim: this test is of no use";
 }
 
-/// A spot that lights nothing but sky: no draw finds light after a bounce. Such light is unknown, not
-/// absent, and is left to paths from the eye.
+/// A spot that lights nothing but the sky: no draw finds light after a bounce. Such light is
+/// unknown, not absent, and is left to paths from the eye.
 TEST(LightPoints, LeaveUnknownLightToPaths) {
   const auto scene = scene_from(R"(<scene version="3.0.0"><emitter type="spot">
       <transform name="to_world"><lookat origin="0,0,1" target="0,0,2" up="0,1,0"/></transform>
@@ -56,8 +56,8 @@ TEST(LightPoints, LeaveUnknownLightToPaths) {
   EXPECT_GT(light.third_place(si).eye_ratio, 1e9f);
 }
 
-/// Which way finds light by a lobe must not depend on where the lobe is seen from, nor on where its
-/// light comes from: both ends of a path have to agree.
+/// The choice between eye rays and light points for a lobe must not depend on the directions of
+/// view and light, because both ends of a path must make the same choice.
 TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
   const std::pair<const char*, LobeWidth> kBsdfs[] = {
       {R"(<bsdf type="diffuse"/>)", LobeWidth::kWide},
@@ -95,7 +95,7 @@ TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
   }
 }
 
-/// A share of the points of a pass has that share of the power: readers divide by it.
+/// A share of the points of a pass has the same share of the power; callers divide by it.
 TEST(LightPoints, AShareOfPointsHasAShareOfThePower) {
   const auto scene = scene_from(R"(<scene version="3.0.0">
       <shape type="sphere"><point name="center" x="0" y="0" z="1"/><float name="radius" value=".2"/>
@@ -125,7 +125,7 @@ TEST(LightPoints, AShareOfPointsHasAShareOfThePower) {
   EXPECT_NEAR(power[1] / power[0], kShare, 0.02 * kShare);
 }
 
-/// Points of a cell are beside one another, in the order of the cells.
+/// Points of a cell are adjacent, in the order of the cells.
 TEST(LightPoints, AreSortedByCell) {
   const auto scene = scene_from(R"(<scene version="3.0.0"><emitter type="constant"/>
       <shape type="rectangle"/><shape type="sphere"><float name="radius" value=".5"/></shape>

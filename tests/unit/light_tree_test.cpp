@@ -1,4 +1,4 @@
-// The tree and the cut as properties that hold for any light: sums, boxes, ranges, partitions.
+// Tests properties that the tree and the cut have for any light: sums, boxes, ranges, partitions.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -16,7 +16,7 @@ Vec3 random_direction(std::mt19937& rng) {
   return glm::normalize(Vec3(normal(rng), normal(rng), normal(rng)));
 }
 
-/// Distant light of `count` points whose powers span `decades` powers of ten.
+/// Returns distant light of `count` points whose powers span `decades` powers of ten.
 LightPoints random_light(uint32_t count, uint32_t seed, float decades = 4) {
   std::mt19937 rng(seed);
   std::uniform_real_distribution<float> unit;
@@ -51,7 +51,7 @@ TEST_P(LightTreeOf, CellsSumUpTheirPoints) {
       const double d = tree.point_weight(i) - weight / cell.count;
       squares += d * d / (mean * mean);
     }
-    // Sums are taken in double and rounded once.
+    // Sums are accumulated in double precision and rounded once.
     EXPECT_NEAR(cell.weight, weight, 1e-6 * weight);
     EXPECT_NEAR(cell.extent, extent, 1e-6 * extent);
     EXPECT_NEAR(cell.variance, squares, 1e-5 * squares + 1e-30);
@@ -134,8 +134,8 @@ TEST(LightCutSelection, SplitsTheHighestCriterionFirst) {
     };
     const auto cut = select_cut(tree, 100, criterion);
     const std::set<uint32_t> in_cut(cut.begin(), cut.end());
-    // Every split cell has a criterion at least as high as every inner cell that still stands: a
-    // parent's is never below its child's.
+    // Each split cell has a criterion at least as high as each inner cell of the cut, because a
+    // parent's criterion is never below its child's.
     float highest_standing = 0;
     for (const uint32_t i : cut) {
       if (tree.cells()[i].left != 0) highest_standing = std::max(highest_standing, value(i));
@@ -169,7 +169,7 @@ TEST(LightTree, CoincidentPointsAndExtremePowers) {
   EXPECT_EQ(select_cut(tree, 64, CutCriterion::kLuminance).size(), 64u);
 }
 
-/// 2^±200 in squares is more than single precision holds.
+/// Scales the light by 2^±100. Its squares exceed the range of single precision.
 TEST(LightCutSelection, DoesNotDependOnTheUnitOfLight) {
   const LightPoints points = random_light(2048, 11);
   const auto expected = select_cut(LightTree(points), 100, CutCriterion::kVariance);

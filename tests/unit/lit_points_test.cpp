@@ -1,4 +1,4 @@
-// What light points are to points of surfaces, over blocks against the same at single points.
+// Compares the light that surface points receive from light points: blocks with single points.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kRounding = 8 * 0x1p-24f;
 
-/// Two materials, of which one has a glossy lobe beside the other, below a light that isn't seen.
+/// Two materials, one of which has a glossy lobe, below a light that the camera doesn't see.
 constexpr const char* kTwoFloors = R"(
   <integrator type="direct"/>
   <sensor type="perspective">
@@ -36,7 +36,7 @@ constexpr const char* kTwoFloors = R"(
     <bsdf type="conductor"/>
   </shape>)";
 
-/// A block of camera rays, and what they see.
+/// A block of camera rays and their hits.
 class Seen {
  public:
   Seen()
@@ -120,7 +120,7 @@ LightPoints some_lights(LightPoints::Kind kind) {
     const Vec3 d = glm::normalize(Vec3(std::cos(a), std::sin(a), 2 * b - 0.3f));
     const bool is_local = kind == LightPoints::Kind::kLocal;
     lights.position.push_back(is_local ? 3.f * d : d);
-    // Some turn away, and one lies in the floor's plane.
+    // Some normals point away from the origin. One light point is in the plane of the floor.
     if (is_local) lights.normal.push_back(i % 7 == 3 ? d : -d);
     if (is_local && i == 11) lights.position.back() = Vec3(5, 0, 0);
     lights.power.push_back(i % 5 == 4 ? Rgb(0.f) : Rgb(b, 1 - b, 0.5f));
@@ -129,9 +129,9 @@ LightPoints some_lights(LightPoints::Kind kind) {
   return lights;
 }
 
-/// What point si reflects of a light point that is chosen once.
+/// Returns the radiance that point si reflects of a light point which is chosen once.
 Rgb reflected(const Seen& seen, const SurfaceInteraction& si, const LightPoints& lights, uint32_t i,
-              float most) {
+              float max_term) {
   Vec3 d = lights.position[i];
   float distance = kInfinity;
   Rgb light = lights.power[i];
@@ -142,7 +142,7 @@ Rgb reflected(const Seen& seen, const SurfaceInteraction& si, const LightPoints&
     if (!(std::abs(glm::dot(si.n, to)) > si.p_error)) return Rgb(0.f);
     const float cosine = std::max(0.f, -glm::dot(lights.normal[i], d));
     const float term = std::abs(glm::dot(si.frame.n, d)) * cosine / sqr(distance);
-    light *= cosine / sqr(distance) * (most > 0 && term > most ? most / term : 1);
+    light *= cosine / sqr(distance) * (max_term > 0 && term > max_term ? max_term / term : 1);
   }
   const BsdfValue value =
       si.shape->bsdf().eval_pdf(si, Lobe::kDiffuse | Lobe::kGlossy, si.frame.to_local(d));
@@ -158,7 +158,7 @@ TEST(LightPairs, ReflectWhatPointsDo) {
   for (const auto kind : {LightPoints::Kind::kDistant, LightPoints::Kind::kLocal}) {
     const LightPoints lights = some_lights(kind);
     const LightColumns columns(lights);
-    for (const float most : {0.f, 0.05f}) {
+    for (const float max_term : {0.f, 0.05f}) {
       for (const size_t count : {0u, 1u, 15u, 16u, 17u, 400u}) {
         PointSelection chosen;
         for (size_t k = 0; k < count; ++k) {
@@ -167,7 +167,7 @@ TEST(LightPairs, ReflectWhatPointsDo) {
         }
         transport::Arena arena(seen.samples.count());
         const Columns3 radiance = arena.three();
-        LightPairs pairs(*seen.scene, most);
+        LightPairs pairs(*seen.scene, max_term);
         RenderCounters counters;
         points.for_each([&](size_t i, const Bsdf& bsdf) {
           pairs.add(points.surfaces.points(), i, bsdf, points.owner[i], Rgb(2, 1, 0.5f), columns,
@@ -179,7 +179,7 @@ TEST(LightPairs, ReflectWhatPointsDo) {
           const SurfaceInteraction si = interaction_of(points.surfaces.points(), i);
           Rgb sum(0.f);
           for (size_t k = 0; k < count; ++k) {
-            sum += reflected(seen, si, lights, chosen.points[k], most) * chosen.weights[k];
+            sum += reflected(seen, si, lights, chosen.points[k], max_term) * chosen.weights[k];
           }
           sum *= Rgb(2, 1, 0.5f);
           const Rgb got = radiance.at(points.owner[i]);

@@ -1,5 +1,5 @@
-// Kernels over directions at surface points against plain code in double precision: once for each
-// instruction set that they are built for and this machine has.
+// Compares kernels over directions at surface points with plain code in double precision, for each
+// instruction set that this machine can run.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,9 +14,9 @@ namespace kinome::test {
 namespace {
 
 constexpr double kPiD = 3.14159265358979323846;
-constexpr double kAlpha = 1e-4;  // of each statistical test
+constexpr double kAlpha = 1e-4;  // false-alarm rate of each statistical test
 
-/// One point, and directions of its lobe one by one.
+/// A surface point whose lobe is sampled one direction at a time.
 class Lobe {
  public:
   Lobe(float alpha_u, float alpha_v, const Vec3& normal, float viewer_cosine)
@@ -49,7 +49,8 @@ class Lobe {
     simd::lobe_density(lobe_, group_, members_, x, y, z, simd::kLobeLanes, density);
     return density[0];
   }
-  /// As of the half vector that the random numbers stand for, in doubles; 0: behind it.
+  /// Returns the density for the half vector of these random numbers, in double precision; 0 if the
+  /// half vector is behind the surface.
   double exact_density(const Vec2& u) const {
     const double r = std::sqrt(u.x / (1. - u.x)), phi = 2 * kPiD * u.y;
     const double hu = lobe_.alpha_u * r * std::cos(phi), hv = lobe_.alpha_v * r * std::sin(phi);
@@ -79,7 +80,7 @@ TEST(LobeKernels, DirectionsHaveTheirDensity) {
   for (const auto& [u, v] : {std::pair(0.2f, 0.2f), {0.15f, 0.6f}, {1.f, 1.f}}) {
     for (const float cosine : {0.95f, 0.3f}) {
       const Lobe lobe(u, v, kNormal, cosine);
-      // Half vectors from behind mirror to where nothing is reflected.
+      // Half vectors behind the viewer lead to directions that reflect nothing.
       const auto sample = [&](float, const Vec2& random) -> std::optional<Vec3> {
         const Vec3 d = lobe.sample(random);
         EXPECT_NEAR(glm::dot(d, d), 1, 1e-5);
@@ -96,8 +97,7 @@ TEST(LobeKernels, DirectionsHaveTheirDensity) {
   }
 }
 
-/// Estimates divide by the density: where it is wrong by rounding, they are biased by the mean of
-/// true / computed.
+/// Estimates divide by the density. A wrong density biases them by the mean of true / computed.
 TEST(LobeKernels, DensitiesOfSharpLobesAreExact) {
   for (const float alpha : {0.0002f, 0.001f, 0.003f, 0.01f, 0.05f, 0.3f}) {
     for (const float cosine : {0.95f, 0.2f}) {
@@ -138,7 +138,7 @@ TEST(LobeKernels, ExtremesAreFinite) {
   }
 }
 
-/// Points of many kinds, and directions at members of a group of some of them.
+/// Points of many materials, and directions at the members of a group of some of them.
 struct Crowd {
   static constexpr uint32_t kPoints = 700;
   simd::PointFrames frames;
@@ -185,7 +185,7 @@ struct Crowd {
                                d[2].data(), member.size(),
                                {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
   }
-  /// The same of the i-th direction alone, at a group of one.
+  /// Returns the i-th direction alone, at a group of one point.
   Crowd alone(size_t i) const {
     Crowd one = *this;
     one.group = {group[member[i]]};
@@ -196,7 +196,8 @@ struct Crowd {
   }
 };
 
-/// Groups that fit a vector, several, and none; fewer directions than members, and more.
+/// Tests groups of one vector, of several vectors, and smaller ones; with fewer directions than
+/// members, and with more.
 TEST(LobeKernels, DirectionsAreOfTheirMembers) {
   Random random(3);
   for (const size_t members : {1, 3, 4, 5, 15, 16, 17, 33, 64, 127, 128, 129, 500}) {
@@ -217,7 +218,7 @@ TEST(LobeKernels, DirectionsAreOfTheirMembers) {
   }
 }
 
-/// Places on a grid of directions everywhere, on the axes, and beside them.
+/// Tests positions on a grid of directions: random ones, on the axes, and next to them.
 TEST(LobeKernels, PlacesAreThoseOfTheLibrary) {
   Random random(9);
   const Frame frame = Frame::from_normal(kNormal);
@@ -252,7 +253,7 @@ TEST(LobeKernels, PlacesAreThoseOfTheLibrary) {
         const glm::dvec3 d = glm::dvec3(directions[i]) * glm::dmat3(world);
         const double sine = std::hypot(d.x, d.z);
         const float column = places[2 * i], row = places[2 * i + 1];
-        // 1e-7 of the grid and, of a rotation, of the direction: 2e-7 rad.
+        // Tolerance: 1e-7 of the grid, and of the rotated direction: 2e-7 rad.
         EXPECT_NEAR(row, std::atan2(sine, d.y) / kPiD * rows, 2e-7 * rows);
         EXPECT_GE(column, 0);
         EXPECT_LE(column, static_cast<float>(columns));

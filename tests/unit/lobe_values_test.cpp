@@ -1,4 +1,4 @@
-// Values of BSDFs for directions at members of a group: by kernels, and by asking.
+// Compares values of BSDFs for directions at members of a group: kernels and scalar functions.
 #include "clustered/product/lobe_values.h"
 
 #include "clustered/product/candidates.h"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr size_t kCount = 256;
 
-/// Random directions of the upper half at random members.
+/// Returns random directions of the upper hemisphere at random members.
 Candidates random_candidates(const GroupView& group, unsigned seed) {
   Random random(seed);
   Candidates c;
@@ -31,8 +31,8 @@ std::vector<std::string> materials() {
           normal_map_xml({0.6f, 0.45f, 0.98f}, rough_xml("roughplastic", 0.2))};
 }
 
-/// Formulas of some tens of operations that are rounded otherwise: errors add up to some hundreds
-/// of ulp at most.
+/// The formulas have some tens of operations, which are rounded differently. Errors add up to at
+/// most some hundreds of ulp.
 void expect_near(const Candidates& a, const Candidates& b) {
   for (size_t i = 0; i < kCount; ++i) {
     for (int k = 0; k < 3; ++k) {
@@ -50,17 +50,17 @@ TEST(LobeValues, OfKernelsAreThoseOfTheBsdf) {
     for (uint32_t g = 0; g < tile.groups().size(); ++g) {
       const GroupView group = tile.view(g);
       ASSERT_TRUE(group.patch.is_described);
-      Patch asked_patch = group.patch;
-      asked_patch.is_described = false;
-      const GroupView asked{group.group,     group.index,   asked_patch,    group.visibility,
-                            group.primaries, group.members, group.point_ids};
+      Patch scalar_patch = group.patch;
+      scalar_patch.is_described = false;
+      const GroupView scalar{group.group,     group.index,   scalar_patch,   group.visibility,
+                             group.primaries, group.members, group.point_ids};
       Candidates a = random_candidates(group, g), b = random_candidates(group, g);
       values.all(group, a.directions(0), a.lobe_columns(0));
-      values.all(asked, b.directions(0), b.lobe_columns(0));
+      values.all(scalar, b.directions(0), b.lobe_columns(0));
       expect_near(a, b);
       if (!group.has(Lobe::kGlossy)) continue;
       values.glossy(group, a.directions(0), a.lobe_columns(0));
-      values.glossy(asked, b.directions(0), b.lobe_columns(0));
+      values.glossy(scalar, b.directions(0), b.lobe_columns(0));
       expect_near(a, b);
     }
   }
@@ -81,7 +81,8 @@ TEST(LobeValues, AskedInWhateverOrder) {
   }
 }
 
-/// Rays go by the cosine and by the lobe, in shares; a lobe alone has all of them.
+/// A fraction of the rays is sampled by the cosine and the others by the lobe. If there is only one
+/// lobe, it gets all rays.
 TEST(LobeValues, DensityIsThatOfBothLobes) {
   for (const std::string& material : materials()) {
     SCOPED_TRACE(material);

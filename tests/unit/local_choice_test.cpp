@@ -1,4 +1,4 @@
-// The choice of light points of a tile: unbiased whatever it is based on, and bounded.
+// Tests that the choice of light points of a tile is unbiased for any input, and bounded.
 #include "clustered/product/local_choice.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@
 namespace kinome::test {
 namespace {
 
-/// A lit panel, a lamp and rough walls around the floor that the tile sees: light points near and
-/// far, Lambertian and glossy.
+/// Returns a lit panel, a lamp and rough walls around the floor that the tile sees. Light points
+/// are near and far, Lambertian and glossy.
 std::string corner_xml() {
   return R"(<emitter type="point"><point name="position" x="-1" y="2" z=".5"/></emitter>
       <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/>
@@ -25,7 +25,7 @@ std::string corner_xml() {
          rough_xml("roughconductor", 0.3) + "</bsdf></shape>";
 }
 
-/// Looks at a point by a primary that takes a block at random, times the point's weight: 1.
+/// Each primary looks at the points of a random block. The mean sum of each point's weights is 1.
 TEST(LocalChoice, LooksAtEachPointOnceOnAverage) {
   constexpr size_t kPointsOfGroup = 16;
   StageTile tile(floor_xml(rough_xml("roughplastic", 0.2)) + corner_xml(), 2, 4);
@@ -65,7 +65,7 @@ TEST(LocalChoice, LooksAtEachPointOnceOnAverage) {
   EXPECT_GT(weights.variance_of_mean(), 0) << "all points have one weight";
 }
 
-/// Powers and eye ratios of blocks are those of the points, times the weight and over the rate of
+/// A block has the powers and eye ratios of its points, times the weight and divided by the rate of
 /// the cell.
 TEST(LocalChoice, BlocksWeighPowersByPointAndEyeRatiosByCell) {
   StageTile tile(floor_xml(kGrey) + corner_xml(), 2, 4);
@@ -84,7 +84,7 @@ TEST(LocalChoice, BlocksWeighPowersByPointAndEyeRatiosByCell) {
   }
 }
 
-/// Two points of one cell above a patch, at heights of `near` and `far`.
+/// Returns two points of one cell above a patch, at heights `near` and `far`.
 LocalPoints two_points(float near, float far) {
   LocalPoints points;
   for (const float height : {near, far}) {
@@ -121,7 +121,7 @@ TEST(TriedPoints, TakeWhatMattersMoreOften) {
       weights[take.point] = take.weight;
     }
   }
-  // Light falls by the square of the distance; a quarter of the takes goes by the rate.
+  // Light decreases with the square of the distance. A quarter of the takes uses the rate.
   const double near = 0.75 * 100 / 101 + 0.25 * kRate, far = 0.75 / 101 + 0.25 * kRate;
   EXPECT_NEAR(takes[0], near * kSeeds, 1 + 1e-4 * kSeeds);
   EXPECT_NEAR(takes[1], far * kSeeds, 1 + 1e-4 * kSeeds);
@@ -145,7 +145,7 @@ TEST(TriedPoints, TakeNoPointMoreThanOnceABlock) {
   EXPECT_EQ(of_near, 10u);
 }
 
-/// Patches that no light reaches take points by rates.
+/// Patches that receive no light take points by their rates.
 TEST(TriedPoints, TakeByRatesWhereNothingIsReflected) {
   const LocalPoints points = two_points(1, 2);
   const float visible = 1;

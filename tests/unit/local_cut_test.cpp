@@ -1,5 +1,6 @@
-// The importance function over clusters of local light: never 0 where a point of the cluster can
-// light the shading point, finite wherever that point is, its form factor as documented.
+// Tests the importance function over clusters of local light. It is positive if any point of the
+// cluster can light the shading point, and finite for all positions. Its form factor is the
+// documented one.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -10,8 +11,8 @@
 namespace kinome {
 namespace {
 
-/// Points on the six walls of a box of the given half size around `centre`, shining inward, and on
-/// a sphere in it, shining outward.
+/// Returns light points on the walls of a box of the given half size around `centre`, shining
+/// inward, and on a sphere in it, shining outward.
 LightPoints room_light(uint32_t count, const Vec3& centre = Vec3(0.f), float size = 1) {
   std::mt19937 rng(count);
   std::uniform_real_distribution<float> unit;
@@ -46,8 +47,8 @@ LightCut::Point point_at(const Vec3& position, const Vec3& normal, float diffuse
   return point;
 }
 
-/// Places where clusters were got wrong before (Cycles issue 126592): inside a box, on its faces,
-/// corners and edges, one unit of the last place outside, and far away.
+/// Returns positions where importance functions have been wrong (Cycles issue 126592): inside a
+/// box, on its faces, corners and edges, one ulp outside, and far away.
 std::vector<Vec3> hard_places(const Aabb& box) {
   std::vector<Vec3> places = {box.centre(), box.lo, box.hi, 0.75f * box.lo + 0.25f * box.hi,
                               100.f * box.hi + Vec3(3, 2, 1)};
@@ -98,8 +99,8 @@ TEST(LocalCut, IsPositiveWhereAnyPointLightsAndFiniteEverywhere) {
               }
             }
             if (!pmf.empty()) {
-              // The total is a sum of 16 lanes, a probability a difference and a quotient: each is
-              // rounded by 2^-24.
+              // The total is a sum of 16 lanes, and a probability is a difference and a quotient.
+              // Each has a rounding error of 2^-24.
               ASSERT_NEAR(sum, 1, 18 * 0x1p-24);
             }
           }
@@ -108,11 +109,11 @@ TEST(LocalCut, IsPositiveWhereAnyPointLightsAndFiniteEverywhere) {
     }
   }
   EXPECT_GT(lit, 10000u);
-  EXPECT_GT(excluded, 10000u);  // the test is not passed by spreading samples over everything
+  EXPECT_GT(excluded, 10000u);  // the test would fail if all clusters got samples
 }
 
-/// A cluster whose mean lies at one end of its box: the farthest point is a whole diagonal away
-/// from it, and alone faces the shading point.
+/// A cluster whose mean is at one end of its box. The farthest point is a whole diagonal away from
+/// it, and is the only one that faces the shading point.
 TEST(LocalCut, ReachesTheFarEndOfASkewedCluster) {
   const float tilt = glm::radians(28.f);
   LightPoints points;
@@ -155,8 +156,8 @@ TEST(LocalCut, SamplesAsItsProbabilitiesSay) {
   }
 }
 
-/// A single wall of points, all alike, seen from some way off: the pmf over leaves is the light
-/// times the form factor of each.
+/// A distant wall of identical points. The pmf over leaves is the light times the form factor of
+/// each leaf.
 TEST(LocalCut, FormFactorsOfSmallClustersAreThePoints) {
   LightPoints points;
   points.kind = LightPoints::Kind::kLocal;
@@ -182,14 +183,14 @@ TEST(LocalCut, FormFactorsOfSmallClustersAreThePoints) {
   }
   for (uint32_t i = 0; i < 8; ++i) {
     const double expected = (gamma[i] / total + 1e-3 / 8) / (1 + 1e-3);
-    // The cone of one normal is opened by an angle of 1.4e-3 against rounding. The greatest angle
-    // of a normal with the way to the shading point is 57 degrees: its cosine grows by
-    // tan(57°) 1.4e-3.
+    // The cone of a single normal is widened by an angle of 1.4e-3 against rounding. The largest
+    // angle between a normal and the direction to the shading point is 57 degrees. Its cosine grows
+    // by tan(57°) 1.4e-3.
     EXPECT_NEAR(pmf.probability(i), expected, 2.2e-3 * expected);
   }
 }
 
-/// Powers of two change no rounding.
+/// Powers of two don't change any rounding.
 TEST(LocalCut, DoesNotDependOnTheUnitOfLength) {
   const LightCut::Point near = point_at({0.4f, -0.3f, 0.2f}, glm::normalize(Vec3(1, 2, -3)));
   const LightTree tree(room_light(500));
@@ -229,7 +230,8 @@ TEST(LocalCut, LobeRaysCountAtAnyDistance) {
   for (uint32_t c = 0; c < 6; ++c) {
     EXPECT_EQ(pmf.hits(c), cut.cell(c).mean.x > 0 ? 1 : 0);
   }
-  point.position.x = 0.01f;  // a ray beside the near patch, and in the wide ones still
+  point.position.x = 0.01f;  // this ray misses the small patch but is within the bounds of the wide
+                             // ones
   point.position.y = 0.2f;
   cut.build(Importance::kJoint, point, pmf);
   for (uint32_t c = 0; c < 6; ++c) EXPECT_EQ(pmf.hits(c), 0);

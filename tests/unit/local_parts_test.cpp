@@ -1,5 +1,5 @@
-// Parts of learned sampling under local light: cells of points, the choice of a tile, and kernels
-// over light points against plain code in double precision.
+// Tests parts of learned sampling under local light: cells of points, the choice of a tile, and
+// kernels over light points. Kernels are compared with plain code in double precision.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each statistical test
+constexpr double kAlpha = 1e-4;  // false-alarm rate of each statistical test
 
 OrientedPoint random_point(Random& random) {
   return {Vec3(random.unit(), 3 * random.unit(), -random.unit()), random.direction()};
@@ -37,14 +37,14 @@ TEST(PointPartition, GivesEachPointOneCell) {
     ASSERT_LT(cells.cell_of(p), cells.size());
     boxes[cells.cell_of(p)].expand(p.position);
   }
-  // Where there is more light, cells are smaller; none is empty.
+  // Cells are smaller where there is more light, and none is empty.
   Moments bright, dim;
   for (const Aabb& box : boxes) {
     ASSERT_FALSE(box.empty());
     (box.hi.x <= 0.5f ? bright : dim).add(glm::length(box.extent()));
   }
   EXPECT_LT(bright.mean(), 0.7 * dim.mean());
-  // Places that no point was at have a cell, too.
+  // Positions far from all points have a cell, too.
   for (const float far : {-1e6f, 1e6f}) {
     EXPECT_LT(cells.cell_of({Vec3(far), Vec3(0, 0, 1)}), cells.size());
   }
@@ -175,7 +175,8 @@ TEST(LocalKernels, ConnectPointsAsPlainCodeDoes) {
     points.values[12][i] = random.unit();
   }
   const Vec3 from(0.1f, 0.2f, -0.3f), plane = random.direction();
-  // One in the plane of the surface, and one at the point itself: nothing can be known of them.
+  // One point is in the plane of the surface, and one is at the shading point itself. Neither may
+  // contribute.
   const Vec3 in_plane = from + 0.5f * Frame::from_normal(plane).s;
   for (int k = 0; k < 3; ++k) {
     points.values[k][5] = in_plane[k];
@@ -200,7 +201,7 @@ TEST(LocalKernels, ConnectPointsAsPlainCodeDoes) {
     const glm::dvec3 d = to / std::sqrt(d2);
     const double facing = -glm::dot(glm::dvec3(points.vector(3, i)), d);
     const double geometry = std::abs(glm::dot(glm::dvec3(points.vector(6, i)), d)) / d2;
-    // Cosines are differences of products near 1: some ulp of 1.
+    // Cosines are differences of products near 1, with errors of some ulp of 1.
     const double bound = 8 * 0x1p-24;
     EXPECT_NEAR(x[i], d.x, bound);
     EXPECT_NEAR(distance[i], std::sqrt(d2), bound * std::sqrt(d2));
@@ -215,15 +216,15 @@ TEST(LocalKernels, ConnectPointsAsPlainCodeDoes) {
   }
 }
 
-/// However near a light point is: no more than what an eye ray that met it would have found, over
-/// the number of these.
+/// The weight of a near light point is bounded by that of an eye ray that hits it, divided by the
+/// number of eye rays.
 TEST(LocalKernels, EyeRaysBoundWhatNearPointsWeigh) {
   constexpr size_t kCount = 64;
   constexpr float kEyeRays = 1 / 8.f, kRatio = 0.01f;
   const Vec3 power(3, 2, 1);
   Columns points(kCount);
   for (size_t i = 0; i < kCount; ++i) {
-    const float distance = std::pow(10.f, -0.3f * static_cast<float>(i));  // to 1e-19
+    const float distance = std::pow(10.f, -0.3f * static_cast<float>(i));  // down to 1e-19
     const Vec3 normal(0, 0, -1), at = distance * glm::normalize(Vec3(0.3f, 0.2f, 1));
     for (int k = 0; k < 3; ++k) {
       points.values[k][i] = at[k];

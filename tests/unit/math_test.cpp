@@ -21,7 +21,7 @@ Mat4 rotation_and_shift() {
   return glm::rotate(m, 0.7f, glm::normalize(Vec3(1, 2, -1)));
 }
 
-/// Some 10 roundings of numbers below 10.
+/// Some 10 roundings of values below 10.
 constexpr float kRounding = 1e-5f;
 
 void expect_near(const Vec3& a, const Vec3& b, float tolerance) {
@@ -57,9 +57,9 @@ TEST(Transform, ProductAppliesTheRightOneFirst) {
 }
 
 TEST(Transform, InverseIsAsGoodAsFloatCanHold) {
-  // A thin needle in a slanted frame. Its determinant is 1e-6, a sum of terms near 1: computed in
-  // single precision it would be wrong by some per cent, where the inverse rounded to float is
-  // wrong by condition number times epsilon, 6e-5.
+  // A thin needle in a rotated frame. Its determinant of 1e-6 is a sum of terms near 1, so that
+  // single precision would cause errors of some per cent. The exact inverse rounded to float has an
+  // error of the condition number times epsilon, 6e-5.
   const auto turn = [](float angle, const Vec3& axis) {
     return glm::rotate(Mat4(1.f), angle, glm::normalize(axis));
   };
@@ -99,8 +99,8 @@ TEST(Frame, IsOrthonormalAndRightHandedAroundAnyNormal) {
   }
 }
 
-// Values that mean nothing unless all of them are given: part of them must not compile, as it would
-// for an aggregate.
+// These types require all of their values. A part of them must not compile, as it would for an
+// aggregate.
 template <class T, class... Parts>
 constexpr bool kTakes = std::is_constructible_v<T, Parts...>;
 static_assert(!std::is_aggregate_v<Frame> && !kTakes<Frame, Vec3> && !kTakes<Frame, Vec3, Vec3> &&
@@ -114,7 +114,7 @@ static_assert(!kTakes<Columns3, float*> && !kTakes<Columns3, float*, float*> &&
               kTakes<Columns3, float*, float*, float*>);
 static_assert(!kTakes<Image, int, int> && !kTakes<Image, int, int, std::vector<std::string>>);
 static_assert(!kTakes<Shutter, float> && kTakes<Shutter, float, float>);
-// Laid out as Embree's.
+// The layout must be that of Embree.
 static_assert(std::is_standard_layout_v<Ray> && std::is_trivially_copyable_v<Ray>);
 
 TEST(Ray, TakesOriginAndDirection) {

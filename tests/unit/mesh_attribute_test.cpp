@@ -1,4 +1,4 @@
-// Attributes of meshes, and the texture that shows them.
+// Tests attributes of meshes, and the texture that shows them.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ std::string material(const std::string& name) {
 
 class Attributes : public testing::Test {
  protected:
-  /// A square of two triangles (or one quadrangle), whose vertices have `properties`.
+  /// Returns a square of two triangles (or one quadrangle) whose vertices have `properties`.
   std::string ply(const std::vector<std::string>& properties,
                   const std::vector<std::string>& of_faces = {}, bool is_quadrangle = false) {
     std::ostringstream out;
@@ -50,7 +50,7 @@ class Attributes : public testing::Test {
     }
     return folder_.write("a.ply", out.str());
   }
-  /// Of number k of vertex, or face, i.
+  /// Returns value k of vertex or face i.
   static float value(int i, size_t k) {
     return static_cast<float>(i + 1) * 0.1f + static_cast<float>(k) * 0.01f;
   }
@@ -84,7 +84,7 @@ TEST_F(Attributes, AreInterpolatedOverTrianglesAndConstantOverFaces) {
     const float x = random.between(0.01f, 1.99f), y = random.between(0.01f, 1.99f);
     if (std::abs(x - y) < 1e-4f) continue;
     const SurfaceInteraction si = seen_at(*scene, x, y);
-    // Of vertices 0, 1, 2 below the diagonal, 0, 2, 3 above.
+    // The triangle below the diagonal has the vertices 0, 1, 2, the other one 0, 2, 3.
     const bool is_lower = y < x;
     const float b2 = is_lower ? y / 2 : x / 2, b1 = is_lower ? x / 2 - b2 : y / 2 - b2;
     for (int k = 0; k < 3; ++k) {
@@ -100,12 +100,12 @@ TEST_F(Attributes, AreInterpolatedOverTrianglesAndConstantOverFaces) {
   }
 }
 
-/// As Mitsuba 3.9.1 names them; "" where it makes nothing of them.
+/// Names of Mitsuba 3.9.1; "" if Mitsuba ignores the properties.
 TEST_F(Attributes, OfPlyFilesHaveMitsubasNames) {
   struct Case {
     std::vector<std::string> properties;
     const char* name;
-    std::vector<size_t> numbers;  ///< which properties
+    std::vector<size_t> numbers;  ///< indices of the properties
   };
   const Case cases[] = {
       {{"r", "g", "b"}, "vertex_color", {0, 1, 2}},
@@ -162,7 +162,7 @@ TEST_F(Attributes, AreReadOnlyWhereATextureAsks) {
   EXPECT_FALSE(plain->attribute("vertex_color"));
 }
 
-/// A triangle's COLOR_0: floats; or bytes with an opacity.
+/// Tests COLOR_0 of a triangle, as floats and as bytes with an opacity.
 TEST_F(Attributes, OfGltfFilesAreColours) {
   const auto gltf = [&](const std::string& accessor, const std::string& bytes, size_t size) {
     return folder_.write(
@@ -200,10 +200,10 @@ TEST_F(Attributes, OfGltfFilesAreColours) {
 }
 
 TEST_F(Attributes, ThatAreMissingOrOfAnotherSizeAreErrors) {
-  const auto expect = [](const std::string& told, const std::string& what) {
-    EXPECT_NE(told.find(what), std::string::npos) << told;
-    EXPECT_EQ(told.find('\n'), std::string::npos) << told;
-    EXPECT_EQ(told.find("test.xml:1:"), 0u) << told;
+  const auto expect = [](const std::string& message, const std::string& what) {
+    EXPECT_NE(message.find(what), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_EQ(message.find("test.xml:1:"), 0u) << message;
   };
   expect(error_with(material("vertex_foo"), {"r", "g", "b"}),
          "reads the attribute 'vertex_foo', which the shape doesn't have");
@@ -220,7 +220,7 @@ TEST_F(Attributes, ThatAreMissingOrOfAnotherSizeAreErrors) {
                          "</emitter>");
          }),
          "isn't part of a mesh");
-  // What reads a number is known when it does.
+  // The number of channels is checked only when the texture is evaluated as a scalar.
   const auto scene = scene_from(shape(ply({"r", "g", "b"}), material("vertex_color")));
   const auto number = make<Texture>(texture("vertex_color"));
   const SurfaceInteraction si = seen_at(*scene, 0.5f, 0.7f);
@@ -255,7 +255,7 @@ TEST_F(Attributes, OfALampAreItsRadiance) {
 
 class AttributeBlocks : public testing::TestWithParam<InstructionSet> {};
 
-/// Of two shapes in turn, of one each for a while, and with a count that ends within a vector.
+/// Tests two shapes alternating, runs of one shape, and a partial last vector.
 TEST_P(AttributeBlocks, AreThoseOfPoints) {
   const TemporaryFolder folder;
   const std::string file = folder.write("a.ply", R"(ply

@@ -1,4 +1,4 @@
-// What PLY and OBJ files hold, and what is wrong with damaged ones.
+// Tests the contents of PLY and OBJ files, and the errors of damaged files.
 
 #include <gtest/gtest.h>
 
@@ -60,8 +60,8 @@ class MeshFiles : public testing::Test {
   TemporaryFolder folder_;
 };
 
-/// A square of two triangles at z = 2, with normals, uv, and a property and elements that a reader
-/// doesn't know, as list and as scalar.
+/// Returns a square of two triangles at z = 2 with normals and uv. The file also has an unknown
+/// property and unknown elements, as list and as scalar.
 std::string binary_ply(bool swap) {
   std::string header = "ply\nformat binary_";
   header += (std::endian::native == std::endian::little) != swap ? "little" : "big";
@@ -118,7 +118,7 @@ TEST_F(MeshFiles, AsciiPlyWithBlankLinesAndCarriageReturns) {
   EXPECT_TRUE(shape->mesh()->uvs.empty());
 }
 
-/// Texture coordinates by each of their names; Mitsuba 3.9.1 has the same ones of the same files.
+/// Texture coordinates by each supported name. Mitsuba 3.9.1 reads the same values.
 TEST_F(MeshFiles, PlyTextureCoordinatesByAllTheirNames) {
   const auto u_of = [&](const std::vector<std::string>& names) {
     std::string header =
@@ -147,7 +147,7 @@ TEST_F(MeshFiles, PlyTextureCoordinatesByAllTheirNames) {
   expect_uv(u_of({"texture_u", "texture_v", "s", "t", "u", "v"}), 0.5f, 0.6f);
 }
 
-/// What a file holds and a mesh doesn't use is told once with -v, and not at all without.
+/// Unused contents of a file are reported once with -v, and not at all without.
 TEST_F(MeshFiles, WhatIsNotUsedIsToldOnce) {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -158,20 +158,20 @@ TEST_F(MeshFiles, WhatIsNotUsedIsToldOnce) {
   const std::string obj =
       "mtllib a.mtl\nv 0 0 0 .5 .5 .5\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nusemtl a\nf 1//1 2//1 3//1\n"
       "usemtl b\nf 1 2 3\n";
-  const auto told = [&](const std::string& name, const std::string& contents) {
+  const auto log_of = [&](const std::string& name, const std::string& contents) {
     testing::internal::CaptureStderr();
     load(name, contents);
     load(name, contents);
     return testing::internal::GetCapturedStderr();
   };
-  EXPECT_EQ(told("quiet.ply", ply), "");
+  EXPECT_EQ(log_of("quiet.ply", ply), "");
   set_log_level(LogLevel::kInfo);
-  EXPECT_EQ(told("a.ply", ply),
+  EXPECT_EQ(log_of("a.ply", ply),
             "kinome: " + folder_.path("a.ply") +
                 ": not used: vertex 'red', vertex 'nx', face 'material', element 'edge'\n");
-  EXPECT_EQ(told("a.obj", obj), "kinome: " + folder_.path("a.obj") +
-                                    ": not used: mtllib, vertex colours or weights, usemtl\n");
-  EXPECT_EQ(told("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "");
+  EXPECT_EQ(log_of("a.obj", obj), "kinome: " + folder_.path("a.obj") +
+                                      ": not used: mtllib, vertex colours or weights, usemtl\n");
+  EXPECT_EQ(log_of("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "");
   set_log_level(LogLevel::kWarn);
 }
 
@@ -183,9 +183,9 @@ TEST_F(MeshFiles, ObjWithRelativeIndicesPolygonsAndSharedVertices) {
                           "f -2/1/1 \\\n  -3/1/1 5/1/1\n");
   const TriangleMesh& mesh = *shape->mesh();
   ASSERT_EQ(mesh.triangles.size(), 3u);
-  EXPECT_EQ(mesh.positions.size(), 6u);  // shared where all three indices are
+  EXPECT_EQ(mesh.positions.size(), 6u);  // a vertex is shared if all three indices are equal
   EXPECT_EQ(mesh.triangles[2].y, mesh.triangles[0].z);
-  EXPECT_NE(mesh.triangles[2].x, mesh.triangles[1].z);  // another uv at the same place
+  EXPECT_NE(mesh.triangles[2].x, mesh.triangles[1].z);  // same position, different uv
   EXPECT_EQ(mesh.positions[mesh.triangles[2].z], Vec3(0.5f, 2, 0));
   EXPECT_EQ(mesh.uvs[0], Vec2(0.25f, 1));     // 1 - 0
   EXPECT_EQ(mesh.uvs[1], Vec2(0.5f, 0.25f));  // 1 - 0.75
@@ -193,7 +193,7 @@ TEST_F(MeshFiles, ObjWithRelativeIndicesPolygonsAndSharedVertices) {
   EXPECT_FLOAT_EQ(shape->area(), 1.5f);
 }
 
-/// The size is the point: comparing each corner at the centre with all before it takes minutes.
+/// Comparing each corner at the centre with all previous ones would take minutes at this size.
 TEST_F(MeshFiles, ObjFanWithManyVerticesAtOnePosition) {
   constexpr uint32_t kFaces = 200000, kRim = 8;
   std::string text = "v 0 0 0\n";
@@ -202,7 +202,7 @@ TEST_F(MeshFiles, ObjFanWithManyVerticesAtOnePosition) {
     text += "v " + std::to_string(std::cos(angle)) + " " + std::to_string(std::sin(angle)) + " 0\n";
   }
   for (uint32_t i = 0; i < kFaces; ++i) text += "vt " + std::to_string(i) + " 1\n";
-  // All faces twice: the second time there is nothing new.
+  // The second copy of the faces must not add vertices.
   for (uint32_t i = 0; i < 2 * kFaces; ++i) {
     text += "f 1/" + std::to_string(i % kFaces + 1) + " " + std::to_string(i % kRim + 2) + "/1 " +
             std::to_string((i + 1) % kRim + 2) + "/1\n";
@@ -217,7 +217,7 @@ TEST_F(MeshFiles, ObjFanWithManyVerticesAtOnePosition) {
     ASSERT_EQ(mesh.uvs[triangle.x], Vec2(static_cast<float>(i), 0)) << i;
     ASSERT_EQ(mesh.uvs[triangle.y], Vec2(0.f)) << i;
     ASSERT_EQ(mesh.triangles[i + kFaces], triangle) << i;
-    // In the order of the file: those of the rim come with the first faces.
+    // Vertices are in file order: the first faces contain those of the rim.
     if (i >= kRim) {
       ASSERT_EQ(triangle.x, i + kRim) << i;
     }
@@ -257,7 +257,7 @@ TEST_F(MeshFiles, DegenerateTrianglesAreHarmless) {
   }
 }
 
-/// Edges of 1e-22 have cross products whose squares are below the smallest float.
+/// The cross products of edges of 1e-22 have squares below the smallest float.
 TEST_F(MeshFiles, TinyTrianglesKeepTheirNormals) {
   const auto shape =
       load("tiny.obj", "\xEF\xBB\xBFv 0 0 0\nv 1e-22 0 0\nv 0 1e-22 1e-22\nf 1 2 3\n");
@@ -268,7 +268,7 @@ TEST_F(MeshFiles, TinyTrianglesKeepTheirNormals) {
   EXPECT_LT(glm::length(si.frame.n - si.n), 1e-6f);
 }
 
-/// A folded sheet: the faces' normals cancel along the fold.
+/// A folded sheet: the normals of the faces cancel along the fold.
 TEST_F(MeshFiles, OppositeFacesLeaveNoVertexWithoutNormal) {
   const auto shape = load("fold.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n");
   for (const Vec3& n : shape->mesh()->normals) EXPECT_NEAR(glm::length(n), 1, 1e-6f);
@@ -337,7 +337,7 @@ TEST_F(MeshFiles, BrokenAsciiPly) {
 TEST_F(MeshFiles, BrokenBinaryPly) {
   const std::string whole = binary_ply(false);
   const size_t body = whole.find("end_header\n") + 11;
-  for (size_t size = body; size < whole.size() - 4; ++size) {  // the last 4 bytes are an edge's
+  for (size_t size = body; size < whole.size() - 4; ++size) {  // the last 4 bytes are an edge
     const std::string text = error(std::to_string(size) + "cut.ply", whole.substr(0, size));
     EXPECT_TRUE(text.starts_with(folder_.path(std::to_string(size) + "cut.ply") + ": "))
         << size << ": " << text;
@@ -396,7 +396,7 @@ TEST_F(MeshFiles, FoldersAndMissingFiles) {
             std::string::npos);
 }
 
-/// A few bytes of a file changed, or its end cut off, give a mesh or one Error, never worse.
+/// Changes or truncates files at random. Each must load as a mesh or throw an Error.
 TEST_F(MeshFiles, SurvivesRandomDamage) {
   const std::map<std::string, std::string> files = {
       {"a.ply", binary_ply(false)},
@@ -416,7 +416,7 @@ TEST_F(MeshFiles, SurvivesRandomDamage) {
       if (random.unit() < 0.2f) {
         damaged.resize(static_cast<size_t>(random.unit() * static_cast<float>(damaged.size())));
       }
-      // A new name each time: file systems flush a file that is overwritten.
+      // Uses a new name each time, because file systems flush overwritten files.
       error(std::to_string(i) + name, damaged);
     }
   }

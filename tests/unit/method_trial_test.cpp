@@ -1,4 +1,4 @@
-// Which of two ways to a picture takes less work, by noise of a known size.
+// Tests which of two rendering methods needs less work, with noise of known variance.
 #include "clustered/product/method_trial.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace kinome::test {
 namespace {
 
-/// A way whose pixels have this mean and standard deviation, at a cost of `rays` per render.
+/// Returns a method whose pixels have this mean and standard deviation, at `rays` rays per render.
 MethodTrial::Way noise(uint64_t seed, float deviation, double rays, RenderContext& context,
                        double cost_of_ray = 1, float mean = 1) {
   const auto render = [=, &context](const MethodTrial&, uint64_t index, std::vector<Rgb>& picture) {
@@ -26,8 +26,8 @@ MethodTrial::Way noise(uint64_t seed, float deviation, double rays, RenderContex
   return {render, cost_of_ray};
 }
 
-/// Work of the second way to the same error, in units of the first one's; infinite if nothing was
-/// measured.
+/// Returns the work of the second method for equal error, relative to the first one's; infinity if
+/// nothing was measured.
 double work_of(const MethodTrial::Result& result) {
   if (result.tiles.empty()) return kInfinity;
   double first = 0, second = 0;
@@ -50,7 +50,7 @@ TEST(MethodTrial, TilesAreWholeAndSpreadOverTheImage) {
     EXPECT_GE(count, std::min(tiles, grid.tiles() / 2) - 3);
     EXPECT_LE(count, std::min(tiles, grid.tiles() / 2) + 3);
     EXPECT_EQ(std::set(pixels.begin(), pixels.end()).size(), pixels.size());
-    // No half of the image has none.
+    // Both halves of the image have some pixels.
     int left = 0, top = 0;
     for (const size_t i : pixels) {
       left += static_cast<int>(i) % width < width / 2;
@@ -93,7 +93,7 @@ TEST(PixelFilter, HasTheWeightsOfWholePixels) {
   const PixelFilter box, tent{Tent()};
   for (int d = -PixelFilter::kReach; d <= PixelFilter::kReach; ++d) {
     EXPECT_EQ(box.weight(d, 0), d == 0 ? 1 : 0);
-    // An eighth of the tent's area lies beyond either side of a pixel.
+    // An eighth of the tent's area is outside a pixel on either side.
     EXPECT_NEAR(tent.weight(d, 0),
                 sqr(0.75f) * (d == 0             ? 1
                               : std::abs(d) == 1 ? 1 / 6.f
@@ -105,7 +105,7 @@ TEST(PixelFilter, HasTheWeightsOfWholePixels) {
   EXPECT_NEAR(tent.variance(), sqr(sqr(0.75f) + 2 * sqr(0.125f)), 1e-4f);
 }
 
-/// The filter of the film takes away noise of single pixels, but not that of tiles.
+/// The film's filter removes noise of single pixels, but not noise that whole tiles share.
 TEST(MethodTrial, MeasuresFilteredNoise) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
@@ -121,7 +121,7 @@ TEST(MethodTrial, MeasuresFilteredNoise) {
       },
       1};
   const double work = work_of(trial.compare(noise(2, 0.02f, 1000, context), tiles, context));
-  // At the edges of tiles, the filter takes away a part of theirs, too, and less of the pixels'.
+  // At the edges of tiles, the filter also removes some of their noise, and less of that of pixels.
   EXPECT_GT(work, 0.6 / tent.variance());
   EXPECT_LT(work, 1 / tent.variance());
 }
@@ -130,9 +130,9 @@ TEST(MethodTrial, ComparesErrorTimesRays) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
   const MethodTrial trial(grid, 256, 5);
-  // Half of all pixels differ between two renders: their number n has a relative deviation of
-  // 1 / sqrt(n), and of the two ways' ratio five of these make sqrt(2) x 5 / sqrt(n). What a
-  // pixel's own mean does to its weight is small beside that where noise is.
+  // Half of all pixels differ between two renders. This number n has a relative deviation of 1 /
+  // sqrt(n), and the ratio of both methods one of sqrt(2) / sqrt(n). The tolerance is five of
+  // these. The effect of a pixel's mean on its weight is smaller.
   const double tolerance =
       5 * std::sqrt(2.) / std::sqrt(0.5 * static_cast<double>(trial.pixels().size()));
   const auto work = [&](float deviation, double rays, double cost_of_ray) {
@@ -145,8 +145,8 @@ TEST(MethodTrial, ComparesErrorTimesRays) {
   EXPECT_NEAR(work(0.02f, 1000, 0.25) * 4, 1, tolerance);
 }
 
-/// The error of a single render by the first way is estimated by its difference from the second
-/// way's renders.
+/// The error of a single render by the first method is estimated from its difference to the renders
+/// of the second.
 TEST(MethodTrial, EndsAfterOneRenderThatIsEnough) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
@@ -170,11 +170,11 @@ TEST(MethodTrial, EndsAfterOneRenderThatIsEnough) {
   EXPECT_EQ(renders, 1);
   EXPECT_EQ(work_of(result), work);
   EXPECT_LT(result.tiles.size(), 100u);  // of 256
-  // Each render differs from the mean by its deviation in every pixel, so that only the product of
-  // the two ways' deviations makes noise.
+  // Each render differs from the mean by its deviation in every pixel. Hence the only noise is the
+  // product of both methods' deviations.
   EXPECT_NEAR(work * 8, 1, 0.1);
   EXPECT_EQ(trial.compare(first, second, context, is_enough(false)).tiles.size(), 256u);
-  EXPECT_EQ(renders, 4);  // of the other tiles, and of all
+  EXPECT_EQ(renders, 4);  // of the other tiles, and of all tiles
   first.more_variance.assign(320 * 320, 0.01f);
   work = 0;
   trial.compare(first, second, context, is_enough(true));
@@ -182,7 +182,7 @@ TEST(MethodTrial, EndsAfterOneRenderThatIsEnough) {
   EXPECT_EQ(work, 0);
 }
 
-/// Light that a way misses in all of its renders counts as noise of that size.
+/// Light that a method misses in all renders counts as noise of that magnitude.
 TEST(MethodTrial, MissedLightIsAnError) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
@@ -191,8 +191,8 @@ TEST(MethodTrial, MissedLightIsAnError) {
     return work_of(trial.compare(noise(1, 0.02f, 1000, context, 1, first),
                                  noise(2, 0.02f, 1000, context, 1, second), context));
   };
-  // Half of all pixels differ between two renders, by 0.04: 0.0008 on average, and 2 x 0.1² for
-  // the light that is missed. Deviations by noise are below 10 % of these.
+  // Half of all pixels differ between two renders by 0.04, which is 0.0008 on average; the missed
+  // light is 2 x 0.1². The noise of these values is below 10 %.
   EXPECT_NEAR(work(0.9f, 1) * (1 + 25), 1, 0.2);
   EXPECT_NEAR(work(1, 0.9f) / (1 + 25), 1, 0.2);
 }
@@ -212,17 +212,17 @@ TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
     way.common_share = common_share;
     return trial.compare(way, noise(2, noise_of_second, 1000, context), context).deviation;
   };
-  // The two renders of the first way differ by twice their deviation: the variance of one is twice
-  // its square. The brightness is the mean of both ways'.
+  // The two renders of the first method differ by twice their deviation. The variance of one is
+  // twice its square. The brightness is the mean over both methods.
   EXPECT_NEAR(deviation(0.1f, 1, 0), std::sqrt(2) * 0.1, 1e-5);
   EXPECT_NEAR(deviation(0.1f, 1, 0, 0.25), std::sqrt(2) * 0.05, 1e-5);
   EXPECT_NEAR(deviation(0, 0.9f, 0), 0.1 / 0.95, 1e-5);
-  // The mean of the first way's two renders may differ from the truth by half of that variance.
+  // The mean of the first method's two renders may differ from the truth by half of that variance.
   EXPECT_NEAR(deviation(0.1f, 0.9f, 0, 0), 0, 1e-5);
   EXPECT_NEAR(deviation(0.1f, 0.8f, 0, 0), std::sqrt(0.04 - 0.01) / 0.9, 1e-5);
   EXPECT_NEAR(deviation(0.1f, 1.2f, 0, 0), std::sqrt(0.04 - 0.01) / 1.1, 1e-5);
-  // Noise of the second way, which has at most 0.5 on average of 4,096 pixels and two renders,
-  // explains a difference: five standard errors more are allowed.
+  // The second method's noise explains a difference. Its mean over 4,096 pixels and two renders has
+  // a standard error of at most 0.5 / sqrt(2 * 4096); five of them are permitted.
   EXPECT_LT(deviation(0, 1, 0.5f), 5 * 0.5 / std::sqrt(2 * 4096.));
   EXPECT_EQ(deviation(0, 1, 0), 0);
 }
@@ -231,7 +231,7 @@ TEST(MethodTrial, ChoosesTheFirstWayWhereThereIsNothingToCompare) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 128, 128});
   const MethodTrial trial(grid, 256, 5);
-  // By chance, the first way seems to miss next to nothing, or to find next to nothing too much.
+  // By chance, the first method seems to miss a little light, or to find a little too much.
   const double inverse = 1 / work_of(trial.compare(noise(1, 0, 1000, context),
                                                    noise(2, 0.1f, 1000, context), context));
   EXPECT_LT(std::abs(inverse), 0.01);

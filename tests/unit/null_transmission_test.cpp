@@ -1,4 +1,4 @@
-/// Light that BSDFs pass straight: null_transmission() against samples, blocks against points.
+/// Compares null_transmission() with samples, and its block version with single points.
 #include <gtest/gtest.h>
 
 #include "check/bsdf_points.h"
@@ -48,7 +48,7 @@ std::vector<SurfaceInteraction> points(size_t count) {
   return result;
 }
 
-/// Mean weight and share of samples with Lobe::kNull, by the midpoint rule over u1.
+/// Returns the mean weight and share of samples with Lobe::kNull, by the midpoint rule over u1.
 NullTransmission sampled(const Bsdf& bsdf, const SurfaceInteraction& si) {
   constexpr int kSteps = 4096;
   NullTransmission sum;

@@ -1,4 +1,4 @@
-/// Parts of a picture: rendered by themselves and merged, they are the whole, bit by bit.
+/// Tests that the merged parts of an image have the bits of the whole image.
 #include "kinome/parts.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr uint64_t kSeed = 3;
 
-/// Filters reach into neighbouring pixels, and their weights make sums that are rounded.
+/// The filter reaches into neighbouring pixels, and its weights cause rounded sums.
 std::unique_ptr<Scene> scene_with(const std::string& integrator, const std::string& film = "") {
   return scene_from(integrator + R"(
     <emitter type="constant"/>
@@ -36,7 +36,7 @@ std::unique_ptr<Scene> scene_with(const std::string& integrator, const std::stri
     </shape>)");
 }
 
-/// What a film holds, sums and all.
+/// Returns all sums of a film.
 std::vector<std::vector<double>> sums_in(Film& film) {
   std::vector<std::vector<double>> sums;
   film.transfer([&](void* bytes, size_t count) {
@@ -60,7 +60,7 @@ class Parts : public ::testing::Test {
             {"kinome:seed", std::to_string(seed)},
             {"kinome:complete", "true"}};
   }
-  /// Renders the I-th of N, counted from 1, and returns the name of its file.
+  /// Renders part i of n, counted from 1, and returns the name of its file.
   std::string part(const Scene& scene, uint32_t i, uint32_t n, uint64_t seed = kSeed) {
     const PartRender part(scene, *scene.sensors()[0], {i - 1, n});
     RenderContext own = context(nullptr, seed);
@@ -89,7 +89,7 @@ class Parts : public ::testing::Test {
   std::vector<Image> images_;  ///< of the parts
 };
 
-/// Of all that films hold: light paths, layers, powers, alpha, luminance.
+/// Tests all contents of films: light paths, layers, powers, alpha, luminance.
 TEST_F(Parts, MergedHaveTheBitsOfTheWhole) {
   const struct {
     const char* integrator;
@@ -118,9 +118,9 @@ TEST_F(Parts, MergedHaveTheBitsOfTheWhole) {
     EXPECT_EQ(merged.count, 3u);
     EXPECT_EQ(merged.metadata.at("kinome:samples"), "9");
     EXPECT_EQ(merged.metadata.at("kinome:complete"), "true");
-    // Other parts, other noise: or more of them would be of no use.
+    // Parts must have independent noise.
     EXPECT_NE(images_[images_.size() - 1].data, images_[images_.size() - 2].data);
-    // As the film itself writes it.
+    // The files must be equal to those of the film.
     merged.film->write(folder_.path("merged.exr"), merged.image, merged.metadata);
     scene->sensors()[0]->film().write(folder_.path("whole.exr"), whole, merged.metadata);
     const auto bytes = [&](const std::string& name) {
@@ -131,8 +131,8 @@ TEST_F(Parts, MergedHaveTheBitsOfTheWhole) {
   }
 }
 
-/// Which rounding would lead to other bits. Pictures of single precision seldom show it, so that
-/// the sums themselves are compared.
+/// Another order of the additions would be rounded differently. Images in single precision seldom
+/// show the difference, so this test compares the sums.
 TEST_F(Parts, AreAddedInTheirOrder) {
   const auto scene = scene_with(R"(<integrator type="ptracer"/>)");
   std::vector<std::string> paths;
@@ -146,7 +146,7 @@ TEST_F(Parts, AreAddedInTheirOrder) {
     const MergedParts merged = merge({paths[order[0]], paths[order[1]], paths[order[2]]});
     const auto sums = sums_in(*merged.film);
     for (size_t s = 0; s < sums.size(); ++s) {
-      if (sums[s].size() < 2) continue;  // how many there are
+      if (sums[s].size() < 2) continue;  // a count of samples
       for (size_t i = 0; i < sums[s].size(); ++i) {
         const double a = of_parts[0][s][i], b = of_parts[1][s][i], c = of_parts[2][s][i];
         ASSERT_EQ(sums[s][i], (a + b) + c);
@@ -157,7 +157,7 @@ TEST_F(Parts, AreAddedInTheirOrder) {
   EXPECT_GT(by_order, 0u);
 }
 
-/// The picture is the mean of those that are there, and says how many samples it has.
+/// The image is the mean of the available parts, and its metadata has their number of samples.
 TEST_F(Parts, MissingOnesAreLeftOutOfTheMean) {
   for (const char* integrator :
        {R"(<integrator type="path"/>)", R"(<integrator type="ptracer"/>)"}) {
@@ -170,12 +170,12 @@ TEST_F(Parts, MissingOnesAreLeftOutOfTheMean) {
     EXPECT_EQ(merged.missing, (std::vector<uint32_t>{1, 3, 5}));
     EXPECT_EQ(merged.metadata.at("kinome:missing_parts"), "1, 3 and 5");
     EXPECT_EQ(merged.metadata.at("kinome:complete"), "false");
-    EXPECT_EQ(merged.metadata.at("kinome:samples"), "6");  // of 3 each
+    EXPECT_EQ(merged.metadata.at("kinome:samples"), "6");  // 3 samples in each of 2 parts
     EXPECT_EQ(merged.gaps, 0);
     double difference = 0, sum = 0;
     for (size_t i = 0; i < merged.image.data.size(); ++i) {
       const double mean = 0.5 * (images_[0].data[i] + images_[1].data[i]);
-      // Pixels' weights differ by where samples are, those of light paths don't.
+      // Weights of pixels depend on the positions of samples; those of light paths don't.
       difference += std::abs(mean - merged.image.data[i]);
       sum += std::abs(mean);
     }
@@ -205,7 +205,7 @@ TEST_F(Parts, InterruptedOnesCountAsFarAsTheyGo) {
   EXPECT_EQ(both.gaps, 0);
   EXPECT_GT(last.gaps, 0.01);
   EXPECT_EQ(last.image.channels.back(), "A");
-  // Where the second has nothing, the picture is the first one's.
+  // Pixels without samples in the second part have the values of the first part.
   size_t equal = 0, others = 0;
   for (size_t p = 0; p < last.image.data.size() / 4; ++p) {
     const bool is_same =
@@ -232,7 +232,7 @@ TEST_F(Parts, OthersAreRefusedByName) {
   expect_refused({}, "no parts to merge");
 }
 
-/// By machines of several kinds: the picture is right, though none of them would have made it.
+/// Machines with other instruction sets render slightly different parts, which can be merged.
 TEST_F(Parts, OfSeveralInstructionSetsAreMerged) {
   const auto scene = scene_with(R"(<integrator type="path"/>)");
   std::vector<std::string> paths;
@@ -250,7 +250,7 @@ TEST_F(Parts, OfSeveralInstructionSetsAreMerged) {
   EXPECT_FALSE(merge({paths[2], paths[0]}, true).is_mixed);
 }
 
-/// Wherever they are cut off, or a byte of them is another.
+/// Truncated files, and files with a changed byte.
 TEST_F(Parts, DamagedOnesAreOneClearError) {
   const auto scene = scene_with(R"(<integrator type="ptracer"/>)");
   const std::string path = part(*scene, 1, 1);
@@ -264,7 +264,7 @@ TEST_F(Parts, DamagedOnesAreOneClearError) {
     std::string changed = bytes;
     changed[at + 7] = static_cast<char>(changed[at + 7] ^ 0x10);
     const std::string damaged = folder_.write("damaged.exr", changed);
-    // In the first picture, nothing is lost.
+    // Changes in the first image of the file don't affect the parts.
     try {
       EXPECT_EQ(merge({damaged}).image.data, expected);
     } catch (const Error& error) {
@@ -282,7 +282,7 @@ TEST_F(Parts, OfFilmsThatCantBeMergedAreRefused) {
   EXPECT_THROW(PartRender(*scene, *scene->sensors()[0], {0, 2}), Error);
 }
 
-/// π for a meter of irradiance, whatever the film's colours.
+/// An irradiance meter measures π for any colour format of the film.
 TEST_F(Parts, KnowTheSensorsResponse) {
   const auto scene = scene_from(R"(
     <emitter type="constant"/>

@@ -1,5 +1,5 @@
-// The viewer's comparisons: FLIP and relMSE against other implementations, differences, split
-// views.
+// Tests the viewer's comparisons: FLIP and relMSE against other implementations, differences, and
+// split views.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ struct PixelValue {
 
 constexpr int kWidth = 64, kHeight = 48;
 
-/// As make_picture_reference.py has them.
+/// Returns an image of make_picture_reference.py.
 LinearPicture picture(bool is_reference) {
   LinearPicture made{kWidth, kHeight, {}};
   for (int y = 0; y < kHeight; ++y) {
@@ -61,7 +61,8 @@ Image image_of(const LinearPicture& from) {
 template <size_t N>
 void expect_values(const std::vector<float>& values, const PixelValue (&expected)[N]) {
   ASSERT_EQ(values.size(), size_t{kWidth} * kHeight);
-  // The other implementation has a white that differs from ours by 1e-4, and sums in another order.
+  // The white point of the reference implementation differs by 1e-4, and its sums are in another
+  // order.
   for (const PixelValue& e : expected) {
     EXPECT_NEAR(values[static_cast<size_t>(e.y) * kWidth + e.x], e.value, 1e-3f)
         << e.x << ", " << e.y;
@@ -104,7 +105,7 @@ TEST(Reference, TellsTheRelMseOfTheValidation) {
   EXPECT_NEAR(errors.largest / kLargest, 1, 1e-6);
   EXPECT_EQ(errors.left_out, 2u);
 
-  // With variances of its own, which are taken off.
+  // The image has variances, which are subtracted.
   Image noisy{kWidth, kHeight, {"R", "G", "B", "variance.R", "variance.G", "variance.B"}, {}};
   for (int i = 0; i < kWidth * kHeight; ++i) {
     for (const float factor : {1.f, 0.01f}) {
@@ -136,7 +137,7 @@ TEST(Reference, ShowsDifferences) {
                     .difference_of(image_of(bright(picture(false))), Difference::kHdrFlip, {})
                     .data,
                 kHdrFlipAt);
-  // Of grey pictures, and of a black reference.
+  // Grey images, and a black reference.
   const Image grey{2, 1, {"Y"}, {0, 0}}, lighter{2, 1, {"Y"}, {0.1f, 0}};
   EXPECT_NEAR(Reference(grey, "a.exr").errors_of(lighter).rel_mse, 0.005, 1e-8);
 }
@@ -189,7 +190,7 @@ TEST(Display, ShowsThePictureBesideItsReference) {
   display.split = 0.5f;
   EXPECT_EQ(row(small), (std::vector{0, 255}));
   display.shown = Shown::kDifference;
-  EXPECT_EQ(row(black), (std::vector{0, 0, 0, 0}));  // there is none yet
+  EXPECT_EQ(row(black), (std::vector{0, 0, 0, 0}));  // no difference has been computed
   const Comparison comparison = compare(black, *display.reference, Difference::kSigned, {});
   EXPECT_EQ(comparison.fault, "");
   EXPECT_GT(comparison.flip, 0.9);
@@ -204,7 +205,7 @@ TEST(Display, ShowsThePictureBesideItsReference) {
   EXPECT_EQ(resampled(steps, 4, 2).data, steps.data);
 }
 
-/// A sky over a floor, half of it behind a wall.
+/// A sky above a floor, half of which is behind a wall.
 constexpr const char* kScene = R"(<scene version="3.0.0">
   <integrator type="clustered"><integer name="cut_size" value="60"/>
     <integer name="light_samples" value="2000"/><integer name="max_depth" value="3"/></integrator>
@@ -232,11 +233,11 @@ TEST(Inspector, ShowsWhereSamplesGoByEachImportance) {
     for (const InspectedSet& set : found.sets) {
       const bool distant = set.report.kind == LightPoints::Kind::kDistant;
       EXPECT_EQ(set.report.is_learned, importance == std::string("product"));
-      // The scene's own cut_size; of product it is but a rough number.
+      // product sampling uses cut_size only as an approximate number
       EXPECT_TRUE(set.report.is_learned || set.report.clusters.size() == 60);
       EXPECT_TRUE(!distant || set.picture.width == 1024);
       ASSERT_TRUE(set.marks.point.has_value());
-      // As far from the pixel as its filter may look.
+      // The point is within the filter's radius of the pixel.
       EXPECT_NEAR(set.marks.point->x, 20.5f, 2.5f);
       EXPECT_NEAR(set.marks.point->y, 22.5f, 2.5f);
       lines += set.marks.lines.size();
@@ -244,7 +245,7 @@ TEST(Inspector, ShowsWhereSamplesGoByEachImportance) {
     }
     EXPECT_GT(lines, 10u) << importance;
   }
-  // The sky is seen in the upper corner.
+  // The upper corner shows the sky.
   EXPECT_NE(inspect_pixel(editor, sensor, 2, {1, 1}, "joint").fault, "");
 }
 

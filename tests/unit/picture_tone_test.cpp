@@ -1,4 +1,4 @@
-// The viewer's pictures: curves, tone, false colours, histograms, channels.
+// Tests the viewer's images: curves, tone, false colours, histograms, channels.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-/// Numbers of all sizes, and those beside each threshold.
+/// Returns values of all magnitudes, and the neighbours of each threshold.
 std::vector<float> numbers() {
   std::vector<float> values = {0, 1e-45f, 1e-38f, std::numeric_limits<float>::max()};
   for (float x = 1e-6f; x < 1e4f; x *= 1.0007f) values.push_back(x);
@@ -67,7 +67,7 @@ TEST(CurveTable, IsTheCurveRounded) {
 TEST(Curves, FilmicRisesFromBlackToWhite) {
   EXPECT_EQ(filmic(0), 0);
   EXPECT_EQ(filmic(kInf), 1);
-  // By hand: 0.6 (2.51 x 0.6 + 0.03) / (0.6 (2.43 x 0.6 + 0.59) + 0.14).
+  // Computed by hand: 0.6 (2.51 x 0.6 + 0.03) / (0.6 (2.43 x 0.6 + 0.59) + 0.14).
   EXPECT_NEAR(filmic(1), 0.9216f / 1.3688f, 1e-6);
   float last = 0;
   for (float x = 1e-4f; x < 100; x *= 1.01f) {
@@ -81,8 +81,8 @@ TEST(Curves, FalseColoursBrightenEvenly) {
   float last = -1;
   for (int i = 0; i <= 255; ++i) {
     const Rgb color = cubehelix(static_cast<float>(i) / 255);
-    // Green's perceived brightness is the one of television (NTSC), of encoded colours; clipping
-    // takes a little of it.
+    // cubehelix uses the perceived brightness of television (NTSC) for encoded colours; clipping
+    // reduces it a little.
     const float brightness = glm::dot(color, Rgb(0.30f, 0.59f, 0.11f));
     EXPECT_GT(brightness, last) << i;
     EXPECT_NEAR(brightness, static_cast<float>(i) / 255, 0.03f) << i;
@@ -139,7 +139,7 @@ TEST(Tone, IsWhatAPngHas) {
   write_png(folder.path("a.png"), image, -1.5f);
   const test::Png png = test::read_png(folder.path("a.png"));
   Tone unmarked = tone(Curve::kSrgb, -1.5f);
-  unmarked.marks = false;  // of what is infinite
+  unmarked.marks = false;  // marks of infinite values
   const auto shown = ToneMapper(unmarked).map(image);
   for (int x = 0; x < image.width; ++x) {
     for (int c = 0; c < 3; ++c) {
@@ -165,8 +165,8 @@ TEST(Tone, RisesWithTheLight) {
 
 TEST(Tone, MarksWhatIsNoLight) {
   const Image image = row({kNan, 1, 1, kInf, -1, 1, -1, 1, 1, 1, 1, 1}, {"R", "G", "B"});
-  const float most = std::numeric_limits<float>::max();
-  const Image replaced = row({0, 1, 1, most, 0, 1, 0, 1, 1, 1, 1, 1}, {"R", "G", "B"});
+  const float max_float = std::numeric_limits<float>::max();
+  const Image replaced = row({0, 1, 1, max_float, 0, 1, 0, 1, 1, 1, 1, 1}, {"R", "G", "B"});
   const auto pixel = [](const std::vector<uint8_t>& shown, int i) {
     return std::array<uint8_t, 3>{shown[4 * i], shown[4 * i + 1], shown[4 * i + 2]};
   };
@@ -181,7 +181,7 @@ TEST(Tone, MarksWhatIsNoLight) {
     EXPECT_EQ(pixel(shown, 2), kNegativeColor);
     EXPECT_EQ(pixel(shown, 3) == white, curve != Curve::kFilmic);
     marked.marks = marked.marks_negative = false;
-    if (curve == Curve::kFalseColor) continue;  // of a colour's luminance, all channels together
+    if (curve == Curve::kFalseColor) continue;  // it mixes all channels
     const auto unmarked = ToneMapper(marked).map(image);
     for (const int i : {0, 1, 2}) {
       EXPECT_EQ(pixel(unmarked, i), pixel(ToneMapper(marked).map(replaced), i));
@@ -193,7 +193,7 @@ TEST(Tone, MarksWhatIsNoLight) {
   const auto shown = ToneMapper(with_sign).map(image);
   EXPECT_EQ(pixel(shown, 0), kNanColor);
   EXPECT_NE(pixel(shown, 2), kNegativeColor);
-  // A part of the picture, and one without channels.
+  // Also maps a part of the image, and one without channels.
   std::vector<uint8_t> part(8);
   Tone marked = tone(Curve::kSrgb);
   marked.marks_negative = true;
@@ -242,7 +242,7 @@ TEST(Histogram, CountsEachValueOnce) {
   EXPECT_EQ(total, values.size());
   EXPECT_EQ(h.underexposed, 4u);  // 0, 0, 1e-9 and 0.0001
   EXPECT_EQ(h.overexposed, 5u);   // 1.08, 1.1, 2, 1e6 and infinity
-  EXPECT_EQ(histograms(image, group_named(image, "Y"), 2)[0].overexposed, 6u);  // and 1
+  EXPECT_EQ(histograms(image, group_named(image, "Y"), 2)[0].overexposed, 6u);  // also 1
   EXPECT_EQ(h.lowest, -2);
   EXPECT_EQ(h.highest, 1e6f);
 

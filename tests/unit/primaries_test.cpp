@@ -1,5 +1,5 @@
-// Camera rays of tiles: each tile's are its own, whatever is traced with it, and what columns say
-// of their points is what the shapes and BSDFs say.
+// Tests camera rays of tiles. The rays of a tile don't depend on other tiles in the same batch.
+// Columns have the values of the shapes and BSDFs.
 #include "clustered/product/primaries.h"
 
 #include <numeric>
@@ -22,7 +22,7 @@ std::unique_ptr<Scene> scene_of(const std::string& sensor, const std::string& sh
                     shapes);
 }
 
-/// Of several materials, one of which emits, with sky around it.
+/// Returns shapes of several materials, one of which emits, under a sky.
 std::string things() {
   return ball_xml(rough_xml("roughplastic", .2)) + floor_xml(kGrey) +
          R"(<shape type="sphere"><point name="center" x=".8" y=".2" z=".3"/>
@@ -33,7 +33,7 @@ std::string things() {
          sky_xml();
 }
 
-/// Everything of one ray that a stage can ask for.
+/// All data of a ray that stages use.
 struct Ray1 {
   bool hit;
   Rgb emitted;
@@ -71,7 +71,7 @@ class PrimariesTest : public testing::Test {
   }
   void expect_independent();
   static Rect tile_at(int x, int y) { return {4 * x, 4 * y, 4 * x + 4, 4 * y + 4}; }
-  /// 0 to 6 rays for each pixel of a tile.
+  /// Returns 0 to 6 rays for each pixel of a tile.
   static std::vector<uint16_t> counts_of(int x, int y) {
     std::vector<uint16_t> counts(16);
     for (size_t i = 0; i < 16; ++i) counts[i] = static_cast<uint16_t>((i * 5 + 3 * x + y) % 7);
@@ -121,7 +121,7 @@ TEST_F(PrimariesTest, ArePrefixesOfOneSequence) {
   many->trace(4, counters_);
   const auto a = rays_of(few->tile(0)), b = rays_of(many->tile(0));
   for (size_t pixel = 0; pixel < 16; ++pixel) {
-    // In the order of a curve through all of them: the same points, in another order.
+    // The tile sorts its rays along a curve: the points are equal, but in another order.
     for (size_t i = 0; i < 3; ++i) {
       const auto begin = b.begin() + static_cast<ptrdiff_t>(40 * pixel);
       EXPECT_NE(std::find(begin, begin + 40, a[3 * pixel + i]), begin + 40);

@@ -1,4 +1,4 @@
-/// Disney's materials against Mitsuba 3.9.1, and by what is known of them.
+/// Compares Disney's materials with Mitsuba 3.9.1, and tests their known properties.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -32,13 +32,13 @@ TEST(Principled, MatchesMitsuba) {
     si.wi = wi;
     const BsdfValue got = bsdf->eval_pdf(si, Lobe::kAll, wo);
     const Rgb wanted(v.r, v.g, v.b);
-    // Rounding of half vectors, which the slopes of lobes as narrow as roughness .15 magnify.
+    // Tolerance: rounding of half vectors, magnified by the slopes of lobes with roughness .15.
     constexpr float kRelative = 1e-3f, kAbsolute = 1e-7f;
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(got.f[c], wanted[c], kRelative * wanted[c] + kAbsolute)
           << kPrincipledBsdfs[v.bsdf] << " wi " << text(wi) << " wo " << text(wo);
     }
-    // What can't reflect need not be sampled.
+    // The density is arbitrary if nothing is reflected.
     if (!is_black(wanted)) {
       EXPECT_NEAR(got.pdf, v.pdf, kRelative * v.pdf + kAbsolute)
           << kPrincipledBsdfs[v.bsdf] << " wi " << text(wi) << " wo " << text(wo);
@@ -71,7 +71,7 @@ TEST(Principled, DefaultsAreMitsubas) {
     EXPECT_EQ(got.f, expected.f);
     EXPECT_EQ(got.pdf, expected.pdf);
   }
-  // specular is another way to say eta.
+  // `specular` is an alternative parameter for `eta`.
   const float eta = 2 / (1 - std::sqrt(0.08f * 0.3f)) - 1;
   EXPECT_NEAR(value("principled", "<float name='specular' value='0.3'/>", wi, wo).f.x,
               value("principled", "<float name='eta' value='" + std::to_string(eta) + "'/>", wi, wo)
@@ -98,7 +98,7 @@ TEST(Principled, SaysWhatLightGoesThrough) {
   EXPECT_TRUE(leaf->transmits());
   EXPECT_EQ(leaf->relative_index(), 1);
   EXPECT_EQ(leaf->lobes(), Lobe::kDiffuse);
-  // Seen from behind, the opaque is black, and may have another side put there.
+  // Seen from behind, the opaque material is black, so that `twosided` may replace its back.
   EXPECT_TRUE(is_black(opaque->eval_pdf(seen_at(150, 0), Lobe::kAll, seen_at(140, 0).wi).f));
   make_with("twosided", "<bsdf type='principled'/>");
   EXPECT_THROW(make_with("twosided", "<bsdf type='principledthin'><float name='spec_trans' "
@@ -106,7 +106,7 @@ TEST(Principled, SaysWhatLightGoesThrough) {
                Error);
 }
 
-/// A metal mirrors what it is coloured at normal incidence, white at grazing angles.
+/// A metal reflects its base colour at normal incidence, and white at grazing angles.
 TEST(Principled, MetalHasTheColourOfItsBase) {
   const std::string gold = "<rgb name='base_color' value='0.9 0.6 0.2'/>"
                            "<float name='metallic' value='1'/><float name='roughness' value='0.2'/>";

@@ -1,5 +1,5 @@
-// What processes of a group do together, threads being the processes: whatever is rendered has the
-// bits that one process would give it.
+// Tests groups of processes, with threads in place of processes. All results must have the bits of
+// a single process.
 #include "kinome/process_group.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@
 #include "support/thread_group.h"
 
 #ifdef __SANITIZE_THREAD__
-// Threads that end side by side hand the memory of their thread-local variables on to each other, under
-// a lock of glibc's own that the sanitizer doesn't know.
+// glibc reuses the memory of thread-local variables of threads that end, under an internal lock
+// that the sanitizer doesn't know.
 extern "C" KINOME_EXPORT const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
   return "race:_dl_deallocate_tls";
@@ -30,7 +30,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-/// So that it is anybody's guess who gets which item.
+/// Waits for a pseudorandom time, so that the assignment of items to processes is unpredictable.
 void dawdle(size_t item) {
   std::this_thread::sleep_for(microseconds(hash_words(item) % 300));
 }
@@ -43,7 +43,8 @@ std::shared_ptr<Film> make_film() {
   return film;
 }
 
-/// Values over many decades, at places that reach into the tiles around, and splats anywhere.
+/// Adds values over many decades, at positions that reach into neighbouring tiles, and splats at
+/// random positions.
 void add_samples(FilmTile& tile) {
   const Rect& pixels = tile.pixels();
   for (int y = pixels.y0; y < pixels.y1; ++y) {
@@ -86,7 +87,7 @@ TEST(ProcessGroup, TilesHaveTheSameBits) {
       if (group.is_root()) {
         EXPECT_EQ(together, alone) << size;
       }
-      // All know what all have done.
+      // All processes have the counters of the whole group.
       EXPECT_EQ(context.stats().counters[RayKind::kCamera], 5u * 4u);
     });
   }
@@ -110,7 +111,7 @@ TEST(ProcessGroup, SharedItemsComeToAll) {
     for (size_t item = 0; item < kItems; ++item) {
       EXPECT_EQ(found[item], std::vector<float>(item % 4, static_cast<float>(item)));
     }
-    // Who has made an item goes on with it.
+    // The process that computed an item continues with it.
     std::vector<int> planned(kItems, -1);
     SharedItems second([&](size_t item, SharedBytes& bytes) { bytes.value(planned[item]); });
     second.stay_with(first.makers());
@@ -145,7 +146,7 @@ TEST(ProcessGroup, OneMistakeIsAllOfTheirs) {
     } catch (const AgreedError& error) {
       EXPECT_STREQ(error.what(), "item 7");
     }
-    // They can go on together.
+    // The group can continue after the error.
     EXPECT_EQ(context.agree(group.rank()), 0);
     const auto fails_at_one = [&] {
       if (group.rank() == 1) throw Error("no such file");
@@ -186,8 +187,8 @@ TEST(ProcessGroup, OneDeadlineEndsAll) {
   });
 }
 
-/// `clustered` learns first (it can't leave the scene to `path`, which doesn't find the light of the
-/// lamp in the mirror); its tables, nested materials and bumps come from other addresses.
+/// `clustered` learns first: it can't use `path`, which misses the lamp's light in the mirror. The
+/// addresses of its tables, nested materials and bumps differ between processes.
 constexpr const char* kScene = R"(
   <integrator type="clustered"/>
   <sensor type="perspective">
@@ -268,7 +269,7 @@ TEST(ProcessGroup, CheckpointsDoNotDependOnIt) {
       }
     });
   }
-  // The first time, some process has finished two.
+  // In the first run, some process has finished two tiles.
   EXPECT_GT(made_again, 0);
   EXPECT_LE(made_again, 18);
 }

@@ -1,5 +1,5 @@
-// Kernels over the cells of distant light against plain code in double precision: once for each
-// instruction set that they are built for and this machine has.
+// Compares kernels over the cells of distant light with plain code in double precision, for each
+// instruction set that this machine can run.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kPiD = 3.14159265358979323846;
 
-/// Rectangles in longitude and latitude, with what their light is, as DistantCells has them.
+/// Rectangles in longitude and latitude with their light, in the layout of DistantCells.
 struct Cells {
   struct Rectangle {
     double phi0, phi1, theta0, theta1;
@@ -87,7 +87,7 @@ struct Cells {
   struct Range {
     double low = 2, high = -2;
   };
-  /// By dense sampling: of at most pi x 1 rad, 48 steps miss an extreme by less than 1e-3 / 2.
+  /// Samples densely: for at most pi x 1 rad, 48 steps miss an extreme by less than 1e-3 / 2.
   Range cosines(size_t cell, const glm::dvec3& n) const {
     constexpr int kSteps = 48;
     Range range;
@@ -118,8 +118,9 @@ std::vector<Side> sides_of(const simd::PatchCells& patch, const Cells& cells) {
   return sides;
 }
 
-/// Every sampled direction of a cell `above` is above the horizon of every normal of the cone, of
-/// those `below` none, within the rounding of floats; and cells are mixed only where that is so.
+/// Tests all sampled directions of a cell, within the rounding of floats. They are above the
+/// horizon of each normal of the cone if the cell is `above`, and of none if it is `below`. All
+/// other cells, and no others, are mixed.
 TEST(CellKernels, SortCellsByTheirWholeRectangles) {
   const Cells cells(250, 1);
   Random random(2);
@@ -153,7 +154,7 @@ TEST(CellKernels, SortCellsByTheirWholeRectangles) {
   for (const int count : counts) EXPECT_GT(count, 500);
 }
 
-/// A cone of more than a right angle: nothing is known to be above or below.
+/// The cone is wider than a right angle, so that no cell is certainly above or below.
 TEST(CellKernels, WidestConesKeepAllCells) {
   const Cells cells(100, 4);
   const Vec3 n(0, 1, 0);
@@ -165,7 +166,7 @@ TEST(CellKernels, WidestConesKeepAllCells) {
   }
 }
 
-/// Weights, visibilities and control of strata, cell by cell in doubles.
+/// Compares weights, visibilities and control terms of strata with those in double precision.
 TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
   const Cells cells(300, 7);
   Random random(8);
@@ -175,7 +176,7 @@ TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
     const Vec3 n = glm::normalize(mean + 0.1f * random.direction());
     const float* const t = trial % 2 ? cells.transmittance.data() : nullptr;
     const auto factor = [&](size_t id) { return t ? static_cast<double>(t[id]) : 1.; };
-    // The cone of the patch holds that of the group.
+    // The cone of the patch contains that of the group.
     simd::classify_cells(cells.columns(), cells.all_blocks(), &mean.x, 0.15f, cells.knowledge(), t,
                          patch);
     const simd::GroupNormal normal{{n.x, n.y, n.z}, {n.x, n.y, n.z}, 0.02f};
@@ -211,10 +212,10 @@ TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
         const double highest = std::max(range.high, 0.02);
         if (range.high > -0.02 + 1e-3) {
           expected = std::max(towards, 0.4 * flux * highest) * cells.sigma_mixed[id];
-          slack += 1e-3 * flux * scale * factor(id);  // of the sampled extremes
+          slack += 1e-3 * flux * scale * factor(id);  // error of the sampled extremes
           EXPECT_LE(range.low, 0.02 + 1e-3);
         } else if (range.high > -0.02 - 1e-3) {
-          expected = p[i] / (scale * factor(id));  // too near to tell
+          expected = p[i] / (scale * factor(id));  // too close to decide
         }
       }
       expected *= scale * factor(id);
@@ -234,7 +235,7 @@ TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
   }
 }
 
-/// Of a flat patch, cells that straddle the horizon have the control terms that it gives them.
+/// Cells that straddle the horizon of a flat patch have the control terms of the patch.
 TEST(CellKernels, FlatPatchesKnowCellsAtTheHorizon) {
   const Cells cells(300, 9);
   Random random(10);
@@ -310,7 +311,7 @@ TEST(CellKernels, GlossyImportanceIsTheWidenedLobe) {
         EXPECT_TRUE(importance[i] == 0 || above > -1e-6);
         continue;
       }
-      // 1 - cosine2 cancels: 4 units of 2^-24 on a denominator of a2 at least.
+      // 1 - cosine2 cancels: the error is 4 units of 2^-24 for a denominator of at least a2.
       EXPECT_NEAR(importance[i], cells.flux[i] * lobe,
                   cells.flux[i] * lobe * (1e-5 + 5e-7 / denominator));
     }
@@ -318,7 +319,7 @@ TEST(CellKernels, GlossyImportanceIsTheWidenedLobe) {
   }
 }
 
-/// What is known of shared candidates, and their weights where they are taken, in doubles.
+/// Compares the known light of shared candidates, and their weights, with double precision.
 TEST(CandidateKernels, SharedOnesAreWhatTheySum) {
   constexpr size_t kCount = 3 * kBlockLanes, kCells = 20;
   Random random(12);

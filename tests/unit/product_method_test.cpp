@@ -1,4 +1,4 @@
-// Which scenes `importance` = product renders itself, and which it leaves to light points.
+// Tests which scenes `importance` = product renders, and which it leaves to light points.
 #include "clustered/product/product_method.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ TEST(ProductMethod, LeavesDarkScenesToOthers) {
   EXPECT_TRUE(is_served(kBlackSky + kLamp));
 }
 
-/// A bounce of some emitters alone, or a bounded one, is made of light points.
+/// Only light points support a bounce of selected emitters, and a bounded geometry term.
 TEST(ProductMethod, LeavesToLightPointsWhatTheyAloneCan) {
   EXPECT_FALSE(is_served(kLamp, 3, 10));
   EXPECT_TRUE(is_served(kLamp, 2, 10)) << "there is no bounce to be bounded";

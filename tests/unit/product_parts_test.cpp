@@ -1,5 +1,5 @@
-// Parts of learned product sampling: the comb, points along a Hilbert curve, samples by the film's
-// filter, and the division of rays among pixels.
+// Tests parts of product sampling: the comb, points along a Hilbert curve, samples of the film's
+// filter, and the allocation of rays to pixels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,8 +47,8 @@ Strata random_strata(size_t count, unsigned seed) {
   return Strata(std::move(values));
 }
 
-/// The combs of N offsets (k + 1/2) / N are one comb of N times as many teeth: of these a stratum
-/// holds its share to within one.
+/// The combs of N offsets (k + 1/2) / N together are one comb with N times as many teeth. The
+/// number of its teeth in a stratum differs from the stratum's share by at most one.
 TEST(Comb, HitsAreProportionalToWeights) {
   constexpr int kOffsets = 2000;
   for (const size_t count : {1u, 7u, 64u}) {
@@ -62,15 +62,15 @@ TEST(Comb, HitsAreProportionalToWeights) {
     for (size_t i = 0; i < hits.size(); ++i) {
       const double expected =
           static_cast<double>(count) * strata.weights[i] / strata.total * kOffsets;
-      // Sums of a block of floats carry their rounding along the line.
+      // Rounding errors of the block sums add up along the line.
       EXPECT_NEAR(hits[i], expected, 1 + 1e-6 * static_cast<double>(count) * kOffsets) << i;
       EXPECT_TRUE(strata.weights[i] > 0 || hits[i] == 0) << i;
     }
   }
 }
 
-/// Remainders in one stratum over the same combs are at equal distances, so that their empirical
-/// distribution differs from the uniform one by no more than one step.
+/// Remainders in one stratum over these combs are equally spaced. Their empirical distribution
+/// differs from the uniform one by at most one step.
 TEST(Comb, RemaindersAreUniform) {
   constexpr int kOffsets = 2000;
   const Strata strata({1, 0, 3, 0.5f, 8, 0, 0, 2});
@@ -91,7 +91,7 @@ TEST(Comb, RemaindersAreUniform) {
   }
 }
 
-/// Whatever lies between them: what no second hit can improve has one, and always one.
+/// A stratum whose weight is exactly the step has exactly one hit, for any other strata.
 TEST(Comb, StrataAsLongAsTheStepAreHitOnce) {
   constexpr float kStep = 0.37f;
   std::mt19937 rng(4);
@@ -126,8 +126,8 @@ TEST(Comb, IsOneLineThroughAllSegments) {
   }
 }
 
-/// Blocks are summed in an order of their own: a sum that reaches further than the weights do, or
-/// less far, loses no tooth and hits nothing dark.
+/// The sums of blocks are rounded differently from their weights. Sums that are too large or too
+/// small must not lose teeth, or hit strata of weight 0.
 TEST(Comb, SumsThatRoundOtherwiseLoseNothing) {
   for (const float error : {-2e-7f, 2e-7f}) {
     Strata strata = random_strata(64, 9);
@@ -141,7 +141,7 @@ TEST(Comb, SumsThatRoundOtherwiseLoseNothing) {
   }
 }
 
-/// Of a square divided into 2^5 x 2^5: each place once, and the next one beside it.
+/// The curve visits each of 2^5 x 2^5 cells once, and successive cells are adjacent.
 TEST(HilbertPoints, CurveVisitsNeighbours) {
   constexpr uint32_t kSide = 32;
   std::vector<std::pair<int, int>> places(kSide * kSide, {-1, -1});
@@ -169,7 +169,7 @@ TEST(HilbertPoints, AreNetsInTheOrderOfTheCurve) {
       EXPECT_LE(hilbert_index(points[i - 1].x >> 16, points[i - 1].y >> 16),
                 hilbert_index(points[i].x >> 16, points[i].y >> 16));
     }
-    // One in each elementary interval, of whatever shape, after any digital shift.
+    // One point is in each elementary interval of any shape, after any digital shift.
     for (uint32_t x_bits = 0; x_bits <= log2; ++x_bits) {
       std::set<std::pair<int, int>> intervals;
       for (size_t i = 0; i < points.size(); ++i) {
@@ -196,18 +196,18 @@ TEST(HilbertPoints, FirstOnesAreOfOneSequence) {
 }
 
 struct Budget {
-  double rays = 0;  ///< of all kinds, a pixel
-  uint16_t least_primaries = 65535;
-  uint16_t most_primaries = 0;
-  uint16_t most_rays = 0;
+  double rays = 0;  ///< mean over pixels, of primaries and shadow rays
+  uint16_t min_primaries = 65535;
+  uint16_t max_primaries = 0;
+  uint16_t max_rays = 0;
 };
 Budget spend(const std::vector<PixelPlan>& plan) {
   Budget budget;
   for (const PixelPlan& p : plan) {
     budget.rays += p.primaries + p.rays;
-    budget.least_primaries = std::min(budget.least_primaries, p.primaries);
-    budget.most_primaries = std::max(budget.most_primaries, p.primaries);
-    budget.most_rays = std::max(budget.most_rays, p.rays);
+    budget.min_primaries = std::min(budget.min_primaries, p.primaries);
+    budget.max_primaries = std::max(budget.max_primaries, p.primaries);
+    budget.max_rays = std::max(budget.max_rays, p.rays);
     EXPECT_GT(p.candidates, 0);
     EXPECT_LE(p.candidates, 4000);
   }
@@ -215,7 +215,7 @@ Budget spend(const std::vector<PixelPlan>& plan) {
   return budget;
 }
 
-/// A picture's forecast: a gradient, edges, gloss, and background at the top.
+/// Returns the forecast of an image with a gradient, edges, gloss, and background at the top.
 std::vector<PixelForecast> picture(int width, int height) {
   std::vector<PixelForecast> forecast(static_cast<size_t>(width) * height);
   for (int y = 0; y < height; ++y) {
@@ -240,13 +240,13 @@ TEST(Allocate, KeepsTheBudget) {
     for (const double rays : {6., 12., 24., 48., 120., 500.}) {
       const Budget budget = spend(RayAllocation(picture(64, 48), 64, 48, mode).plan(rays));
       EXPECT_NEAR(budget.rays, rays, 0.03 * rays) << static_cast<int>(mode);
-      EXPECT_GE(budget.least_primaries, 1);
-      EXPECT_LE(budget.most_rays, 1024);
+      EXPECT_GE(budget.min_primaries, 1);
+      EXPECT_LE(budget.max_rays, 1024);
     }
   }
 }
 
-/// Where all pixels are alike they must not all round one way.
+/// If all pixels are alike, they must not all be rounded in the same direction.
 TEST(Allocate, KeepsTheBudgetOfAnEvenPicture) {
   PixelForecast even;
   even.mean = 1;
@@ -269,7 +269,7 @@ TEST(Allocate, RaysGoWhereTheyAreNeeded) {
   EXPECT_GT(at(10, 28).candidates, at(10, 15).candidates);
 }
 
-/// A pilot of one primary sees some pixels too bright and others too dark, by chance.
+/// A pilot with one primary overestimates some pixels and underestimates others.
 TEST(Allocate, SmoothingTakesOutTheForecastsNoise) {
   std::vector<PixelForecast> forecast(64 * 64);
   for (size_t i = 0; i < forecast.size(); ++i) {
@@ -300,12 +300,12 @@ TEST(Allocate, NotAdaptiveGivesAllTheSame) {
   }
 }
 
-/// Every pixel gets a primary, whatever the forecasts are, and none more rays than a pass can have.
+/// For any forecast, each pixel gets a primary and at most the rays that a pass supports.
 TEST(Allocate, StandsAnyForecast) {
   PixelForecast dark;
   PixelForecast sky;
   sky.mean = 3;
-  PixelForecast hidden;  // surfaces that no light is thought to reach
+  PixelForecast hidden;  // surfaces without expected light
   hidden.uncertainty = 1e-3f;
   PixelForecast tiny{1e-25f, 0, 1e-26f, 0, false};
   PixelForecast huge{1e25f, 1e26f, 1e24f, 1e26f, true};
@@ -314,9 +314,9 @@ TEST(Allocate, StandsAnyForecast) {
       const auto plan =
           RayAllocation(std::vector<PixelForecast>(64, each), 8, 8, Mode::kAdaptive).plan(rays);
       const Budget budget = spend(plan);
-      EXPECT_GE(budget.least_primaries, 1);
+      EXPECT_GE(budget.min_primaries, 1);
       EXPECT_LE(budget.rays, std::max(3., 1.1 * rays)) << each.mean << ", " << each.uncertainty;
-      // What is uncertain is not left to control terms.
+      // Uncertain light is not left to control terms.
       EXPECT_TRUE(each.uncertainty == 0 || plan.front().rays > 0) << each.mean;
     }
   }

@@ -1,4 +1,4 @@
-/// What is told of a render under way.
+/// Tests the progress text of a render.
 #include "progress.h"
 
 #include <gtest/gtest.h>

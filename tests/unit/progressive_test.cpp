@@ -1,5 +1,4 @@
-// Budgets of time and error, with passes that are made up: their speed and their noise are known,
-// and the clock is theirs.
+// Tests budgets of time and error with simulated passes, whose speed, noise and clock are known.
 #include "render/progressive.h"
 
 #include <gtest/gtest.h>
@@ -16,13 +15,13 @@ namespace kinome::test {
 namespace {
 
 struct Speed {
-  double sample = 1e-3;  ///< seconds
-  double pass = 0;       ///< seconds that each takes beside
-  double unsteady = 0;   ///< relative standard deviation
-  double forecast = 0;   ///< what seconds_per_sample() claims, over the truth
+  double sample = 1e-3;  ///< in seconds
+  double pass = 0;       ///< overhead of each pass in seconds
+  double unsteady = 0;   ///< relative standard deviation of the time
+  double forecast = 0;   ///< seconds_per_sample() divided by the true value
 };
 
-/// Grey pixels, each darker than the one before, with noise in proportion.
+/// Renders grey pixels, each darker than the previous one, with proportional noise.
 class FakePasses final : public Passes {
  public:
   FakePasses(Film& film, double deviation, Speed speed = {}, uint64_t seed = 1)
@@ -72,14 +71,14 @@ std::shared_ptr<Film> film_of(int width, int height) {
                     std::to_string(height) + "\"/><rfilter type=\"box\"/></film>");
 }
 
-/// A render by made-up passes.
+/// A render with simulated passes.
 struct MadeUp {
   std::shared_ptr<Film> film;
   FakePasses passes;
-  std::vector<double> told;  ///< of the progress
-  std::vector<double> seen;  ///< samples of the pictures that a callback was given
+  std::vector<double> progress;  ///< values of the progress callback
+  std::vector<double> seen;      ///< samples of the images that the pass callback received
   RenderContext context;
-  /// `showing`: seconds that a callback takes; negative: there is none.
+  /// `showing`: time in seconds that the pass callback takes; negative: no callback.
   MadeUp(int side, const RenderBudget& budget, double deviation, Speed speed = {},
          uint64_t seed = 1, double start = 0, const std::atomic<bool>* cancel = nullptr,
          double showing = -1)
@@ -87,7 +86,7 @@ struct MadeUp {
         passes(*film, deviation, speed, seed),
         context({.threads = 1,
                  .cancel = cancel,
-                 .progress = [this](double share) { told.push_back(share); },
+                 .progress = [this](double share) { progress.push_back(share); },
                  .budget = budget,
                  .clock = [this] { return passes.now; }}) {
     passes.now = start;
@@ -129,11 +128,11 @@ TEST(Time, IsKeptAndUsed) {
           MadeUp run(4, {.seconds = seconds}, 0.1, speed, 7, 0.1);
           const double slack = std::max(0.05 * seconds, 0.05);
           EXPECT_LE(run.passes.now, seconds + slack) << sample << " " << overhead;
-          // What is too little for another pass may be left over.
+          // The remaining time may be too short for another pass.
           EXPECT_GE(run.passes.now, seconds - slack - sample - overhead)
               << sample << " " << forecast;
           EXPECT_LE(run.passes.sizes.size(), 30u);
-          EXPECT_TRUE(std::is_sorted(run.told.begin(), run.told.end()));
+          EXPECT_TRUE(std::is_sorted(run.progress.begin(), run.progress.end()));
         }
       }
     }
@@ -141,10 +140,10 @@ TEST(Time, IsKeptAndUsed) {
 }
 
 TEST(Time, AWildGuessIsCutShort) {
-  // A pass takes twice or half as long as the one before promised.
+  // A pass takes twice or half the time that the previous one predicted.
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     MadeUp run(4, {.seconds = 2}, 0.1, {1e-4, 1e-3, 0.5, 1}, seed, 0.2);
-    EXPECT_LE(run.passes.now, 2.2) << seed;  // and the block at hand is finished
+    EXPECT_LE(run.passes.now, 2.2) << seed;  // the current block is finished
   }
 }
 
@@ -166,9 +165,9 @@ TEST(Time, ThereIsAlwaysAPicture) {
   EXPECT_EQ(run.context.stats().samples, 1);
 }
 
-/// The estimate, over the truth: of 2048 squares and more the standard deviation is below 4 %, that
-/// of the true error of one picture, of 256 values, 9 %. A factor of 1.5 is 4 deviations and more:
-/// each of the pictures fails falsely at a rate below 1e-4.
+/// The ratio of the estimate to the truth. With at least 2048 squares, the estimate has a standard
+/// deviation below 4 %; the true error of one image of 256 values has 9 %. A factor of 1.5 is more
+/// than 4 deviations, so that each test fails falsely at a rate below 1e-4.
 TEST(Error, IsEstimatedWithinAFactor) {
   for (const double target : {0.03, 1e-3, 4e-5}) {
     for (uint64_t seed = 1; seed <= 5; ++seed) {
@@ -178,16 +177,16 @@ TEST(Error, IsEstimatedWithinAFactor) {
       EXPECT_GT(estimate, 0);
       EXPECT_LT(estimate, 1.5 * run.rel_mse()) << target << " " << seed;
       EXPECT_GT(estimate, run.rel_mse() / 1.5) << target << " " << seed;
-      // No more than what it takes, give or take a round: 0.22 is the mean of r²/(r² + floor)
-      // x 0.5² or less.
+      // The number of samples is necessary, except for one round: 0.22 is the mean of r²/(r² +
+      // floor) x 0.5² or less.
       EXPECT_LE(run.samples(), std::max(16., 2 * 0.25 / target)) << target << " " << seed;
     }
   }
 }
 
-/// Not far beyond it: within a factor of 1.5, of which a quarter more samples than were needed, at
-/// worst, and the estimate's own deviation (2 % of 24576 squares) are less than half. The fewest
-/// samples that tell an error may have a smaller one, which is said.
+/// The error is at most a factor of 1.5 below the target. A quarter more samples than needed, and
+/// the estimate's deviation (2 % of 24576 squares), are less than half of that. The minimum number
+/// of samples for an estimate may have a smaller error, which is logged.
 TEST(Error, EndsWhenItIsReached) {
   set_log_level(LogLevel::kInfo);
   for (const double target : {0.2, 0.05, 0.04, 0.03, 0.02, 0.01, 3e-3, 1e-4}) {
@@ -197,8 +196,8 @@ TEST(Error, EndsWhenItIsReached) {
       const std::string said = testing::internal::GetCapturedStderr();
       const double estimate = run.context.stats().rel_mse;
       EXPECT_LE(estimate, target) << seed;
-      EXPECT_TRUE(std::is_sorted(run.told.begin(), run.told.end()));
-      EXPECT_LE(run.told.back(), 1);
+      EXPECT_TRUE(std::is_sorted(run.progress.begin(), run.progress.end()));
+      EXPECT_LE(run.progress.back(), 1);
       const bool is_least = run.samples() == 4;
       if (!is_least) {
         EXPECT_GT(estimate, target / 1.5) << target << " " << seed;
@@ -211,8 +210,8 @@ TEST(Error, EndsWhenItIsReached) {
   set_log_level(LogLevel::kWarn);
 }
 
-/// A lane with two samples where others have one: the estimate is that of the mean all the same. Of
-/// 24576 squares, and 4096 for the truth: a factor of 1.1 is 4 deviations and more.
+/// Lanes with different numbers of samples: the estimate is still that of the mean. With 24576
+/// squares, and 4096 for the truth, a factor of 1.1 is more than 4 deviations.
 TEST(Error, IsEstimatedOfLanesOfDifferentLength) {
   const auto film = film_of(64, 64);
   film->prepare({{}}, 4);
@@ -262,7 +261,7 @@ TEST(Error, TimeEndsItToo) {
   EXPECT_LE(other.passes.now, 1);
 }
 
-/// A small film has more lanes, and none that make the film large.
+/// A small film has more lanes; they must not make the film large.
 TEST(Lanes, AsManyAsAnEstimateNeeds) {
   EXPECT_EQ(lanes_for({}, *film_of(10, 10)), 1u);
   EXPECT_EQ(lanes_for({.seconds = 3}, *film_of(10, 10)), 1u);
@@ -280,7 +279,8 @@ TEST(Lanes, DivideTheScenesSamples) {
                                       "tile_variance.R", "tile_variance.G", "tile_variance.B"}));
   EXPECT_EQ(run.context.stats().renders, 8u);
   EXPECT_EQ(run.context.stats().variance_of_mean.size(), 3u);
-  // Over the truth, 0.5² r² / 64: the mean of 256 chi² of 7 degrees, within 5 standard deviations.
+  // The ratio to the true variance, 0.5² r² / 64, is the mean of 256 chi² of 7 degrees of freedom.
+  // The tolerance is 5 standard deviations.
   double sum = 0;
   for (int i = 0; i < 256; ++i) {
     const double r = FakePasses::truth(i % 16, i / 16);
@@ -289,7 +289,7 @@ TEST(Lanes, DivideTheScenesSamples) {
   EXPECT_NEAR(sum / 256, 1, 5 * std::sqrt(2. / (7 * 256)));
 }
 
-/// Each pass is seen, and the picture is, to the bit, the one that nobody looked at.
+/// The callback receives each pass, and the image has the same bits as without a callback.
 TEST(Callback, ChangesNothing) {
   for (const RenderBudget& budget : {RenderBudget{.rel_mse = 1e-3}, RenderBudget{.lanes = 8}}) {
     MadeUp plain(8, budget, 0.5);
@@ -306,7 +306,7 @@ TEST(Callback, ChangesNothing) {
   }
 }
 
-/// And the time is kept, and used: what a callback takes is not mistaken for that of samples.
+/// The time of the callback counts toward the budget, but not as time of samples.
 TEST(Callback, ItsTimeIsPartOfTheBudget) {
   for (const double showing : {0., 0.01, 0.2}) {
     for (const double forecast : {0., 1.}) {
@@ -319,7 +319,7 @@ TEST(Callback, ItsTimeIsPartOfTheBudget) {
       EXPECT_LE(run.seen.size(), 6u) << showing << " " << forecast;
     }
   }
-  // The picture of the fewest samples is seen, whatever the time.
+  // The image with the minimum number of samples is shown even if the time is over.
   MadeUp late(4, {.seconds = 0.001}, 0.1, {0.05}, 1, 0.3, nullptr, 0);
   EXPECT_EQ(late.seen, std::vector<double>{1});
 }

@@ -153,7 +153,7 @@ TEST(Properties, KnowsWhatNobodyRead) {
   Properties props = make();
   props.set("size", 1.0, kWhere);
   props.set("count", int64_t{1}, kWhere);
-  EXPECT_TRUE(props.has("size"));  // asking is not reading
+  EXPECT_TRUE(props.has("size"));  // has() doesn't count as a read
   props.integer("count");
   EXPECT_FALSE(props.entries()[0].second.read);
   EXPECT_TRUE(props.entries()[1].second.read);

@@ -1,4 +1,4 @@
-// The line of strata, and the comb that decides which of them get rays.
+// Tests the line of strata, and the comb that assigns rays to them.
 #include "clustered/product/ray_comb.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ void append(Kind kind, uint32_t group, const std::vector<float>& weights, Strata
   }
 }
 
-/// Weights over some decades, some of them 0.
+/// Returns weights over some decades, some of them 0.
 std::vector<float> random_weights(size_t count, unsigned seed) {
   Random random(seed);
   std::vector<float> weights(count);
@@ -31,7 +31,7 @@ std::vector<float> random_weights(size_t count, unsigned seed) {
   return weights;
 }
 
-/// Cells of one group, then candidates of two kinds.
+/// Returns the cells of one group, then candidates of two kinds.
 Strata three_segments() {
   Strata strata;
   append(Kind::kDiffuse, 0, random_weights(70, 1), strata);
@@ -59,8 +59,8 @@ TEST(Strata, LieOnOneLine) {
   EXPECT_EQ(strata.total(), 0);
 }
 
-/// The combs of N offsets are one comb of N times as many teeth: of these a stratum holds its
-/// share, capped, to within one.
+/// The combs of N offsets together are one comb with N times as many teeth. The number of its teeth
+/// in a stratum differs from the stratum's capped share by at most one.
 TEST(RayComb, HitsAreProportionalToWeights) {
   constexpr int kOffsets = 1000;
   constexpr size_t kRays = 40;
@@ -91,7 +91,7 @@ TEST(RayComb, HitsAreProportionalToWeights) {
   EXPECT_NEAR(all / kOffsets, kRays, 1);
 }
 
-/// What is heavier than a ray has its one ray, whatever the others are; cells may have more.
+/// A candidate heavier than one ray has exactly one ray, for any other strata. Cells may have more.
 TEST(RayComb, HeavyCandidatesHaveOneRay) {
   RayComb comb;
   for (int k = 0; k < 200; ++k) {

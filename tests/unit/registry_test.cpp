@@ -1,4 +1,4 @@
-// Which plugins are found, which libraries are refused, and what becomes of parameters.
+// Tests which plugins are found, which libraries are rejected, and how parameters are read.
 
 #include "kinome/plugin_registry.h"
 
@@ -98,7 +98,7 @@ TEST(Registry, NoCodeOfAnotherAbiEverRuns) {
                      "'kinome-abi;interface=0;another;', this program's is '" KINOME_ABI_KEY "'");
   EXPECT_FALSE(fs::exists(trace));
   EXPECT_TRUE(registry.loaded().empty());
-  // That the file would be there, had the library been opened:
+  // The file would exist if the library had been opened:
   EXPECT_NE(dlopen(KINOME_UNIT_PLUGINS "/texture/foreign_abi.so", RTLD_NOW | RTLD_LOCAL), nullptr);
   EXPECT_TRUE(fs::exists(trace));
   unsetenv("KINOME_TEST_TRACE");
@@ -164,8 +164,8 @@ TEST(Registry, FilesThatAreNoPlugins) {
 TEST(Registry, DamagedElfFilesNeverCrash) {
   const TemporaryFolder folder;
   const std::string whole = contents_of(kProbe);
-  // Each byte of the header behind its magic number is replaced by extremes. The key is damaged,
-  // too, so that nothing is ever opened.
+  // Replaces each byte of the header after its magic number by extreme values. The key is damaged,
+  // too, so that no library is opened.
   for (size_t i = 16; i < 64; ++i) {
     for (const char byte : {'\x00', '\x7f', '\xff'}) {
       std::string damaged = whole;
@@ -233,7 +233,7 @@ TEST(Create, ChecksEveryTypeAgainstTheTable) {
       {"a transform", Transform()},
       {"a texture", std::shared_ptr<Object>(object)},
   };
-  // One letter for each value above: x where the parameter takes it.
+  // One letter for each value above: x if the parameter accepts it.
   const std::map<std::string, std::string> accepted{
       {"boolean", "x--------"},  {"integer", "-x-------"},   {"real", "-xx------"},
       {"string", "---x-----"},   {"vector", "----x----"},    {"color", "-xx-xxx--"},

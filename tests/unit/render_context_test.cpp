@@ -23,7 +23,7 @@ std::shared_ptr<Film> make_film(const std::string& more = "") {
       more + "</film>");
 }
 
-/// Random values over many decades: sums that depend on their order show it.
+/// Adds random values over many decades, so that sums depend on their order.
 void random_tile(Tile& tile) {
   for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
     for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
@@ -193,7 +193,7 @@ TEST(RenderContext, ForEachStopsAtExceptionsAndWhenCancelled) {
                                    }),
                  std::runtime_error);
     EXPECT_LT(done, 99999);
-    // Usable afterwards.
+    // The context is usable after the exception.
     done = 0;
     throwing.for_each(20, [&](size_t, RenderCounters&) { ++done; });
     EXPECT_EQ(done, 20);
@@ -201,8 +201,8 @@ TEST(RenderContext, ForEachStopsAtExceptionsAndWhenCancelled) {
     std::atomic<bool> cancel{false};
     RenderContext cancelled({.threads = threads, .cancel = &cancel});
     done = 0;
-    // Whoever finds 7 done cancels before it takes another index: one more per thread at the most,
-    // however long a thread is kept from running.
+    // The thread that finds 7 done cancels before it takes another index. Each other thread may
+    // finish at most one more, however long it is suspended.
     cancelled.for_each(100000, [&](size_t, RenderCounters&) {
       if (++done >= 7) cancel = true;
     });
@@ -215,16 +215,17 @@ TEST(RenderContext, ForEachStopsAtExceptionsAndWhenCancelled) {
 }
 
 TEST(RenderContext, ProgressOfParts) {
-  std::vector<double> told;
-  RenderContext context({.threads = 1, .progress = [&](double share) { told.push_back(share); }});
+  std::vector<double> progress;
+  RenderContext context(
+      {.threads = 1, .progress = [&](double share) { progress.push_back(share); }});
   context.set_progress_range(0.2, 0.6);
   context.for_each(50, [](size_t, RenderCounters&) {});
   context.set_progress_range(0.6, 1);
   context.for_each(50, [](size_t, RenderCounters&) {});
-  ASSERT_FALSE(told.empty());
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-  EXPECT_GE(told.front(), 0.2);
-  EXPECT_LE(told.back(), 1);
+  ASSERT_FALSE(progress.empty());
+  EXPECT_TRUE(std::is_sorted(progress.begin(), progress.end()));
+  EXPECT_GE(progress.front(), 0.2);
+  EXPECT_LE(progress.back(), 1);
 }
 
 TEST(RenderContext, ParallelForVisitsEachIndexOnce) {
@@ -254,7 +255,7 @@ TEST(RenderContext, ThreadsServeOneCallAfterAnother) {
   EXPECT_LE(threads.size(), 4u);
 }
 
-/// On the thread of each, where all others may be at the same.
+/// The nested call runs on the thread of its item, because all others may be inside one, too.
 TEST(RenderContext, ParallelForWithinOne) {
   const RenderContext context({.threads = 3});
   std::vector<std::atomic<int>> visits(60 * 50);
@@ -271,17 +272,17 @@ TEST(RenderContext, ParallelForWithinOne) {
 TEST(RenderContext, ProgressRisesToOne) {
   const auto film = make_film();
   film->prepare({{}});
-  std::vector<double> told;
+  std::vector<double> progress;
   std::atomic<int> inside{0};
   RenderContext context({.threads = 8, .progress = [&](double fraction) {
                            EXPECT_EQ(++inside, 1) << "two threads at once";
-                           told.push_back(fraction);
+                           progress.push_back(fraction);
                            --inside;
                          }});
   context.for_each_tile(*film, [](Tile&) {});
-  ASSERT_FALSE(told.empty());
-  for (size_t i = 1; i < told.size(); ++i) EXPECT_GT(told[i], told[i - 1]);
-  EXPECT_EQ(told.back(), 1);
+  ASSERT_FALSE(progress.empty());
+  for (size_t i = 1; i < progress.size(); ++i) EXPECT_GT(progress[i], progress[i - 1]);
+  EXPECT_EQ(progress.back(), 1);
 }
 
 #if defined(__SSE2__)

@@ -1,4 +1,4 @@
-/// Rough boundaries that let light through.
+/// Tests of rough dielectric boundaries.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ float index_at(const Vec3& direction, float eta) {
   return direction.z > 0 ? 1 : eta;
 }
 
-/// Fresnel's reflectance of the microfacet that leads from wi to wo, in double precision.
+/// Returns the Fresnel reflectance of the microfacet that leads from wi to wo, in double precision.
 double reflectance(const Vec3& wi, const Vec3& wo, float eta) {
   const double n_i = double{index_at(wi, eta)}, n_o = double{index_at(wo, eta)};
   const glm::dvec3 i(wi), o(wo);
@@ -37,7 +37,7 @@ double reflectance(const Vec3& wi, const Vec3& wo, float eta) {
   return (s * s + p * p) / 2;
 }
 
-/// f |cos| / cos is the same both ways but for the squared indices of both sides (Veach 1997, 5.2).
+/// f |cos| / cos is symmetric, except for the squared indices of both sides (Veach 1997, 5.2).
 TEST(RoughDielectric, IsReciprocalButForTheIndices) {
   for (const float eta : kIndices) {
     for (const std::string& type : {std::string(), kGgx}) {
@@ -48,14 +48,14 @@ TEST(RoughDielectric, IsReciprocalButForTheIndices) {
       for (int i = 0; i < 20000; ++i) {
         const Vec3 a = random.sphere(), b = random.sphere();
         if (std::abs(a.z) < 1e-3f || std::abs(b.z) < 1e-3f) continue;
-        // At the angle of total reflection Fresnel's slope is infinite.
+        // At the critical angle the slope of the Fresnel reflectance is infinite.
         const double share = reflectance(a, b, eta);
         if (share > 0.5 && share < 1) continue;
         const float forth = bsdf->eval_pdf(seen_from(a), Lobe::kAll, b).f.x /
                             (std::abs(b.z) * sqr(index_at(a, eta)));
         const float back = bsdf->eval_pdf(seen_from(b), Lobe::kAll, a).f.x /
                            (std::abs(a.z) * sqr(index_at(b, eta)));
-        // Rounding of the half vector, which tails of D magnify.
+        // Tolerance: rounding of the half vector, magnified in the tails of D.
         EXPECT_NEAR(forth, back, 2e-3f * std::max(forth, back) + 1e-9f)
             << eta << type << ' ' << a.x << ' ' << a.y << ' ' << a.z << " / " << b.x << ' ' << b.y
             << ' ' << b.z;
@@ -67,8 +67,8 @@ TEST(RoughDielectric, IsReciprocalButForTheIndices) {
   }
 }
 
-/// From u2 to directions, of what is mirrored and of what goes through: by the density that is left
-/// of it when the choice between the two is taken out.
+/// Tests the mapping from u2 to directions, for reflection and for transmission. Divides the
+/// density by the probability of the choice between the two.
 TEST(RoughDielectric, DensityIsTheInverseJacobianOnBothSides) {
   for (const float eta : kIndices) {
     for (const std::string& type :
@@ -101,8 +101,8 @@ TEST(RoughDielectric, DensityIsTheInverseJacobianOnBothSides) {
   }
 }
 
-/// Power: radiance through the surface counts by the squared index. Microfacets lose some to one
-/// another, a smooth surface loses none.
+/// Tests conservation of power: radiance through the surface scales with the squared index.
+/// Microfacets lose some power to one another; a smooth surface loses none.
 TEST(RoughDielectric, LosesLittleAndMakesNothing) {
   for (const float eta : kIndices) {
     for (const float alpha : {0.002f, 0.1f, 0.4f}) {

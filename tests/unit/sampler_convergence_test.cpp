@@ -1,4 +1,4 @@
-/// How fast the errors of each sampler fall.
+/// Tests how fast the errors of each sampler decrease.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,12 +9,12 @@
 namespace kinome::test {
 namespace {
 
-/// Smooth, with an integral of 0 over the square.
+/// A smooth function whose integral over the square is 0.
 double smooth(const Vec2& v) {
   return std::exp(v.x) * std::cos(2 * v.y) - (std::exp(1.0) - 1) * std::sin(2.0) / 2;
 }
 
-/// Variance of the mean of n samples, over pixels.
+/// Returns the squared errors of the mean of n samples, over pixels.
 Moments squared_errors(const Sampler& sampler, uint32_t n, uint32_t pixels) {
   Moments squares;
   for (uint32_t p = 0; p < pixels; ++p) {
@@ -26,9 +26,10 @@ Moments squared_errors(const Sampler& sampler, uint32_t n, uint32_t pixels) {
 }
 
 TEST(Convergence, ErrorsFallAsEachMethodPromises) {
-  // Slopes of the variance from 16 to 1024 samples: -1, and for smooth integrands -2 stratified
-  // (jittered in two dimensions), -3 with a log factor for scrambled nets (Owen 1997). 1500
-  // randomisations make a variance known to about 4 %: a slope over 6 octaves to .013.
+  // Slopes of the variance from 16 to 1024 samples: -1 in general. For smooth integrands they are
+  // -2 for stratified samples (jittered in two dimensions), and -3 with a log factor for scrambled
+  // nets (Owen 1997). With 1500 randomisations a variance is known to about 4 %, and a slope over 6
+  // octaves to .013.
   const struct {
     const char* type;
     double low;
@@ -49,7 +50,7 @@ TEST(Convergence, ErrorsFallAsEachMethodPromises) {
   }
 }
 
-/// Owen's nested uniform scramble by its definition: each bit flips by a hash of all bits above.
+/// Owen's nested uniform scramble by its definition: a hash of all higher bits flips each bit.
 uint32_t nested_scramble(uint32_t v, uint64_t key) {
   uint32_t flips = 0;
   for (int bit = 31; bit >= 0; --bit) {
@@ -59,7 +60,7 @@ uint32_t nested_scramble(uint32_t v, uint64_t key) {
   return v ^ flips;
 }
 
-/// The hashed scramble is as good as the real one: same variance of the same net.
+/// The hashed scramble has the variance of Owen's scramble for the same net.
 TEST(Sobol, HashedScrambleHasTheVarianceOfOwens) {
   constexpr uint32_t kRuns = 6000;
   const auto sampler = make_sampler("sobol", 64);
@@ -85,7 +86,7 @@ TEST(Sobol, HashedScrambleHasTheVarianceOfOwens) {
     }
     const Moments hashed = squared_errors(*sampler, n, kRuns);
     const double deviation = std::sqrt(owen.variance_of_mean() + hashed.variance_of_mean());
-    // 5 standard deviations, and 3 % for what the hash can't do.
+    // Tolerance: 5 standard deviations, and 3 % for the imperfect hash.
     EXPECT_NEAR(hashed.mean(), owen.mean(), 5 * deviation + 0.03 * owen.mean()) << n;
   }
 }

@@ -1,4 +1,4 @@
-/// Guarantees of samplers that stratify sets of samples.
+/// Tests the guarantees of samplers that stratify sets of samples.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace kinome::test {
 namespace {
 
-/// Few strata leave a permutation few ways to be random: each sample must still be uniform.
+/// A permutation of few strata has few possible values, but each sample must still be uniform.
 TEST(Stratified, FewStrataAreUniform) {
   for (const int count : {4, 9}) {
     const auto sampler = make_sampler("stratified", count);
@@ -43,7 +43,7 @@ TEST(Stratified, EveryBlockFillsEveryStratum) {
   EXPECT_EQ(first_cells.size(), 49u) << "the order of the strata differs between pixels";
 }
 
-/// Number of the strata that hold one sample each, of `side` x `side` or of `side` alone.
+/// Returns the number of distinct strata that contain samples.
 size_t filled(const std::vector<uint32_t>& strata) {
   return std::set<uint32_t>(strata.begin(), strata.end()).size();
 }
@@ -94,7 +94,7 @@ TEST(Strata, OrthogonalFillsTheSquaresOfAnyTwoDimensions) {
   }
 }
 
-/// Sets that are too large for tables of their orders.
+/// Sets that are too large for permutation tables.
 TEST(Strata, OfLargeSetsAreFilled) {
   for (const char* const type : {"stratified", "multijitter", "orthogonal"}) {
     const auto sampler = make_sampler(type, 4900);
@@ -112,12 +112,12 @@ TEST(Strata, OfLargeSetsAreFilled) {
       lines.push_back(of(sampler->value_1d(key, 6), count));
     }
     EXPECT_EQ(filled(squares), count) << type;
-    // Where rounding moves a sample across the edge of its stratum, another is empty.
+    // Rounding may move a sample into the next stratum, which leaves its own one empty.
     EXPECT_GE(filled(lines), count - 3) << type;
   }
 }
 
-/// A set's samples are in random order: any two of them are in any two strata.
+/// The samples of a set are in random order: any two of them are in any two strata.
 TEST(Strata, OrdersOfSetsAreRandom) {
   for (const auto& [type, count] : {std::pair("stratified", 4),
                                     {"stratified", 9},
@@ -139,7 +139,7 @@ TEST(Strata, OrdersOfSetsAreRandom) {
       for (size_t k = 0; k < n * n; ++k) {
         expected[k] = k / n == k % n ? 0 : kPixels / static_cast<double>(n * (n - 1));
       }
-      // Orders are some thousands, not all: a tenth more or less.
+      // There are some thousand orders, not all: the tolerance is a tenth.
       for (size_t k = 0; k < n * n; ++k) {
         EXPECT_NEAR(observed[k], expected[k], 5 * std::sqrt(expected[k]) + 0.1 * expected[k])
             << type << " " << count << ": " << a << ", " << b << ", " << k;
@@ -148,7 +148,7 @@ TEST(Strata, OrdersOfSetsAreRandom) {
   }
 }
 
-/// All in the middles of their strata.
+/// All samples are at the centres of their strata.
 TEST(Strata, DoesNotJitterIfAskedNotTo) {
   for (const char* const type : {"multijitter", "orthogonal", "stratified"}) {
     const auto sampler = make<Sampler>("<sampler type=\"" + std::string(type) +

@@ -49,8 +49,8 @@ TEST_P(EverySampler, IsAFunctionOfItsKey) {
   }
 }
 
-/// One number a pixel: whatever is stratified within pixels, these are independent and uniform.
-/// Pairs of them must be uniform in the square: two dimensions, neighbours, samples, seeds.
+/// Takes one value of each pixel: they are independent and uniform, even if values within a pixel
+/// are stratified. Pairs must be uniform in the square: two dimensions, neighbours, samples, seeds.
 TEST_P(EverySampler, PixelsDimensionsAndSeedsAreIndependent) {
   constexpr uint32_t kCount = 100000;
   const Sampler& s = *sampler_;
@@ -93,7 +93,7 @@ TEST_P(EverySampler, PixelsDimensionsAndSeedsAreIndependent) {
   }
 }
 
-/// Over all samples of many pixels each single number is uniform, too.
+/// Each single value is uniform over all samples of many pixels, too.
 TEST_P(EverySampler, SamplesOfAPixelAreUniform) {
   const Sampler& s = *sampler_;
   const auto key = [](uint32_t i) { return SampleKey{i / 64, 9, i % 64, 0}; };
@@ -105,10 +105,10 @@ TEST_P(EverySampler, SamplesOfAPixelAreUniform) {
           .passed);
 }
 
-/// Within a pixel, the correlation r of two dimensions over n samples has mean 0 and mean square
-/// 1 / (n - 1), as for independent permutations; up to twice that for Sobol's, whose orders keep
-/// samples 2k and 2k + 1 a pair. Dimensions that share one order have a mean square near 1.
-/// (Halton's dimensions are correlated by design.)
+/// Within a pixel, the correlation r of two dimensions over n samples has mean 0 and mean square 1
+/// / (n - 1), as for independent permutations. Sobol's mean square is up to twice that, because its
+/// orders keep samples 2k and 2k + 1 together. Dimensions that share one order have a mean square
+/// near 1. Halton's dimensions are correlated by design.
 TEST_P(EverySampler, DimensionsOfAPixelAreNotCorrelated) {
   if (std::string(GetParam()) == "halton") return;
   constexpr uint32_t kSamples = 64;
@@ -148,13 +148,13 @@ TEST_P(EverySampler, DimensionsOfAPixelAreNotCorrelated) {
     // 5 standard deviations: 6e-7.
     EXPECT_LT(std::abs(r.mean()), 5 * std::sqrt(r.variance_of_mean())) << name;
     const double margin = 5 * std::sqrt(r2.variance_of_mean());
-    const double most = (std::string(GetParam()) == "sobol" ? 2.0 : 1.0) / (kSamples - 1);
-    // Any two dimensions of an orthogonal array are stratified together: they are correlated less.
+    const double max_r2 = (std::string(GetParam()) == "sobol" ? 2.0 : 1.0) / (kSamples - 1);
+    // Any two dimensions of an orthogonal array are stratified together and less correlated.
     const bool is_array = std::string(GetParam()) == "orthogonal";
     if (!is_array) {
       EXPECT_GT(r2.mean(), 1.0 / (kSamples - 1) - margin) << name;
     }
-    EXPECT_LT(r2.mean(), most + margin) << name;
+    EXPECT_LT(r2.mean(), max_r2 + margin) << name;
   }
 }
 
@@ -169,7 +169,7 @@ TEST_P(EverySampler, AnotherCountIsTheSameMethod) {
   }
 }
 
-/// Every elementary interval 2^-a x 2^-b, a + b = m, holds exactly one of the 2^m points.
+/// Every elementary interval 2^-a x 2^-b, a + b = m, contains exactly one of the 2^m points.
 void expect_net(const std::vector<Vec2>& points, int m, const std::string& what) {
   ASSERT_EQ(points.size(), size_t{1} << m);
   for (int a = 0; a <= m; ++a) {
@@ -220,7 +220,7 @@ TEST(Halton, PowersOfTheBaseFillEveryInterval) {
         values.push_back(sampler->value_1d({pixel, 1, i, 0}, c.dimension));
       }
       std::sort(values.begin(), values.end());
-      // One value an interval, whose ends are rounded as floats.
+      // Each interval contains one value. The ends of intervals are rounded as floats.
       for (uint32_t i = 0; i < c.count; ++i) {
         EXPECT_GE(values[i], static_cast<double>(i) / c.count - 0x1p-24) << "base " << c.base;
         EXPECT_LE(values[i], (i + 1.0) / c.count + 0x1p-24) << "base " << c.base;
@@ -236,8 +236,8 @@ TEST(Halton, PowersOfTheBaseFillEveryInterval) {
   EXPECT_EQ(boxes.size(), 36u);
 }
 
-/// A digit of a sample's number, from the highest on; nullopt if it depends on what a float cuts
-/// off.
+/// Returns a digit of a sample's value, counted from the highest; nullopt if it depends on digits
+/// that a float doesn't store.
 std::optional<uint32_t> halton_digit(const Sampler& sampler, uint32_t pixel, uint32_t sample,
                                      uint32_t dimension, uint32_t base, uint32_t digit) {
   const double value = sampler.value_1d({pixel, 3, sample, 0}, dimension);
@@ -247,14 +247,14 @@ std::optional<uint32_t> halton_digit(const Sampler& sampler, uint32_t pixel, uin
   return static_cast<uint32_t>(std::fmod(low, base));
 }
 
-/// Owen's scramble: digits of samples that share all lower ones are permuted by the same
-/// permutation, all pairs of distinct results being equally likely, and other digits independently.
+/// Owen's scramble: samples that share all lower digits get the same permutation of this digit, in
+/// which all pairs of distinct results are equally likely. Other digits are permuted independently.
 TEST(Halton, DigitsArePermutedAtRandom) {
   const auto sampler = make_sampler("halton", 64);
   const struct {
     uint32_t dimension, base;
     uint32_t a, b;
-    uint32_t digit;  ///< the first one that differs
+    uint32_t digit;  ///< the first digit that differs
   } cases[] = {{2, 5, 0, 5, 1},   {2, 5, 0, 1, 0},   {2, 5, 7, 12, 1},  {2, 5, 3, 1253, 4},
                {2, 5, 0, 375, 3}, {1, 3, 1, 2, 0},   {1, 3, 5, 8, 1},   {1, 3, 0, 81, 4},
                {9, 29, 0, 28, 0}, {9, 29, 1, 30, 1}, {9, 29, 58, 29, 1}};

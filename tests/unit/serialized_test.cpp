@@ -174,9 +174,9 @@ TEST_F(Serialized, SaysWhatIsWrong) {
     return file_of({mesh});
   };
   const auto says = [&](const std::string& broken, const char* what) {
-    const std::string told = fault(broken);
-    EXPECT_NE(told.find(what), std::string::npos) << what << ": " << told;
-    EXPECT_NE(told.find("mesh.serialized"), std::string::npos) << told;
+    const std::string message = fault(broken);
+    EXPECT_NE(message.find(what), std::string::npos) << what << ": " << message;
+    EXPECT_NE(message.find("mesh.serialized"), std::string::npos) << message;
   };
   says("", "is not a file of serialized meshes");
   says("ply\nformat", "is not a file of serialized meshes");

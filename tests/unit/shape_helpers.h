@@ -26,9 +26,9 @@ std::string error_of(const Action& action) {
 }
 
 /// Samples a direction away from a surface with this normal. Grazing directions are frequent,
-/// because the cosine is a power of ten whose exponent is uniform from `least` to 0.
-inline Vec3 grazing_direction(Random& random, const Vec3& n, float least) {
-  const float z = std::pow(10.f, random.between(least, 0)), phi = random.between(0, 2 * kPi);
+/// because the cosine is a power of ten whose exponent is uniform from `min_exponent` to 0.
+inline Vec3 grazing_direction(Random& random, const Vec3& n, float min_exponent) {
+  const float z = std::pow(10.f, random.between(min_exponent, 0)), phi = random.between(0, 2 * kPi);
   const float r = safe_sqrt(1 - z * z);
   return Frame::from_normal(n).to_world({r * std::cos(phi), r * std::sin(phi), z});
 }

@@ -254,7 +254,7 @@ TEST(CellNeighbours, AreTheNearestCells) {
   const Sky sky;
   // All of a few; of many, those within reach along the curve are found, which most of the nearest
   // ones are.
-  for (const auto& [count, least_found] : {std::pair(64u, 1.), {512u, 1.}, {1500u, 0.9}}) {
+  for (const auto& [count, min_found] : {std::pair(64u, 1.), {512u, 1.}, {1500u, 0.9}}) {
     const DistantCells cells(sky, sky.grid(), count, context);
     const CellNeighbours neighbours = find_neighbours(cells, context);
     for (const auto& column : neighbours.of) ASSERT_EQ(column.size(), cells.padded_size());
@@ -281,7 +281,7 @@ TEST(CellNeighbours, AreTheNearestCells) {
       }
     }
     EXPECT_GE(static_cast<double>(found),
-              least_found * static_cast<double>(cells.size() * CellNeighbours::kCount));
+              min_found * static_cast<double>(cells.size() * CellNeighbours::kCount));
   }
 }
 

@@ -22,8 +22,8 @@ namespace kinome::test {
 class Failures {
  public:
   void add(const char* file, int line, const std::string& what) {
-    constexpr size_t kMost = 10;
-    if (list_.size() >= kMost) return;
+    constexpr size_t kMaxMessages = 10;
+    if (list_.size() >= kMaxMessages) return;
     list_.push_back(std::string(file) + ":" + std::to_string(line) + ": " + what);
   }
   const std::vector<std::string>& list() const { return list_; }

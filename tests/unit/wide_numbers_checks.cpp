@@ -229,10 +229,11 @@ void reductions(Failures& failures) {
     expected += values[i];
   }
   const Float x = Float::load(values.data());
-  const auto [least, most] = std::minmax_element(values.begin(), values.begin() + wide::kLanes);
+  const auto [min_value, max_value] =
+      std::minmax_element(values.begin(), values.begin() + wide::kLanes);
   KINOME_CHECK(sum(x) == expected, sum(x));
-  KINOME_CHECK(smallest(x) == *least, smallest(x));
-  KINOME_CHECK(largest(x) == *most, largest(x));
+  KINOME_CHECK(smallest(x) == *min_value, smallest(x));
+  KINOME_CHECK(largest(x) == *max_value, largest(x));
   const Mask positive = x > 0.f;
   const size_t count = store_selected(positive, x, written.data());
   KINOME_CHECK(store_selected(positive, Uint::load(numbers.data()), selected.data()) == count,
