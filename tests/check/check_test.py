@@ -1,6 +1,4 @@
-"""`kinome check`: names what is wrong with plugins that are wrong on purpose, and finds nothing wrong
-with the project's own.
-"""
+"""Tests that `kinome check` reports the faults of faulty plugins, and none of the project's own."""
 import os
 import pathlib
 import re
@@ -20,7 +18,7 @@ BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
 PROGRAM = BUILD / "bin/kinome"
 WRONG = BUILD / "tests/check/plugins"
 
-# What the project's own plugins are given where they need something, and what they don't claim.
+# Options for the project's own plugins: required parameters, and checks that don't apply.
 OWN = {
     "bsdf/hair": ["--except", "reciprocity"],  # its scales are tilted
     "emitter/envmap": ["-D", "filename=FOLDER/image.pfm"],
@@ -42,14 +40,14 @@ OWN = {
                         "-D", "values=0.1 0.5 0.2"],
     "texture/scale": ["-D", "texture=<texture type='checkerboard'/>"],
 }
-# Made of what no test makes in a line: gltf and serialized have tests of their own.
+# Too complex to be built from options here: gltf and serialized have their own tests.
 LEFT_OUT = {"shape/gltf", "shape/glb", "shape/serialized"}
 ONE_PIXEL = ("<film type='hdrfilm'><integer name='width' value='1'/><integer name='height' value='1'/>"
              "</film>")
 
 
 def check(plugin, *options):
-    """(exit status, {name of a check: what it says, where it failed}, all that was printed)."""
+    """Returns (exit status, {name of a failed check: message}, whole output)."""
     result = subprocess.run([PROGRAM, "check", plugin, "--effort", "0.3", *options],
                             capture_output=True, text=True, timeout=600)
     faults = {}
@@ -83,7 +81,7 @@ def without_numbers(text):
 
 
 class Page(unittest.TestCase):
-    """docs/checks.md, but for the numbers that were measured for it."""
+    """docs/checks.md must be up to date, except for measured numbers."""
 
     def test_faults_are_those_of_the_sources(self):
         self.assertEqual({source: {row[0] for row in rows}
@@ -147,7 +145,7 @@ class OwnPlugins(unittest.TestCase):
 
 
 class Against(unittest.TestCase):
-    """The light of one emitter against that of another."""
+    """Compares the light of one emitter with that of another."""
 
     def light(self, plugin, *options):
         status, faults, text = check(plugin, "--only", "light", *options)

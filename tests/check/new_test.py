@@ -1,5 +1,5 @@
-"""`kinome new`: a plugin of each category is right as it is begun: by the commands that are printed, it
-builds against the installed package, and `kinome check` finds nothing wrong with it.
+"""Tests that `kinome new` writes a correct plugin of each category. With the printed commands, it
+builds against the installed package, and `kinome check` finds no fault in it.
 """
 import os
 import pathlib

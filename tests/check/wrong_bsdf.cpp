@@ -1,4 +1,4 @@
-// White and diffuse on its front, but for its fault.
+// White and diffuse on its front, except for its fault.
 
 #include <csignal>
 

@@ -1,4 +1,4 @@
-// A sky that is the same all around, but for its fault.
+// A uniform sky, except for its fault.
 
 #include <cmath>
 #include <stdexcept>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr Parameter kTable[] = {
     KINOME_WRONG_PARAMETER,
-    {"scale", ParameterType::kFloat, "1", "Of its light; not negative."},
+    {"scale", ParameterType::kFloat, "1", "Factor of the radiance; not negative."},
 };
 
 class WrongSky final : public Emitter {
@@ -28,7 +28,7 @@ class WrongSky final : public Emitter {
   bool is_environment() const override { return true; }
   Rgb eval_environment(const Vec3& d) const override {
     if (wrong_.is("negative")) return Rgb(d.x > 0.9f ? -scale_ : scale_ / 100);
-    // A step that the grid doesn't tell of.
+    // A step that the grid doesn't include.
     if (wrong_.is("grid")) return Rgb(d.y > 0.3f ? 2 * scale_ : scale_);
     return Rgb(scale_);
   }
@@ -58,7 +58,7 @@ class WrongSky final : public Emitter {
                                                 const Vec2& direction) const override {
     EmissionSample ray;
     const Vec3 toward = square_to_uniform_sphere(direction);
-    // As `const Frame frame(toward)` was while Frame was an aggregate: s alone is set.
+    // The result of `const Frame frame(toward)` when Frame was an aggregate: only s is set.
     const Frame frame = wrong_.is("frame") ? Frame(toward, Vec3(0, 1, 0), Vec3(0, 0, 1))
                                            : Frame::from_normal(toward);
     const float radius = radius_ * wrong_.or_wrong("disk", 1.f, 0.7f);
@@ -105,7 +105,7 @@ class WrongSky final : public Emitter {
   }
 
  private:
-  /// Per area across the light.
+  /// Density per area across the light.
   float pdf_position() const {
     return wrong_.or_wrong("twice the density of positions", 1.f, 2.f) / (kPi * sqr(radius_));
   }

@@ -1,4 +1,4 @@
-// A surface that shines alike in all directions on its outside, but for its fault.
+// A surface that emits the same radiance in all directions outside, except for its fault.
 
 #include "kinome/emitter.h"
 #include "kinome/shape.h"

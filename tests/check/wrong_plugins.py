@@ -1,11 +1,12 @@
-"""The plugins of wrong_*.cpp: the fault of each, and the message that `kinome check` must print."""
+"""Faulty plugins of wrong_*.cpp: their faults, and the messages that `kinome check` must print."""
 import pathlib
 import re
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 
-# By source, for each value of the parameter `fault`: its meaning, the check that must find it, and a
-# part of the check's message, or several alternatives separated by |.
+# For each source and value of the parameter `fault`: its meaning, the check that must find it, and
+# a part of the check's message, or several alternatives separated by
+# .
 WRONG_PLUGINS = {
     "emitter": [
         ("scale of 0", "`scale` = 0 is accepted and divided by itself: the radiance is NaN",
@@ -91,7 +92,7 @@ WRONG_PLUGINS = {
          "straight", "differs from samples with Lobe::kNull by 1"),
         ("block", "`shade_block` is 10 % brighter than `eval_pdf`",
          "blocks", "shade_block() differs from eval_pdf()"),
-        # Sanitizers end the process by themselves.
+        # Sanitizers end the process themselves.
         ("crash", "it crashes on light at a grazing angle",
          "values", "a crash (Segmentation fault)|the program ended"),
     ],
@@ -165,12 +166,12 @@ WRONG_PLUGINS = {
 
 
 def library(source):
-    """Path of the plugin of a source, in the folder of the faulty plugins."""
+    """Path of a source's plugin in the folder of faulty plugins."""
     return "emitter/wrong_lamp.so" if source == "lamp" else f"{source}/wrong.so"
 
 
 def planted():
-    """{source: the faults that it has}."""
+    """Returns {source: its faults}."""
     return {path.stem.removeprefix("wrong_"):
             set(re.findall(r"\b(?:is|or_wrong)\(\"([^\"]+)\"", path.read_text("utf-8")))
             for path in FOLDER.glob("wrong_*.cpp")}

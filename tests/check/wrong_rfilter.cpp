@@ -1,4 +1,4 @@
-// A tent, but for its fault.
+// A tent filter, except for its fault.
 
 #include <algorithm>
 #include <cmath>

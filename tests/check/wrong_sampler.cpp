@@ -1,4 +1,4 @@
-// Independent random numbers, but for their fault.
+// Independent random numbers, except for their fault.
 
 #include "kinome/sampler.h"
 #include "wrong.h"

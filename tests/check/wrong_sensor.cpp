@@ -1,4 +1,5 @@
-// A pinhole camera at the origin that looks along +z, 90 degrees across the width, but for its fault.
+// A pinhole camera at the origin that looks along +z, with 90 degrees across the width, except for
+// its fault.
 
 #include "kinome/sensor.h"
 #include "wrong.h"

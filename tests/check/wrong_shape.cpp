@@ -1,4 +1,4 @@
-// The square [-1, 1]² in the plane z = 0, but for its fault.
+// The square [-1, 1]² in the plane z = 0, except for its fault.
 
 #include "kinome/shape.h"
 #include "wrong.h"

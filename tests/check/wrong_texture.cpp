@@ -1,4 +1,4 @@
-// A ramp along u, but for its fault.
+// A ramp along u, except for its fault.
 
 #include <algorithm>
 #include <cmath>

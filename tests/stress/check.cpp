@@ -23,26 +23,26 @@ namespace kinome::test {
 namespace {
 
 constexpr double kSuspicious = 1e-4, kCertain = 1e-6;
-/// Of the first comparison, and of those that repeat it where it is suspicious. The last has as
-/// many as a number of samples allows: cheap methods find by luck what the others are sure of, and
-/// where clusters miss a point next to a surface nearly always, a thousand renders are all too
-/// dark, and their spread doesn't tell.
+/// Number of renders of the first comparison, and number of repetitions if it is suspicious. The
+/// last repetition has as many renders as a number of samples allows. Cheap methods find rarely
+/// what the others find reliably. If clusters nearly always miss a point next to a surface, even a
+/// thousand renders are all too dark, and their variance doesn't show it.
 constexpr int kRenders = 16;
 constexpr size_t kRepetitions = 3;
-constexpr double kMostRepeated = 8e6, kMostRepeatedOfCostly = 2e6;
-/// The last has so many times the renders of the last but one, at least and at most.
-constexpr int kLeastLonger = 2, kMostLonger = 32, kMostLongerOfCostly = 4;
+constexpr double kMaxSamples = 8e6, kMaxSamplesOfCostly = 2e6;
+/// The last repetition has between these multiples of the renders of the one before.
+constexpr int kMinFactor = 2, kMaxFactor = 32, kMaxFactorOfCostly = 4;
 constexpr int kTiles = 2;
-/// Of a picture; what was made wrong on purpose may be large.
-constexpr double kMostSamples = 4096;
-/// What is met less often than this is found by luck.
-constexpr double kFewHits = 10;
-/// And what is met less often, hardly ever.
-constexpr double kHardlyAHit = 1;
-/// A sum of which one sample is this much says nothing yet.
-constexpr double kTooMuch = 0.05;
+/// Samples per image; an invalid scene may have many more.
+constexpr double kMaxImageSamples = 4096;
+/// Expected number of hits below which light is found only by chance.
+constexpr double kMinHits = 10;
+/// Expected number of hits below which light is hardly ever found.
+constexpr double kMinHiddenHits = 1;
+/// A comparison is open if a single sample contributes a larger fraction of the sum.
+constexpr double kMaxContribution = 0.05;
 
-/// Whether all renders gave the same.
+/// True if all renders are identical.
 bool is_constant(const std::vector<TileEstimate>& tiles) {
   return std::all_of(tiles.begin(), tiles.end(),
                      [](const TileEstimate& tile) { return tile.estimate.variance_of_mean == 0; });
@@ -52,7 +52,8 @@ void make_exact(std::vector<TileEstimate>& tiles) {
     tile.freedom = tile.spread = std::numeric_limits<double>::infinity();
   }
 }
-/// What b has less than a, of the tile and channel where that is most and not within their noise.
+/// Returns how much less light b has than a, in the tile and channel with the largest difference
+/// beyond noise.
 double missing_light(const std::vector<TileEstimate>& a, const std::vector<TileEstimate>& b) {
   constexpr double kNoise = 4;
   double most = 0;
@@ -93,8 +94,8 @@ class Checker {
     std::string method, error;
   };
 
-  /// What a step with each method that is left was refused with. Those are left out from then on:
-  /// what one can't do must not hide what the others do.
+  /// Runs a step with each remaining method and returns the errors. Methods with an error are
+  /// excluded from later steps, so that one method's error doesn't hide findings of others.
   template <class Step>
   std::vector<Refusal> refusals(const Step& step) {
     std::vector<Refusal> refusals;
@@ -116,7 +117,7 @@ class Checker {
     left_ = left;
     return refusals;
   }
-  /// Either all methods refuse a scene, or none does.
+  /// A scene must be refused by all methods or by none.
   void judge(const std::vector<Refusal>& refusals) {
     if (refusals.empty()) return;
     if (!left_.empty()) {
@@ -124,8 +125,8 @@ class Checker {
       return;
     }
     report_.refused = refusals[0].error;
-    // No error is excused by its words: of 1100 valid scenes of random_scene, extremes and all,
-    // none was refused.
+    // An error message is no excuse: of 1100 valid scenes of random_scene(), including extreme
+    // ones, none was refused.
     if (task_.is_valid) add_finding({"load", report_.refused});
   }
   void add_finding(const Refusal& refusal) {
@@ -139,7 +140,7 @@ class Checker {
     throw std::logic_error("no method '" + name + "'");
   }
 
-  /// Plugins that are sound are never at fault.
+  /// The project's plugins must pass the audit.
   void check_plugins() {
     constexpr uint32_t kPlaces = 256;
     if (left_.empty()) return;
@@ -173,7 +174,7 @@ class Checker {
     }
     return renders;
   }
-  /// Independent estimates have seeds of their own; those that are compared seed by seed share one.
+  /// Independent estimates use different seeds; methods that are compared seed by seed share one.
   uint64_t first_seed(const Method& method) const {
     if (method.name.starts_with("groundtruth") || method.same_seeds) return 1;
     uint64_t number = 1;
@@ -186,7 +187,7 @@ class Checker {
 
   void check_alone(const Method& method) {
     const Scene& scene = scene_of(method);
-    if (samples_of(method) > kMostSamples) {
+    if (samples_of(method) > kMaxImageSamples) {
       throw Error("a picture too large to be rendered many times");
     }
     const Renders one = render_often(scene, 1, 7, 1), two = render_often(scene, 1, 7, 2);
@@ -202,8 +203,8 @@ class Checker {
     const auto scene = scenes_.find(method.name);
     return scene != scenes_.end() && scene->second;
   }
-  /// Whether the method leaves single precision here, as it may: it follows light from where it
-  /// starts, and the scene is as bright as it is large. Says so once.
+  /// Returns true if the method may exceed single precision here: it follows light from the
+  /// emitters, and the scene is both bright and large. Adds one excuse.
   bool has_too_much_flux(const Method& method) {
     const bool starts_at_sensor = method.name.starts_with("path") || method.name == "direct" ||
                                   method.name == "emitter sampling";
@@ -215,7 +216,7 @@ class Checker {
     return true;
   }
 
-  /// A finding if they aren't, once for each method.
+  /// Adds one finding per method if some values aren't finite.
   bool is_finite(const Method& method, const Renders& renders) {
     if (renders.non_finite == 0) return true;
     if (not_finite_.insert(method.name).second && !has_too_much_flux(method)) {
@@ -225,9 +226,9 @@ class Checker {
     return false;
   }
 
-  /// Whether both estimate the same in this scene, and find it within a few thousand samples: what
-  /// mirrors show can't be found from the light, nor by emitter sampling, and what all but mirrors
-  /// show hardly ever is.
+  /// Returns true if both methods have the same expectation in this scene and find its light within
+  /// a few thousand samples. Light tracing and emitter sampling can't find what mirrors show, and
+  /// hardly ever find what near-mirrors show.
   bool has_expectation_of(const Method& method) {
     const Scene& scene = scene_of(method);
     const bool is_light_tracing = method.name.starts_with("ptracer");
@@ -236,39 +237,41 @@ class Checker {
     const bool is_blunt = is_light_tracing || method.against == "emitter sampling";
     const bool has_mirror = has_mirrors(scene), is_sharp = has_sharp_lobes(text_, kLeastAlpha);
     if (is_blunt && (has_mirror || has_sharp_lobes(text_, kLeastBluntAlpha))) return false;
-    // With hide_emitters (see integrator()), `ptracer` alone shows what surfaces that emit
-    // reflect.
+    // With hide_emitters (see integrator()), only `ptracer` shows light that reflects off emitting
+    // surfaces.
     if (is_light_tracing && scene.environment() && scene.has_surface_emitters()) return false;
     if (is_light_tracing && (has_specks(scene) || has_needles(text_))) return false;
-    // Clusters are chosen by the lobe at one of their points: what a sharp one shows of the others
-    // is found by luck. So is what glossy surfaces send on as points of light, whose lobes are no
-    // part of what clusters are chosen by.
+    // Clusters are chosen by the lobe at one of their points, so that a sharp lobe at other points
+    // finds light only by chance. The same holds for light points on glossy surfaces, because
+    // clusters are chosen without regard to these lobes.
     if (method.same_seeds && (is_sharp || (has_bounce && has_sharp_lobes(text_, kLeastBluntAlpha))))
       return false;
-    // It has light that lamps send on by mirrors, and nearly; `path` hasn't, or hardly ever.
+    // `product` includes light of lamps by way of mirrors and near-mirrors; `path` never or hardly
+    // ever does.
     if (is_product && has_bounce && (has_mirror || is_sharp)) return false;
     if (is_product && !has_bounce) {
-      // As `joint`, it has the expectation of points where there is an environment among others.
+      // Like `joint`, it has the expectation of the light points if an environment is one of
+      // several emitters.
       return scene.emitters().size() <= 1 || !scene.environment();
     }
     return true;
   }
 
-  /// Of one comparison, samples, at one a pixel at least.
+  /// Number of samples of one comparison, assuming one per pixel.
   static double number_of_pixels(const Renders& renders) {
     return static_cast<double>(renders.pixels.size() * renders.pixels[0].size()) / 3;
   }
 
   struct Comparison {
     Agreement agreement;
-    double largest = 0;              ///< contribution, as a part of the sum
-    double missing = 0;              ///< see missing_light(), of the method that is compared with
-    double lost = 0;                 ///< the same, of the method itself
+    double largest = 0;              ///< contribution of a sample, as a fraction of the sum
+    double missing = 0;              ///< missing_light() of the standard that is compared with
+    double lost = 0;                 ///< missing_light() of the method itself
     bool has_constant_side = false;  ///< all renders of one method are the same
-    bool is_chance = false;          ///< one method hardly finds what the other does
+    bool is_chance = false;          ///< one method hardly ever finds what the other does
 
-    /// Whether a few samples decide.
-    bool is_open() const { return agreement.is_open || largest > kTooMuch || is_chance; }
+    /// True if a few samples decide the result.
+    bool is_open() const { return agreement.is_open || largest > kMaxContribution || is_chance; }
   };
 
   static bool is_cheap(const Method& method) {
@@ -279,18 +282,18 @@ class Checker {
     const Sensor& sensor = *scene_of(method).sensors().at(0);
     return double{1} * sensor.film().crop().area() * sensor.sampler().sample_count();
   }
-  /// Of the kRepetitions.
+  /// Number of renders of the repetition i of kRepetitions.
   int renders_of_repetition(size_t i, const Method& method, bool is_costly) {
     if (i + 1 < kRepetitions) return task_.repeated[i];
     const int before = task_.repeated.back();
-    const double samples = is_costly ? kMostRepeatedOfCostly : kMostRepeated;
+    const double samples = is_costly ? kMaxSamplesOfCostly : kMaxSamples;
     return static_cast<int>(
-        std::clamp<double>(samples / samples_of(method), kLeastLonger * before,
-                           (is_costly ? kMostLongerOfCostly : kMostLonger) * before));
+        std::clamp<double>(samples / samples_of(method), kMinFactor * before,
+                           (is_costly ? kMaxFactorOfCostly : kMaxFactor) * before));
   }
 
-  /// `repetition`: which of the kRepetitions; nullopt: the first comparison. Nullopt where there
-  /// are values that aren't finite.
+  /// `repetition`: index of the repetition; nullopt for the first comparison. Returns nullopt if
+  /// some values aren't finite.
   std::optional<Comparison> comparison(const Method& method, const Method& other,
                                        std::optional<size_t> repetition) {
     Renders own, others;
@@ -321,14 +324,14 @@ class Checker {
       return result;
     }
     if (repetition && *repetition + 1 == kRepetitions) {
-      // What a thousand renders all agree about isn't luck any more, but what this method takes for
-      // the truth: a method that loses all its samples shows black.
+      // If a thousand renders are identical, that isn't chance but the method's result: a method
+      // that loses all samples is black.
       const bool is_light_tracing = method.name.starts_with("ptracer");
-      // A hundred photons tell their spread, more or less; that there is no light takes more.
+      // A hundred photons give a rough estimate of the variance; an image without light needs more.
       const double few = is_constant(own_tiles) ? 3000 : 100;
       result.is_chance =
           is_light_tracing && has_small_sight(scene_of(method), number_of_pixels(own), few);
-      // Its splats show what the tails of a filter reach, too, where hardly any camera ray is.
+      // Splats also show the tails of a filter, which camera rays hardly ever reach.
       const bool may_be_missed =
           has_faint_lobes(text_) ||
           (is_light_tracing && (text_.find("\"box\"") == std::string::npos ||
@@ -343,7 +346,7 @@ class Checker {
     return result;
   }
 
-  /// nullopt where there are values that aren't finite.
+  /// Returns nullopt if some values aren't finite.
   std::optional<std::vector<TileEstimate>> long_tiles_of(const Method& method, uint64_t seed) {
     const int count = renders_of_repetition(kRepetitions - 1, method, !is_cheap(method));
     const Renders renders = render_often(scene_of(method), count, seed);
@@ -353,32 +356,34 @@ class Checker {
     return tiles;
   }
 
-  /// Why a path with a bounce, the standard, is darker by luck; empty: it isn't. It chooses one
-  /// direction where light points and photons meet all that is lit: what bounces off a speck it may
-  /// not meet in a hundred thousand samples, and its spread doesn't tell. So it is where its
-  /// longest run agrees and most of the difference is gone, or where that run, too, would meet the
-  /// brightest there is but a few times for all that is missing.
+  /// Returns the reason why a path with a bounce, the standard, is too dark by chance; empty if it
+  /// isn't. A path chooses one direction, while light points and photons reach all lit surfaces.
+  /// Light from a speck may be missed by a hundred thousand samples, and their variance doesn't
+  /// show it. This is accepted in two cases: the longest run agrees and most of the difference is
+  /// gone, or that run, too, would expect only a few hits of the brightest reflection for all the
+  /// missing light.
   std::string luck_of(const Method& standard, const Method& method, double missing_before) {
     if (standard.name != "path, one bounce") return "";
     const auto tiles = long_tiles_of(method, 3'500'001);
     if (!long_standard_) long_standard_ = long_tiles_of(standard, 2'000'001);
     if (!tiles || !long_standard_) return "";
-    if (missing_light(*long_standard_, *tiles) > 0) return "";  // what paths alone see
+    if (missing_light(*long_standard_, *tiles) > 0) return "";  // light that only paths find
     const double missing = missing_light(*tiles, *long_standard_);
-    if (!(missing > 0)) return "";  // the difference is one of all tiles together
+    if (!(missing > 0)) return "";  // the difference is in the sum of all tiles
     if (compare(*tiles, *long_standard_).p >= kCertain && missing < 0.5 * missing_before) {
       return "longer paths find it";
     }
-    // Of each pixel, whose radiances the tiles sum.
+    // Samples of each pixel, because tiles sum the radiances of pixels.
     const double samples =
         renders_of_repetition(kRepetitions - 1, standard, false) *
         static_cast<double>(scene_of(standard).sensors().at(0)->sampler().sample_count());
     const double hits = samples * missing / brightest_reflection(scene_of(standard));
-    return hits < kFewHits ? fmt::format("paths would find it {:.2g} times", hits) : "";
+    return hits < kMinHits ? fmt::format("paths would find it {:.2g} times", hits) : "";
   }
 
-  /// Why `product` is darker by luck. It sends its rays where the most light may come from, and
-  /// where that is hidden, none are left for what is next to nothing beside it.
+  /// Returns the reason why `product` is too dark by chance. It distributes rays by unoccluded
+  /// light. Bright light that is hidden takes nearly all of them, so that few are left for dim
+  /// light.
   std::string luck_of_product(const Method& method, const Comparison& comparison) {
     if (method.name != "product") return "";
     if (!(comparison.lost > 0) || comparison.missing > 0) return "";
@@ -387,8 +392,8 @@ class Checker {
     const double rays =
         kRaysPerPixel * renders_of_repetition(kRepetitions - 1, method, true);
     const double hits = rays * comparison.lost / hidden;
-    return hits < kHardlyAHit ? fmt::format("beside hidden light it is met {:.2g} times", hits)
-                              : "";
+    return hits < kMinHiddenHits ? fmt::format("beside hidden light it is met {:.2g} times", hits)
+                                 : "";
   }
 
   void compare_with_other(const Method& method) {
@@ -401,7 +406,7 @@ class Checker {
     ++report_.comparisons;
     if (first->agreement.p >= kSuspicious) return;
     std::optional<Comparison> longer;
-    std::string sure;  // what a thousand renders differ by
+    std::string sure;  // the result of a thousand renders
     const auto leave_open = [&](const std::string& excuse) {
       ++report_.open;
       report_.excuses.push_back(fmt::format("{} and {}: {}", method.name, other.name, excuse));
@@ -423,12 +428,12 @@ class Checker {
         if (i + 2 == repetitions) sure = longer->agreement.text;
         continue;
       }
-      // Light that a hundred renders don't find once may be found by a thousand: where one side
-      // finds none, a thousand tell whether it ever does. Where both find some and a few samples
-      // decide, they hardly tell more: what is found even then may be but the dim part, its spread
-      // sound, while the bright one stays unseen. That took the time, and gave two false alarms in
-      // 150 scenes: a lamp so thin that no ray from the sensor meets it, and a lobe that samples of
-      // a lamp as large as the sky hardly ever meet.
+      // Light that a hundred renders miss may be found by a thousand. If one method finds none, a
+      // thousand renders show whether it ever does. If both find some, and a few samples decide,
+      // more renders hardly help: they may find only the dim part, with a plausible variance, and
+      // still miss the bright part. That took much time and gave two false alarms in 150 scenes: a
+      // lamp too thin for rays from the sensor, and a lobe that samples of a lamp as large as the
+      // sky hardly ever meet.
       if (is_last || !longer->has_constant_side) {
         ++report_.open;
         return;
@@ -450,11 +455,11 @@ class Checker {
   const std::string text_, folder_;
   const CheckTask& task_;
   CheckReport report_;
-  std::vector<const Method*> left_;   ///< of those that are asked for
+  std::vector<const Method*> left_;   ///< the remaining methods of the task
   std::set<std::string> out_;         ///< methods that can't render the scene
-  std::set<std::string> not_finite_;  ///< methods whose values aren't
+  std::set<std::string> not_finite_;  ///< methods with values that aren't finite
   std::map<std::string, std::unique_ptr<Scene>> scenes_;
-  std::map<std::string, Renders> renders_;                  ///< of the first comparison
+  std::map<std::string, Renders> renders_;                  ///< those of the first comparison
   std::optional<std::vector<TileEstimate>> long_standard_;  ///< see luck_of
 };
 

@@ -1,4 +1,4 @@
-// Whether what the stress program checks would be found out.
+// Tests that the checks of the stress program find errors.
 #include "check.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace kinome::test {
 namespace {
 
-/// A floor under a lamp.
+/// A floor below a lamp.
 std::string small_scene(const std::string& bsdf = "diffuse") {
   return "<scene version=\"3.0.0\">\n"
          "<sensor type=\"perspective\">\n"
@@ -40,8 +40,8 @@ CheckReport check(const std::string& scene, bool is_valid, const std::vector<Met
   return check_scene(scene, folder.folder(), task);
 }
 
-/// For what some hundred renders tell as thousands do: what is black, and what is met so seldom that
-/// it is as open after either.
+/// A task with fewer renders, which suffice for black images and for light so rare that thousands
+/// of renders leave it open, too.
 CheckTask fewer_renders() {
   CheckTask task;
   task.repeated = {32, 128};
@@ -58,7 +58,7 @@ TEST(Check, PassesWhatIsRight) {
 }
 
 TEST(Check, FindsAMethodThatIsBlack) {
-  // Nothing but what emits by itself, and not even that.
+  // Shows only emitted light, and hides even that.
   const Method black =
       path("black", xml::integer("max_depth", 1) + xml::boolean("hide_emitters", true));
   const CheckReport report = check(small_scene(), true, {kDirect, black});
@@ -90,7 +90,7 @@ TEST(Check, FindsLightTracingThatIsBlackUnlessTheSceneIsVast) {
   const CheckReport vast = check(scene, true, {kDirect, black}, fewer_renders());
   EXPECT_TRUE(vast.findings.empty()) << vast.findings[0].text;
   EXPECT_EQ(vast.open, 1);
-  // Nor where the other's picture has no noise at all.
+  // The same holds if the other's image has no noise at all.
   const size_t lamp = scene.find("<emitter");
   scene.replace(lamp, std::string::npos,
                 "<emitter type=\"directional\"><vector name=\"direction\" value=\"0 0 -1\"/>"
@@ -125,7 +125,7 @@ TEST(Check, FindsPathsThatLackABounce) {
     return Method{name, path("", xml::integer("max_depth", max_depth)).integrator,
                   name == standard ? "" : standard};
   };
-  // Whichever of them it is, and whatever others say.
+  // Whichever of them is too dark, and whatever the others estimate.
   for (const int bright : {0, 1}) {
     const CheckReport report =
         check(small_scene(), true,
@@ -139,7 +139,7 @@ TEST(Check, FindsPathsThatLackABounce) {
 }
 
 TEST(Check, LeavesOpenWhatPathsMeetOnceInAMillion) {
-  // A beam lights nothing but a speck, which lights the floor in its turn.
+  // A beam lights only a speck, which in turn lights the floor.
   const std::string beam =
       "<shape type=\"disk\"><transform name=\"to_world\"><scale value=\"0.004\"/>"
       "<rotate x=\"1\" angle=\"180\"/><translate z=\"3\"/></transform></shape>"
@@ -186,7 +186,7 @@ const Method kProduct{
     kDirect.name};
 
 TEST(Check, LeavesOpenWhatHiddenLightOutshines) {
-  // Of what the lamp adds, `product` sees next to nothing.
+  // `product` finds hardly any of the lamp's light.
   const CheckReport report =
       check(scene_with_sun("1e-9 2e-9 3e-9", true), true, {kDirect, kProduct});
   EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
@@ -194,7 +194,7 @@ TEST(Check, LeavesOpenWhatHiddenLightOutshines) {
   EXPECT_EQ(report.open, 1);
   ASSERT_EQ(report.excuses.size(), 1u);
   EXPECT_NE(report.excuses[0].find("beside hidden light"), std::string::npos) << report.excuses[0];
-  // A lamp that is bright enough is met, and agrees.
+  // A lamp that is bright enough is found, and the results agree.
   const CheckReport bright =
       check(scene_with_sun("1e-2 2e-2 3e-2", true), true, {kDirect, kProduct});
   EXPECT_TRUE(bright.findings.empty()) << bright.findings[0].text;
@@ -205,7 +205,7 @@ TEST(Check, LeavesOpenWhatHiddenLightOutshines) {
 TEST(Check, FindsAProductThatIsBlackBesideBrightLight) {
   Method black =
       path("product", xml::integer("max_depth", 1) + xml::boolean("hide_emitters", true));
-  // Hidden light that doesn't outshine it so much, and light that isn't hidden.
+  // Hidden light that is less dominant, and light that isn't hidden.
   for (const std::string& scene :
        {scene_with_sun("1e-2 2e-2 3e-2", true), scene_with_sun("1e-9 2e-9 3e-9", false)}) {
     const CheckReport report = check(scene, true, {kDirect, black});
@@ -217,7 +217,7 @@ TEST(Check, FindsAProductThatIsBlackBesideBrightLight) {
 }
 
 TEST(Check, ExcusesWhatLeavesSinglePrecisionAlone) {
-  // Light that stands for the area of the whole scene.
+  // Light whose flux includes the area of the whole scene.
   std::string scene = small_scene();
   const size_t lamp = scene.find("<emitter");
   scene.replace(lamp, std::string::npos,
@@ -246,7 +246,7 @@ TEST(Check, FindsValidScenesThatAreRefused) {
   ASSERT_EQ(report.findings.size(), 1u);
   EXPECT_EQ(report.findings[0].kind, "refused");
   EXPECT_EQ(report.findings[0].method, "load");
-  // It is what may become of a scene with something wrong in it.
+  // The same error is legitimate for an invalid scene.
   const CheckReport other = check(scene, false, {kDirect});
   EXPECT_EQ(reason_of(other.refused), reason_of(report.refused));
   EXPECT_TRUE(other.findings.empty());

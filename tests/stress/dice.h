@@ -9,7 +9,7 @@
 
 namespace kinome::test {
 
-/// Random choices of one scene.
+/// Random choices for one scene.
 class Dice {
  public:
   Dice(uint64_t seed, uint64_t index) : seed_(hash_words(seed, index)) {}
@@ -18,7 +18,7 @@ class Dice {
   float between(float low, float high) { return low + (high - low) * unit(); }
   int below(int count) { return static_cast<int>(bits() % static_cast<uint64_t>(count)); }
   bool chance(double p) { return unit() < p; }
-  /// 10^[low, high].
+  /// Returns a log-uniform value in 10^[low, high].
   double decades(float low, float high) { return std::pow(10., between(low, high)); }
   template <class T>
   const T& of(const std::vector<T>& choices) {

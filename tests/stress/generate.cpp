@@ -35,7 +35,7 @@ class Generator {
     for (int i = 0; i < shapes; ++i) children.push_back(shape());
     const int lights = dice_.chance(0.05) ? 0 : 1 + dice_.below(3);
     for (int i = 0; i < lights; ++i) {
-      // Half of all scenes are lit from infinitely far.
+      // Half of all scenes have light from infinitely far.
       if (i == 0 && dice_.chance(0.5)) {
         children.push_back(environment());
         if (dice_.chance(0.6)) break;
@@ -67,7 +67,7 @@ class Generator {
   SceneNode lookat(const Vec3& origin, const Vec3& target, const Vec3& up) {
     return {"lookat", {{"origin", digits(origin)}, {"target", digits(target)}, {"up", digits(up)}}};
   }
-  /// From the unit that all is thought of in to the scene's.
+  /// Transforms a point from units of the generator to the scene's units.
   Vec3 world(const Vec3& p) { return p * static_cast<float>(scale_) + offset_; }
 
   SceneNode sensor() {
@@ -195,7 +195,7 @@ class Generator {
     return node;
   }
 
-  /// Size and place of a shape of unit size.
+  /// Returns the transform of a shape of unit size.
   SceneNode placement() {
     Vec3 size(static_cast<float>(dice_.decades(-1.3f, 0.2f)));
     if (dice_.chance(0.3))
@@ -211,7 +211,7 @@ class Generator {
     const std::string type =
         dice_.of<std::string>({"sphere", "cube", "rectangle", "disk", "cylinder", "obj", "obj"});
     std::vector<SceneNode> c{placement()};
-    // Only a uniform scale leaves a sphere or cylinder what it is.
+    // A sphere or cylinder needs a uniform scale to keep its form.
     if (type == "sphere" || type == "cylinder") {
       c[0].children[0] = scaling(Vec3(static_cast<float>(dice_.decades(-1.5f, 0.1f))));
     }
@@ -227,7 +227,8 @@ class Generator {
     return object("shape", type, c);
   }
 
-  /// No larger: on what is vast against all the rest, light is rare for most methods.
+  /// The floor is not larger, because light is rare for most methods if one shape is vast compared
+  /// with the rest.
   SceneNode floor() {
     SceneNode place =
         transform("to_world", {scaling(Vec3(static_cast<float>(dice_.decades(0.2f, 0.9f)))),
@@ -257,7 +258,8 @@ class Generator {
     const Vec3 at = dice_.direction() * dice_.between(0.5f, 3);
     const Vec3 place = world(Vec3(at.x, at.y, std::abs(at.z)));
     const Vec3 target = world(dice_.in_cube(0.5f));
-    // Intensities grow with the square of lengths, so that it is neither dark nor glaring.
+    // Intensities grow with the square of lengths, so that the scene is neither too dark nor too
+    // bright.
     const auto intensity = [&] { return light(5) * static_cast<float>(scale_ * scale_); };
     switch (dice_.below(4)) {
       case 0:
@@ -284,7 +286,7 @@ class Generator {
     }
   }
 
-  /// Values of 0 to `scale`, a few of them far larger where that is not 1.
+  /// Values of 0 to `scale`. One may be far larger if `scale` is not 1.
   std::string image(int width, int height, double scale) {
     Image image{width, height, {"R", "G", "B"}, {}};
     const int kind = dice_.below(4);
@@ -306,7 +308,7 @@ class Generator {
     return name;
   }
 
-  /// A few random triangles, or a bent grid; with faces that have no area.
+  /// Random triangles or a bent grid, some with degenerate faces.
   std::string mesh() {
     std::string out;
     const int side = 2 + dice_.below(5);
@@ -336,8 +338,8 @@ class Generator {
         }
       }
     } else {
-      // No triangle twice: of two that emit at one place, rays meet one, while light tracing shows
-      // both.
+      // No triangle occurs twice: of two emitting triangles in one position, rays meet one, while
+      // light tracing shows both.
       std::set<std::array<int, 3>> made;
       for (int i = 0; i < count; ++i) {
         const std::array<int, 3> corners = {dice_.below(count), dice_.below(count),
@@ -354,7 +356,7 @@ class Generator {
     return name;
   }
 
-  /// Makes something wrong, or so extreme that it may be.
+  /// Makes a node invalid, or extreme enough that it may be.
   void spoil(SceneNode& root) {
     const auto paths = paths_of(root);
     for (int attempt = 0; attempt < 20; ++attempt) {

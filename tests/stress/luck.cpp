@@ -18,7 +18,8 @@
 namespace kinome::test {
 namespace {
 
-/// Whether any of the numbers that the text gives to parameters of these names is such a one.
+/// Returns true if a value that the text gives to a parameter of these names satisfies the
+/// predicate.
 template <class Predicate>
 bool any_value(const std::string& text, std::initializer_list<const char*> names,
                const Predicate& predicate) {
@@ -27,14 +28,14 @@ bool any_value(const std::string& text, std::initializer_list<const char*> names
     for (size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1)) {
       const size_t value = text.find("value=\"", at);
       if (value == std::string::npos) break;
-      // The first channel of what has three.
+      // Only the first channel of a colour is tested.
       if (predicate(std::strtod(text.c_str() + value + 7, nullptr))) return true;
     }
   }
   return false;
 }
 
-/// Of the sensor, at a place of its film in the unit square, and on its lens.
+/// Returns a ray of the sensor for a film position in the unit square and a lens position.
 Ray ray_of(const Scene& scene, const Vec2& place, const Vec2& lens = Vec2(0.5f)) {
   const Sensor& sensor = *scene.sensors().at(0);
   const Rect& crop = sensor.film().crop();
@@ -43,14 +44,14 @@ Ray ray_of(const Scene& scene, const Vec2& place, const Vec2& lens = Vec2(0.5f))
   return sensor.sample_ray(first + place * size, lens);
 }
 
-/// A point of the unit square.
+/// Returns a random point of the unit square.
 Vec2 square_of(std::mt19937& random) {
   std::uniform_real_distribution<float> number(0, 0x1.fffffep-1f);
   const float x = number(random);
   return Vec2(x, number(random));
 }
 
-/// Calls use(hit) for what `side`^2 rays of the sensor meet.
+/// Calls use(hit) for the hits of `side`^2 camera rays.
 template <class Use>
 void for_all_seen(const Scene& scene, int side, const Use& use) {
   RenderCounters counters;
@@ -64,17 +65,17 @@ void for_all_seen(const Scene& scene, int side, const Use& use) {
   }
 }
 
-/// To what `side`^2 rays of the sensor meet.
+/// Returns the distances to the hits of `side`^2 camera rays.
 std::vector<float> seen_distances(const Scene& scene, int side) {
   std::vector<float> distances;
   for_all_seen(scene, side, [&](const RayHit& hit) { distances.push_back(hit.ray.tmax); });
   return distances;
 }
 
-/// Of one light as a surface reflects it.
+/// Returns the reflected radiance of one emitter sample.
 double reflection_of(const SurfaceInteraction& si, const DirectSample& light) {
   const BsdfValue value = si.shape->bsdf().eval_pdf(si, Lobe::kAll, si.frame.to_local(light.d));
-  // Large lamps are found by directions of the BSDF, too (MIS), points never are.
+  // Large lamps are also found by BSDF sampling (MIS), points never are.
   const double pdf = double{light.pdf} + (light.is_delta ? 0 : value.pdf);
   const double radiance = double{max_component(value.f * light.radiance)} / pdf;
   return std::isfinite(radiance) ? radiance : 0;
@@ -83,13 +84,13 @@ double reflection_of(const SurfaceInteraction& si, const DirectSample& light) {
 }  // namespace
 
 bool has_sharp_lobes(const std::string& text, double least_alpha) {
-  constexpr double kLargestExponent = 1000;
-  // Where nothing is said, alpha is .1, and an exponent 30.
+  constexpr double kMaxExponent = 1000;
+  // The default alpha is 0.1, and the default exponent 30.
   const auto has = [&](const char* word) { return text.find(word) != std::string::npos; };
   const bool is_rough = has("\"rough") || has("\"ward\"") || has("\"phong\"");
   const bool is_silent = !has("\"alpha") && !has("\"exponent\"");
   if (is_rough && is_silent && least_alpha > 0.1) return true;
-  const double largest = kLargestExponent * sqr(kLeastAlpha / least_alpha);
+  const double largest = kMaxExponent * sqr(kLeastAlpha / least_alpha);
   return any_value(text, {"alpha", "alpha_u", "alpha_v"},
                    [&](double alpha) { return alpha < least_alpha; }) ||
          any_value(text, {"exponent"}, [&](double exponent) { return exponent > largest; });
@@ -101,21 +102,21 @@ bool has_mirrors(const Scene& scene) {
 }
 
 bool has_faint_lobes(const std::string& text) {
-  constexpr double kLeast = 1e-4;
+  constexpr double kMinReflectance = 1e-4;
   return any_value(text, {"diffuse_reflectance", "specular_reflectance", "color0", "color1"},
-                   [](double red) { return red > 0 && red < kLeast; });
+                   [](double red) { return red > 0 && red < kMinReflectance; });
 }
 
 bool has_needles(const std::string& text) {
-  constexpr double kLeastAngle = 0.1;  // degrees
-  return any_value(text, {"cutoff_angle"}, [](double angle) { return angle < kLeastAngle; });
+  constexpr double kMinAngle = 0.1;  // degrees
+  return any_value(text, {"cutoff_angle"}, [](double angle) { return angle < kMinAngle; });
 }
 
 bool has_specks(const Scene& scene) {
-  constexpr float kLeastShare = 1e-5f;
+  constexpr float kMinFraction = 1e-5f;
   const float size = glm::length(scene.bounds().extent());
   return std::any_of(scene.shapes().begin(), scene.shapes().end(), [&](const auto& shape) {
-    return shape->emitter() && shape->area() < kLeastShare * size * size;
+    return shape->emitter() && shape->area() < kMinFraction * size * size;
   });
 }
 
@@ -140,21 +141,21 @@ bool has_small_sight(const Scene& scene, double photons, double few) {
 
 bool has_vast_flux(const Scene& scene, bool of_sky) {
   constexpr int kDraws = 64;
-  constexpr float kMost = 1e30f;
+  constexpr float kMaxPower = 1e30f;
   std::mt19937 random(1);
   for (const Emitter* emitter : scene.emitters()) {
     if (emitter->is_environment() && !of_sky) continue;
     for (int i = 0; i < kDraws; ++i) {
       const Vec2 position = square_of(random), direction = square_of(random);
       const auto emission = emitter->sample_emission(position, direction);
-      if (emission && !(max_component(emission->power) < kMost)) return true;
+      if (emission && !(max_component(emission->power) < kMaxPower)) return true;
     }
   }
   return false;
 }
 
 double brightest_reflection(const Scene& scene) {
-  constexpr int kPhotons = 4096, kDirections = 8;  // of each light, and from each place
+  constexpr int kPhotons = 4096, kDirections = 8;  // per emitter, and per hit
   RenderCounters counters;
   std::mt19937 random(1);
   double brightest = 0;

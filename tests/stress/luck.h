@@ -4,47 +4,50 @@
 
 #include "kinome/scene.h"
 
-/// What makes light of a scene so rare for a method that a few thousand samples find it by luck
-/// alone, so that a difference there is no finding. By the scene as it is loaded, or its text.
+/// Conditions under which light is so rare for a method that a few thousand samples find it only by
+/// chance, so that a difference is no finding. They are tested on the loaded scene or on its text.
 namespace kinome::test {
 
-/// Seen along the surface, a lobe of a tenth already has most of its light in one of thousands of
-/// directions: what is blunt (samples of emitters, light tracing) finds it by luck.
+/// Smallest alpha of lobes that methods find reliably. At grazing angles, a lobe with an alpha of
+/// 0.1 already has most of its light in one of thousands of directions. Methods that ignore the
+/// lobe (samples of emitters, light tracing) need the larger value.
 inline constexpr double kLeastAlpha = 0.03, kLeastBluntAlpha = 0.2;
-/// Whether anything is so smooth that its lobe is a matter of luck.
+/// Returns true if a surface is so smooth that its lobe is found only by chance.
 bool has_sharp_lobes(const std::string& text, double least_alpha);
 bool has_mirrors(const Scene& scene);
 
-/// Whether a lobe reflects so little that a path, which chooses one of them, hardly ever chooses
-/// that one.
+/// Returns true if a lobe reflects so little that a path, which chooses among lobes, hardly ever
+/// chooses it.
 bool has_faint_lobes(const std::string& text);
 
-/// Whether there are beams so narrow that what they light is a speck.
+/// Returns true if a beam is so narrow that it lights only a speck.
 bool has_needles(const std::string& text);
 
-/// Whether anything that emits is so small or thin that rays from the sensor hardly ever meet it,
-/// though light tracing shows it whenever it is in sight: as a constant black against that.
+/// Returns true if an emitting surface is so small or thin that rays from the sensor hardly ever
+/// meet it. Light tracing shows it whenever it is visible; compared with that, the others are a
+/// constant black.
 bool has_specks(const Scene& scene);
 
-/// Whether all there is is so small in the sensor's eyes that so many camera rays may well miss it,
-/// where light tracing can't.
+/// Returns true if the scene is so small in the image that this many camera rays may miss it, while
+/// light tracing can't.
 bool is_hardly_seen(const Scene& scene, double rays);
 
-/// Whether the sensor sees so little of the scene that of so many photons only `few` may arrive
-/// there: by the size of what it sees at the distance that most of it has.
+/// Returns true if the sensor sees so little of the scene that at most `few` of the photons are
+/// expected there. The estimate uses the size of the visible region at the median distance.
 bool has_small_sight(const Scene& scene, double photons, double few);
 
-/// About the most that a path brings from anything that reflects what comes straight from a light,
-/// where it chooses one light of all.
+/// Returns approximately the maximum contribution of a path that reflects light directly from an
+/// emitter, if it chooses one of all emitters.
 double brightest_reflection(const Scene& scene);
 
-/// About the most that anything in sight would reflect of one light that is hidden from it, if
-/// nothing hid it; 0 where no light is.
+/// Returns approximately the maximum radiance that a visible point would reflect of an emitter
+/// sample that is occluded, if it were not; 0 if none is occluded.
 double brightest_hidden(const Scene& scene);
 
-/// Whether the flux of a light, which is radiance times areas, comes near the end of single
-/// precision, so that what follows it from the light can't (tests/STABILITY.md, "what is not
-/// held"); `of_sky`: that of a sky, too, which takes the area of the whole scene.
+/// Returns true if the flux of an emitter, radiance times area, comes near the limit of single
+/// precision, so that methods that follow light from the emitter exceed it (tests/STABILITY.md,
+/// "what is not held"). `of_sky`: also tests environments, whose flux includes the area of the
+/// whole scene.
 bool has_vast_flux(const Scene& scene, bool of_sky);
 
 }  // namespace kinome::test

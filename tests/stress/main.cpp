@@ -1,10 +1,11 @@
 // kinome-stress [--seconds N] [--scenes N] [--seed S] [--first I] [--jobs J] [--out FOLDER]
 // kinome-stress --replay FILE
 //
-// Renders random scenes, each in a process of its own, and says what doesn't hold for any of them
-// (check.h). A finding is made smaller while it lasts, and written to FOLDER/SEED-I/scene.xml with
-// its files and the command that shows it again. A run that refuses most scenes, or compares next
-// to nothing, fails as a whole. The last line is `N passed, M failed`.
+// Renders random scenes, each in its own process, and reports violated conditions (check.h).
+// Reduces the scene of a finding as long as the finding persists, and writes it to
+// FOLDER/SEED-I/scene.xml with its files and the command that reproduces it. The run as a whole
+// fails if it refuses most scenes or compares hardly anything. The last line is `N passed, M
+// failed`.
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -33,7 +34,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Options {
   double seconds = 20;
-  uint64_t scenes = std::numeric_limits<uint64_t>::max();  ///< at most
+  uint64_t scenes = std::numeric_limits<uint64_t>::max();  ///< maximum
   uint64_t seed = 1;
   uint64_t first = 0;
   unsigned jobs = std::max(1u, std::thread::hardware_concurrency());
@@ -41,29 +42,29 @@ struct Options {
   std::string replay;
 };
 
-/// A run says nothing where it refuses most scenes, or lets most comparisons open. Of so few scenes
-/// shares are a matter of luck.
+/// A run gives no result if it refuses most scenes, or leaves too many comparisons open. With at
+/// most kFewScenes scenes, these fractions are too random to be tested.
 constexpr uint64_t kFewScenes = 20;
-constexpr double kMostRefused = 0.5, kMostOpen = 0.1, kMostExcused = 0.005;
+constexpr double kMaxRefused = 0.5, kMaxOpen = 0.1, kMaxExcused = 0.005;
 
 // ---- the run ----
 
 struct Tally {
   uint64_t scenes = 0, refused = 0, comparisons = 0, open = 0, excused = 0, failed = 0;
-  std::map<std::string, int> reasons;  ///< of refusals
+  std::map<std::string, int> reasons;  ///< number of refusals by reason
 
-  /// Why the run as a whole says too little; empty: it doesn't.
+  /// Returns the reason why the run as a whole gives no result; empty if it does.
   std::string shortcoming() const {
     if (scenes == 0) return "no scene was checked";
     if (scenes <= kFewScenes) return "";
     if (comparisons == 0) return "nothing was compared";
-    if (static_cast<double>(refused) > kMostRefused * static_cast<double>(scenes)) {
+    if (static_cast<double>(refused) > kMaxRefused * static_cast<double>(scenes)) {
       return "most scenes were refused";
     }
-    if (static_cast<double>(open) > kMostOpen * static_cast<double>(comparisons)) {
+    if (static_cast<double>(open) > kMaxOpen * static_cast<double>(comparisons)) {
       return "too many comparisons are open";
     }
-    if (static_cast<double>(excused) > kMostExcused * static_cast<double>(comparisons)) {
+    if (static_cast<double>(excused) > kMaxExcused * static_cast<double>(comparisons)) {
       return "too many differences are left to luck";
     }
     return "";
@@ -86,7 +87,7 @@ void keep(const Options& options, uint64_t index, const Check& check) {
   }
   std::string comment = fmt::format("{}, {}: {}", finding.kind, finding.method, finding.text);
   for (size_t at = 0; (at = comment.find("--", at)) != std::string::npos;) comment.erase(at, 1);
-  // The replay takes the first tag of that name for the integrator.
+  // A replay takes the first <integrator for the integrator.
   std::erase(comment, '<');
   std::ofstream(folder + "/scene.xml") << "<!-- " << comment << " -->\n" << text;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -122,7 +123,7 @@ void count(const Options& options, uint64_t index, const Check& check, Tally& ta
   }
 }
 
-/// Children find them loaded.
+/// Loads all plugins once, for all child processes.
 void load_plugins() {
   for (const Category category :
        {Category::kBsdf, Category::kEmitter, Category::kFilm, Category::kIntegrator,
@@ -186,7 +187,7 @@ int replay(const std::string& file) {
   std::stringstream contents;
   contents << in.rdbuf();
   std::string text = contents.str();
-  // Each method brings its own integrator along.
+  // Each method adds its own integrator.
   const size_t begin = text.find("<integrator");
   if (begin != std::string::npos) {
     const size_t tag_end = text.find('>', begin);
@@ -209,7 +210,8 @@ int replay(const std::string& file) {
     if (report.refused.empty() && report.findings.empty()) line += "passed";
     for (const std::string& excuse : report.excuses) line += "; open: " + excuse;
     std::cout << line << "\n";
-    // Of a refused scene nothing was checked. Where others render it, that is a finding, too.
+    // Nothing was checked in a refused scene. If other methods render it, the refusal is a finding,
+    // too.
     (report.findings.empty() && report.refused.empty() ? passed : failed) += 1;
   }
   std::cout << passed << " passed, " << failed << " failed\n";

@@ -3,23 +3,23 @@
 #include <string>
 #include <vector>
 
-/// What renders a scene: integrators, and importances of `clustered`.
+/// Methods that render a scene: integrators, and importances of `clustered`.
 namespace kinome::test {
 
 struct Method {
   std::string name;
   std::string integrator;
-  std::string against;      ///< the method whose expectation it has; empty: none
-  bool same_seeds = false;  ///< differences of renders of one seed
+  std::string against;      ///< the method with the same expectation; empty: none
+  bool same_seeds = false;  ///< compares renders of the same seed
 };
 
-/// Of all methods by `product`.
+/// Rays per pixel of all methods that use `product`.
 inline constexpr double kRaysPerPixel = 12;
 
 const std::vector<Method>& all_methods();
 
-/// The integrator's XML as it is to render `scene`. `ptracer` doesn't show environments: where
-/// there is one, no integrator is to.
+/// Returns the XML of the integrator for `scene`. `ptracer` doesn't show environments: if there is
+/// one, all integrators hide it.
 std::string integrator_of(const Method& method, const std::string& scene);
 
 }  // namespace kinome::test

@@ -10,7 +10,7 @@
 #include "kinome/math.h"
 #include "scene_node.h"
 
-/// Nodes of a scene file, by what they say.
+/// Nodes of a scene file with their values.
 namespace kinome::test {
 
 inline std::string digits(double v) {

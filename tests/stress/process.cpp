@@ -59,7 +59,7 @@ bool read_report(const std::string& file, CheckReport& report) {
 
 [[noreturn]] void run_child(const std::string& folder, const std::string& file,
                             const std::function<CheckReport(const std::string&)>& work) {
-  // Sanitizers map far more than they use.
+  // Sanitizers map far more memory than they use.
   if (std::string_view(KINOME_TEST_SANITIZER).empty()) {
     const rlimit memory{kMemory, kMemory};
     setrlimit(RLIMIT_AS, &memory);
@@ -86,7 +86,7 @@ Check::Check(std::string folder, const std::function<CheckReport(const std::stri
              double patience)
     : folder_(std::move(folder)), patience_(patience), start_(Clock::now()) {
   std::filesystem::create_directories(folder_);
-  // One that ends without a report is not to be judged by the last one's.
+  // A check that ends without a report must not be judged by an earlier report.
   std::filesystem::remove(report_file(folder_));
   child_ = fork();
   if (child_ < 0) {

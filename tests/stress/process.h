@@ -10,22 +10,22 @@
 
 namespace kinome::test {
 
-/// Seconds for one scene, of which most take a fraction of one.
+/// Maximum seconds for one scene; most scenes take a fraction of one.
 inline constexpr double kPatience = 900;
 
-/// A check in a process of its own, which may crash, hang, or take all memory.
+/// A check in its own process, which may crash, hang, or exhaust memory.
 class Check {
  public:
-  /// Starts it. `work` makes the report; `folder` is for its files; more than `patience` seconds
-  /// are a hang.
+  /// Starts the check. `work` returns the report; `folder` is for its files. More than `patience`
+  /// seconds are reported as a hang.
   Check(std::string folder, const std::function<CheckReport(const std::string& folder)>& work,
         double patience = kPatience);
-  /// Ends it, if it hasn't ended.
+  /// Ends the process if it is still running.
   ~Check();
   Check(const Check&) = delete;
   Check& operator=(const Check&) = delete;
 
-  /// True once it has ended, by itself or for taking too long.
+  /// Returns true once the process has ended, by itself or by the time limit.
   bool poll();
   const CheckReport& wait();
   const CheckReport& report() const { return report_; }
@@ -35,7 +35,7 @@ class Check {
   std::string folder_;
   double patience_;
   std::chrono::steady_clock::time_point start_;
-  pid_t child_ = 0;  ///< 0 once it has ended
+  pid_t child_ = 0;  ///< 0 once the process has ended
   CheckReport report_;
 };
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-/// A scene as a tree, so that parts of it can be taken out again.
+/// A scene as a tree, from which parts can be removed.
 namespace kinome::test {
 
 struct SceneNode {
@@ -16,11 +16,12 @@ struct SceneNode {
   SceneNode(std::string t, std::vector<std::pair<std::string, std::string>> a,
             std::vector<SceneNode> c = {})
       : tag(std::move(t)), attributes(std::move(a)), children(std::move(c)) {}
-  /// XML, indented by `depth` levels.
+  /// Returns XML, indented by `depth` levels.
   std::string text(int depth = 0) const;
 };
 
-/// Every node below `root` but itself, parents first, as indices from child to child.
+/// Path to a node below `root`: the index of the child at each level. paths_of() returns all of
+/// them, parents first.
 using NodePath = std::vector<size_t>;
 std::vector<NodePath> paths_of(const SceneNode& root);
 SceneNode& node_at(SceneNode& root, const NodePath& path);

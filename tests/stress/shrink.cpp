@@ -12,18 +12,18 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kShrinking = 40;  ///< seconds for one finding
+constexpr double kShrinking = 40;  ///< seconds per finding
 
 bool shows(const CheckReport& report, const Finding& finding) {
   for (const Finding& f : report.findings) {
     if (f.kind != finding.kind || (!finding.method.empty() && f.method != finding.method)) continue;
-    // A scene without what it needs is refused, too, but for another reason.
+    // A scene without a required part is refused, too, but for another reason.
     if (f.kind != "refused" || reason_of(f.text) == reason_of(finding.text)) return true;
   }
   return false;
 }
 
-/// Rounder numbers in place of `value`, the simplest first.
+/// Returns shorter roundings of the numbers in `value`, the simplest first.
 std::vector<std::string> rounder(const std::string& value) {
   std::istringstream words(value);
   std::vector<double> numbers;
@@ -46,18 +46,18 @@ class Shrinker {
   Shrinker(std::string folder, Finding finding, bool is_valid)
       : folder_(std::move(folder)), finding_(std::move(finding)), start_(Clock::now()) {
     task_.is_valid = is_valid;
-    // That one method refuses what others render takes the others to be seen.
+    // A refusal by one method is only a finding if the others are run, too.
     const bool is_alone = finding_.kind != "refused" && finding_.method != "load";
     if (is_alone) task_.only = finding_.method;
   }
 
   SceneNode shrink(SceneNode scene) {
-    // Each smaller scene would have to be waited for.
+    // Each smaller scene would take the whole time limit.
     if (finding_.kind == "hang") return scene;
     bool is_smaller = true;
     while (is_smaller && in_time()) {
       is_smaller = false;
-      // Large parts first; a path is void once something before it is gone.
+      // Large parts first; removing a node invalidates the paths after it.
       for (size_t i = 0; i < paths_of(scene).size() && in_time(); ++i) {
         const NodePath path = paths_of(scene)[i];
         SceneNode without = scene;
@@ -97,7 +97,7 @@ class Shrinker {
     const auto work = [&](const std::string& folder) {
       return check_scene(scene.text(), folder, task_);
     };
-    // A smaller scene that takes longer than all of this isn't the one.
+    // A smaller scene that takes longer than the whole reduction is rejected.
     Check check(folder_, work, kShrinking);
     return shows(check.wait(), finding_);
   }

@@ -7,8 +7,8 @@
 
 namespace kinome::test {
 
-/// A smaller scene that shows the same finding, its files being in `folder`; the same where there
-/// is none to be found in some seconds. `is_valid`: whether `scene` is.
+/// Returns a smaller scene with the same finding, whose files are in `folder`, or the same scene if
+/// none is found within some seconds. `is_valid`: see RandomScene.
 SceneNode shrink(const SceneNode& scene, const Finding& finding, bool is_valid,
                  const std::string& folder);
 
