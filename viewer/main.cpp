@@ -1,4 +1,4 @@
-// kinome-view: looks at a scene while it is rendered and edited.
+// kinome-view: displays a scene while it is rendered and edited.
 
 #include <unistd.h>
 
@@ -28,14 +28,14 @@ using kinome::viewer::ViewerWindow;
 struct Arguments {
   RenderSession::Options session;
   ViewerWindow::Options window;
-  std::string script;  ///< "": a window is opened
+  std::string script;  ///< "" opens a window
 };
 
-/// After the window is closed: whoever waits for the program won't wait for a plugin that doesn't
-/// look for the end of a render.
-constexpr std::chrono::milliseconds kMostAfterClosing{200};
+/// Time after which the program exits once its window is closed, even if a plugin ignores the
+/// cancellation of its render. Pending saves are always finished.
+constexpr std::chrono::milliseconds kMaxClosingTime{200};
 
-/// nullopt: there is nothing left to do, but to end with this status.
+/// Returns nullopt if the program should exit with `status`, for instance after --help.
 std::optional<Arguments> parse(int argc, char** argv, int& status) {
   Arguments all;
   CLI::App app("Shows a scene while it is rendered, and while it is edited.", "kinome-view");
@@ -43,32 +43,30 @@ std::optional<Arguments> parse(int argc, char** argv, int& status) {
   std::string size;
   RenderSession::Options& session = all.session;
   app.add_option("scene.xml", session.scene, "Scene file in Mitsuba's XML language")->required();
-  app.add_option("-D,--define", defines, "Sets $KEY in the scene file (repeat for more)")
+  app.add_option("-D,--define", defines, "Set $KEY in the scene file (repeat for more)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  app.add_option("--integrator", session.integrator,
-                 "Plugin that renders; default: the scene's own")
+  app.add_option("--integrator", session.integrator, "Integrator plugin; default: the scene's own")
       ->type_name("NAME");
   app.add_option("-t,--threads", session.threads, "Threads; default: one per core")
       ->type_name("COUNT");
-  app.add_option("--size", size, "Size of the picture; default: the scene's")->type_name("WxH");
+  app.add_option("--size", size, "Size of the image; default: the scene's")->type_name("WxH");
   app.add_option("-s,--sensor", session.sensor, "Sensor, by index or id; default: 0")
       ->type_name("SENSOR");
   app.add_option("-a,--append", session.load.search_paths,
-                 "More folders in which files are looked for")
+                 "Search these folders, too, for the scene's files")
       ->allow_extra_args(false);
   app.add_option("--plugin-path", session.plugin_folders,
-                 "Another folder of plugins (repeat for more)")
+                 "Search this folder, too, for plugins (repeat for more)")
       ->allow_extra_args(false);
   app.add_option("--seed", session.seed, "Seed of all random numbers; default: 0")->type_name("N");
-  app.add_flag("--lenient", session.load.lenient,
-               "Leave out what of Mitsuba's plugins isn't there");
+  app.add_flag("--lenient", session.load.lenient, "Leave out unsupported features of Mitsuba");
   app.add_option("--screenshot", all.window.screenshot,
                  "File that the key F12 writes; default: kinome-view.png")
       ->type_name("FILE");
-  app.add_flag("--trace", all.window.trace, "Print a line for each picture that is shown");
+  app.add_flag("--trace", all.window.trace, "Print a line for each image that is shown");
   app.add_option("--script", all.script,
-                 "Do what this file says, in place of opening a window ('-': standard input)")
+                 "Run the commands in this file instead of opening a window ('-': standard input)")
       ->type_name("FILE");
   app.set_version_flag("--version", "kinome-view " KINOME_VERSION);
   try {
@@ -93,8 +91,7 @@ std::optional<Arguments> parse(int argc, char** argv, int& status) {
 }
 
 void view(Arguments all) {
-  // The session asks for new frames from its first moment on, which may be before there is a
-  // window.
+  // The session may request a frame before the window exists.
   static std::atomic<bool> has_window = false;
   all.session.on_change = [] {
     if (has_window) ViewerWindow::wake();
@@ -107,7 +104,7 @@ void view(Arguments all) {
     has_window = false;
     std::thread([&session] {
       do {
-        std::this_thread::sleep_for(kMostAfterClosing);
+        std::this_thread::sleep_for(kMaxClosingTime);
       } while (session.is_to_save());
       kinome::remove_temporary_files();
       _exit(0);
@@ -116,7 +113,6 @@ void view(Arguments all) {
   }
 }
 
-/// As if someone at the window did it.
 int follow_script(const Arguments& all) {
   RenderSession session(all.session);
   if (all.script == "-") return run_script(std::cin, "-", session) > 0 ? 1 : 0;

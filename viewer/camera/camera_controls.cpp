@@ -8,8 +8,8 @@
 namespace kinome::viewer {
 namespace {
 
-/// From a pole; nearer to it, left and right would be lost.
-constexpr float kLeastPolarAngle = 0.02f;
+/// Minimum angle to a pole [rad]: at the pole itself, left and right are undefined.
+constexpr float kMinPolarAngle = 0.02f;
 
 Vec3 turned(const Vec3& v, float angle, const Vec3& axis) {
   return Vec3(glm::rotate(Mat4(1.f), angle, axis) * glm::vec4(v, 0.f));
@@ -38,11 +38,11 @@ Vec3 CameraControls::right() const {
 }
 
 void CameraControls::turn(float right_angle, float up_angle) {
-  // Upwards first, no farther than to a pole.
+  // Turns up first, but not over a pole.
   const float polar = std::acos(std::clamp(glm::dot(forward_, world_up_), -1.f, 1.f));
-  // A camera that looks along the pole already may be turned away from it.
-  const float low = std::min(polar, kLeastPolarAngle);
-  const float high = std::max(polar, kPi - kLeastPolarAngle);
+  // A camera that is already closer to the pole can be turned away from it.
+  const float low = std::min(polar, kMinPolarAngle);
+  const float high = std::max(polar, kPi - kMinPolarAngle);
   const float rise = polar - std::clamp(polar - up_angle, low, high);
   const Vec3 axis = right();
   forward_ = turned(forward_, rise, axis);
@@ -54,7 +54,7 @@ void CameraControls::turn(float right_angle, float up_angle) {
 
 void CameraControls::orbit(float right_angle, float up_angle) {
   const Vec3 centre = target();
-  // To go to the right of the target is to look to the left.
+  // Moving to the right around the target turns the view to the left.
   turn(-right_angle, -up_angle);
   origin_ = centre - distance_ * forward_;
 }

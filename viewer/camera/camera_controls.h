@@ -6,28 +6,28 @@
 
 namespace kinome::viewer {
 
-/// A camera that is turned and moved by hand: around a target, or by itself. Angles in radians,
+/// A camera that the user turns and moves, around a target or freely. Angles are in radians,
 /// lengths in the scene's units. Not thread-safe.
 class CameraControls {
  public:
-  /// Takes over a sensor's to_world, whose z axis looks at a target at this distance. The axis of
-  /// the world that is nearest to the camera's own is "up" from then on.
+  /// Sets the camera to a sensor's to_world, whose z axis points at a target at this distance. The
+  /// world axis nearest to the camera's up vector becomes the vertical axis.
   void take(const Transform& to_world, float distance);
-  /// take(), and what reset() goes back to.
+  /// Calls take(), and makes this the pose to which reset() returns.
   void take_home(const Transform& to_world, float distance);
   void reset() { *this = CameraControls(home_); }
 
-  /// Goes around the target: to the right around the axis that is up, and upwards, never over a
-  /// pole.
+  /// Moves the camera around the target: to the right around the vertical axis, and up, but never
+  /// over a pole.
   void orbit(float right, float up);
-  /// Looks elsewhere from the same place; the target goes with it.
+  /// Turns the camera in place. The target turns with it.
   void look(float right, float up);
   /// Moves the camera together with its target, along its own axes.
   void move(float right, float up, float forward);
-  /// Takes it to `factor` times the distance of its target; an orthographic camera sees that many
-  /// times as much instead.
+  /// Multiplies the distance to the target by `factor`; for an orthographic camera, the size of the
+  /// view instead.
   void dolly(float factor, bool is_orthographic = false);
-  /// Another target in the line of sight.
+  /// Moves the target along the viewing direction. Ignored unless positive and finite.
   void set_distance(float distance);
 
   Vec3 origin() const { return origin_; }
@@ -36,9 +36,9 @@ class CameraControls {
   Vec3 up() const { return world_up_; }
   float distance() const { return distance_; }
   Transform to_world() const;
-  const Transform& home() const { return home_.to_world; }  ///< what reset() goes back to
-  /// As Mitsuba's XML has it: `<lookat origin="…" target="…" up="…"/>`. What else its to_world did
-  /// (a mirror, a scale) isn't part of it.
+  const Transform& home() const { return home_.to_world; }  ///< to which reset() returns
+  /// Returns Mitsuba's XML: `<lookat origin="…" target="…" up="…"/>`. It doesn't contain other
+  /// parts of to_world, such as a reflection or a scale.
   std::string lookat() const;
 
  private:
@@ -49,7 +49,7 @@ class CameraControls {
   CameraControls(const Home& home) : home_(home) { take(home.to_world, home.distance); }
   void turn(float right, float up);
   Vec3 right() const;
-  /// World space of a camera that does nothing but look at its target.
+  /// Returns the camera-to-world transform without rest_.
   Mat4 frame() const;
 
  public:
@@ -59,10 +59,10 @@ class CameraControls {
   Home home_;
   Vec3 origin_{0.f};
   Vec3 forward_{0, 0, 1};  ///< unit
-  Vec3 up_{0, 1, 0};       ///< the camera's own, which tells how it is rolled
+  Vec3 up_{0, 1, 0};       ///< the camera's own, including its roll
   Vec3 world_up_{0, 1, 0};
   float distance_ = 1;
-  Mat4 rest_{1.f};  ///< what to_world does before: the identity, as a rule
+  Mat4 rest_{1.f};  ///< the part of to_world that is applied before frame(); usually the identity
 };
 
 }  // namespace kinome::viewer

@@ -5,7 +5,7 @@
 namespace kinome::viewer {
 namespace {
 
-/// Of a target that nothing tells: where the scene's middle is.
+/// Returns a default distance to the target: that of the scene's centre.
 float distance_of(const Transform& to_world, const Aabb& bounds) {
   if (bounds.empty()) return 1;
   const Vec3 origin(to_world.matrix()[3]), forward(to_world.matrix()[2]);
@@ -18,7 +18,7 @@ float distance_of(const Transform& to_world, const Aabb& bounds) {
 void CameraLink::follow(const RenderSession& session,
                         const std::shared_ptr<const SceneInfo>& info) {
   take_aim();
-  if (!info || info->served < sent_number_) return;  // of before what was sent
+  if (!info || info->served < sent_number_) return;  // older than the last edit sent
   if (info->edition == edition_ && info->sensor_path == path_) return;
   edition_ = info->edition;
   const SceneParameter* const found =
@@ -43,12 +43,12 @@ void CameraLink::follow(const RenderSession& session,
   take_aim();
 }
 
-/// The target becomes what is seen in the middle of the picture.
+/// Moves the target to the surface in the middle of the image, once the answer has arrived.
 void CameraLink::take_aim() {
   if (!aiming_ || !aiming_->is_there()) return;
   const std::optional<Pick> pick = aiming_->pick();
   aiming_.reset();
-  // It may have been moved meanwhile: then what is in the middle isn't what was.
+  // Ignores the answer if the camera has moved in the meantime.
   if (!pick || controls_.to_world().matrix() != home_.matrix()) return;
   const float distance = glm::dot(pick->point - controls_.origin(), controls_.forward());
   if (!(distance > 0)) return;
@@ -59,7 +59,7 @@ void CameraLink::take_aim() {
 void CameraLink::send(RenderSession& session) {
   if (!can_move()) return;
   sent_ = controls_.to_world();
-  // What the file says is left as it stands there.
+  // At its home position, keeps the transform as written in the scene file.
   const bool is_as_written = is_home_written_ && sent_.matrix() == home_.matrix();
   const EditedValue value = is_as_written ? EditedValue(AsWritten{}) : Placed{sent_};
   sent_number_ = session.set({{path_ + ".to_world", value}}, true, false);

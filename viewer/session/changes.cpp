@@ -5,18 +5,18 @@
 namespace kinome::viewer {
 namespace {
 
-/// Settings of the same parameters that follow on each other, as while a slider is dragged, are one
-/// change to whoever undoes it.
-constexpr std::chrono::milliseconds kOneChange{1000};
-constexpr size_t kMostUndone = 256;
-constexpr size_t kMostLines = 10;
+/// Consecutive changes of the same parameters within this interval, such as the drag of a slider,
+/// are undone together.
+constexpr std::chrono::milliseconds kMergeInterval{1000};
+constexpr size_t kMaxUndoSteps = 256;
+constexpr size_t kMaxErrorLines = 10;
 
 bool are_of_same_paths(const Edits& a, const Edits& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const auto& x, const auto& y) { return x.first == y.first; });
 }
 
-/// What sets all back that a change sets.
+/// Returns the edits that undo a change.
 Edits edits_before(const SceneEditor& editor, const Change& change) {
   Edits before;
   if (!change.is_undoable) return before;
@@ -24,8 +24,8 @@ Edits edits_before(const SceneEditor& editor, const Change& change) {
   return before;
 }
 
-/// Whether there may be other objects afterwards, and other paths.
-bool puts_or_takes(const Change& change) {
+/// Returns true if a change can add or remove objects, and so change paths.
+bool changes_objects(const Change& change) {
   return std::any_of(change.edits.begin(), change.edits.end(), [](const auto& edit) {
     return std::holds_alternative<ObjectDescription>(edit.second) ||
            std::holds_alternative<Unset>(edit.second) ||
@@ -39,7 +39,7 @@ std::string text_of(const std::exception& fault) {
   const auto* const all = dynamic_cast<const Errors*>(&fault);
   if (!all) return fault.what();
   std::string text;
-  for (size_t i = 0; i < std::min(all->all().size(), kMostLines); ++i) {
+  for (size_t i = 0; i < std::min(all->all().size(), kMaxErrorLines); ++i) {
     if (i > 0) text += '\n';
     text += all->all()[i].what();
   }
@@ -58,10 +58,10 @@ void add_change(std::vector<Change>& waiting, Change change) {
 }
 
 bool ChangeHistory::make(SceneEditor& editor, const std::vector<Change>& changes,
-                         const std::function<void(const std::string&)>& tell) {
+                         const std::function<void(const std::string&)>& report) {
   if (changes.empty()) return false;
   const bool is_one_by_one =
-      changes.size() > 1 && std::any_of(changes.begin(), changes.end(), puts_or_takes);
+      changes.size() > 1 && std::any_of(changes.begin(), changes.end(), changes_objects);
   if (!is_one_by_one) {
     try {
       std::vector<Edits> before;
@@ -76,29 +76,30 @@ bool ChangeHistory::make(SceneEditor& editor, const std::vector<Change>& changes
       return true;
     } catch (const std::exception& fault) {
       if (changes.size() == 1) {
-        tell(text_of(fault));
+        report(text_of(fault));
         return false;
       }
     }
   }
   bool has_changed = false;
-  for (const Change& change : changes) has_changed |= make(editor, {change}, tell);
+  for (const Change& change : changes) has_changed |= make(editor, {change}, report);
   return has_changed;
 }
 
 void ChangeHistory::note(Edits before) {
   if (before.empty()) return;
   const Clock::time_point now = Clock::now();
-  if (!done_.empty() && now - done_.back().when < kOneChange &&
+  if (!done_.empty() && now - done_.back().when < kMergeInterval &&
       are_of_same_paths(done_.back().before, before)) {
     done_.back().when = now;
     return;
   }
-  if (done_.size() == kMostUndone) done_.erase(done_.begin());
+  if (done_.size() == kMaxUndoSteps) done_.erase(done_.begin());
   done_.push_back({std::move(before), now});
 }
 
-bool ChangeHistory::undo(SceneEditor& editor, const std::function<void(const std::string&)>& tell) {
+bool ChangeHistory::undo(SceneEditor& editor,
+                         const std::function<void(const std::string&)>& report) {
   if (done_.empty()) return false;
   const Edits before = std::move(done_.back().before);
   done_.pop_back();
@@ -107,7 +108,7 @@ bool ChangeHistory::undo(SceneEditor& editor, const std::function<void(const std
     editor.update();
     return true;
   } catch (const std::exception& fault) {
-    tell(text_of(fault));
+    report(text_of(fault));
     return false;
   }
 }

@@ -7,25 +7,24 @@
 
 namespace kinome::viewer {
 
-/// Edits that were asked for by one call.
+/// Edits from one call of RenderSession::set().
 struct Change {
   Edits edits;
   bool is_undoable = true;
 };
 
-/// Adds a change to those that wait: of parameters that are set again, only the last setting is
-/// left.
+/// Appends a change to the waiting ones. Removes earlier edits of the same parameters.
 void add_change(std::vector<Change>& waiting, Change change);
 
-/// Makes changes of a scene, and takes them back. Not thread-safe.
+/// Applies and undoes changes of a scene. Not thread-safe.
 class ChangeHistory {
  public:
-  /// Makes all of them by one update; where that fails, one by one. True: the scene has changed.
-  /// `tell` is called with what is wrong.
+  /// Applies all changes with one update; one by one if that fails or if objects are added or
+  /// removed. Returns true if the scene has changed. Calls `report` with each error.
   bool make(SceneEditor& editor, const std::vector<Change>& changes,
-            const std::function<void(const std::string&)>& tell);
-  /// Takes back the last one. False: there is none, or it can't be.
-  bool undo(SceneEditor& editor, const std::function<void(const std::string&)>& tell);
+            const std::function<void(const std::string&)>& report);
+  /// Undoes the last change. Returns false if there is none, or if it can't be undone.
+  bool undo(SceneEditor& editor, const std::function<void(const std::string&)>& report);
   bool can_undo() const { return !done_.empty(); }
   void forget() { done_.clear(); }
 
@@ -40,7 +39,7 @@ class ChangeHistory {
   std::vector<Done> done_;
 };
 
-/// All that is wrong, a line each.
+/// Returns the message of an exception; of Errors, the first few messages, one per line.
 std::string text_of(const std::exception& fault);
 
 }  // namespace kinome::viewer

@@ -7,15 +7,15 @@
 namespace kinome::viewer {
 namespace {
 
-/// The fewest that tell an error.
+/// Minimum number of film lanes from which an error can be estimated.
 constexpr uint32_t kLanes = 4;
-/// Of rendering, from which on a picture is kept where a pass of its own is interrupted: to begin
-/// anew is as quick before.
-constexpr double kWorthKeeping = 0.5;
-/// Between two pictures: a pass is also what "pause" waits for.
-constexpr double kMostSeconds = 1;
+/// Rendering time [s] from which the film is saved before each pass, so that an interrupted pass
+/// doesn't lose it. Before that, starting again is just as fast.
+constexpr double kMinSecondsToKeep = 0.5;
+/// Maximum time of a pass [s]. Pausing takes effect between passes.
+constexpr double kMaxPassSeconds = 1;
 
-/// Nothing is left of the render before, even if an exception has ended it.
+/// Resets the context, which may hold the state of a render that an exception has ended.
 void begin(RenderContext& context) {
   context.stats() = {};
   context.stats().threads = context.threads();
@@ -52,24 +52,24 @@ LiveRender::LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& 
 
 bool LiveRender::pass() {
   const double start = context_.seconds();
-  const auto least = std::min_element(lane_samples_.begin(), lane_samples_.end());
-  // In the first round each lane gets a single sample: they are to be seen soon.
+  const auto smallest = std::min_element(lane_samples_.begin(), lane_samples_.end());
+  // In the first round each lane gets a single sample, so that an image appears soon.
   double samples = pass_ < kLanes ? 1 : std::max(1., done_ / kLanes);
   if (last_seconds_ > 0) {
-    samples = std::min(samples, std::max(1., kMostSeconds * last_samples_ / last_seconds_));
+    samples = std::min(samples, std::max(1., kMaxPassSeconds * last_samples_ / last_seconds_));
   }
-  film_.set_lane(static_cast<uint32_t>(least - lane_samples_.begin()));
-  // Seeds 1, 2, ...: none is that of the scene's own samples.
+  film_.set_lane(static_cast<uint32_t>(smallest - lane_samples_.begin()));
+  // Uses the pass indices 1, 2, ..., so that the samples differ from those of render_once().
   context_.begin_pass(++pass_, 0, 1);
-  // A film can't be put back to where a lane had no light paths yet.
-  const bool is_kept = seconds_ > kWorthKeeping && pass_ > kLanes;
+  // The film can only be restored once each lane has light paths.
+  const bool is_kept = seconds_ > kMinSecondsToKeep && pass_ > kLanes;
   if (is_kept) keep_film();
   const double rendered = passes_->render(samples);
   if (context_.interrupted()) {
     is_whole_ = is_kept && put_film_back();
     return false;
   }
-  *least += rendered;
+  *smallest += rendered;
   done_ += rendered;
   last_samples_ = rendered;
   last_seconds_ = context_.seconds() - start;

@@ -9,26 +9,27 @@
 
 namespace kinome::viewer {
 
-/// Renders the scene's samples, as kinome::render() does without a budget, to the bit; but where it
-/// is interrupted, nothing is done to fill what is missing, and there is no picture.
+/// Renders the sensor's samples. The result is bit-identical to kinome::render() without a budget.
+/// Returns nullopt if the render is interrupted.
 std::optional<Image> render_once(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
-/// A picture that gets better for as long as passes are asked for. It goes on in lanes of the film
-/// (see FilmNoise), by which its error is estimated. All that it is given must outlive it.
+/// A progressive render, which improves with each pass. The passes go to different lanes of the
+/// film (see FilmNoise), from which the error is estimated. The scene, sensor and context must
+/// outlive it.
 class LiveRender {
  public:
   LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
-  /// Adds a pass: small ones first, of a quarter of all samples later on, and none of more than a
-  /// second but for those of a single sample. False: it was interrupted; whether the picture is as
-  /// it was before, is_whole() tells.
+  /// Renders a pass: of one sample per pixel at first, later of a quarter of the samples so far. A
+  /// pass takes about a second at most, unless a single sample takes longer. Returns false if it
+  /// was interrupted; is_whole() then says whether the image is still valid.
   bool pass();
-  /// Nothing is left in the picture of a pass that was interrupted: further ones may be added.
+  /// Returns false if the film contains a part of an interrupted pass. Don't add passes then.
   bool is_whole() const { return is_whole_; }
   Image develop() const;
-  double samples() const { return done_; }  ///< a pixel
+  double samples() const { return done_; }  ///< per pixel
   double seconds() const { return seconds_; }
-  /// As estimated; negative: there is no telling yet.
+  /// Estimated relMSE; -1 if it can't be estimated yet.
   double rel_mse() const;
 
  private:
@@ -44,7 +45,7 @@ class LiveRender {
   double last_seconds_ = 0, last_samples_ = 0;
   uint64_t pass_ = 0;
   bool is_whole_ = true;
-  std::vector<char> kept_;  ///< the film, as it was before a pass
+  std::vector<char> kept_;  ///< contents of the film before the current pass
 };
 
 }  // namespace kinome::viewer

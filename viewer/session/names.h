@@ -6,7 +6,7 @@
 
 namespace kinome::viewer {
 
-/// Its plugin's, without the category: "path".
+/// Returns the name of the plugin without its category, such as "path".
 inline std::string name_of(const Integrator& integrator) {
   const std::string& plugin = integrator.plugin();
   return plugin.substr(plugin.find('/') + 1);

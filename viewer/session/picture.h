@@ -11,37 +11,37 @@
 
 namespace kinome::viewer {
 
-/// A picture that a RenderSession has rendered, finished or on the way. Never changed once it is
-/// published: it may be read by all threads for as long as they hold it.
+/// A finished or unfinished image of a RenderSession. It never changes once it is published, so any
+/// thread that holds it can read it.
 struct Picture {
-  Image image;              ///< with all of its channels; of a preview, of fewer pixels
-  RenderStats stats;        ///< of the render so far: rays, samples that were not finite, ...
-  uint64_t generation = 0;  ///< counts the session's pictures from 1
-  uint64_t edition = 0;     ///< counts the changes of the scene that it shows
-  /// What it stands for, in pixels of the sensor's film: its crop window.
-  Rect crop;
-  bool is_preview = false;  ///< of fewer pixels, or by another integrator, than was asked for
-  bool is_final = false;    ///< all samples that were asked for are in it
-  std::string integrator;   ///< the plugin's name
-  double samples = 0;       ///< a pixel
-  double seconds = 0;       ///< of rendering, without pauses
-  /// As estimated from what several renders of the picture differ by (estimate_rel_mse); negative:
-  /// there is no telling.
+  Image image;              ///< all channels; a preview may have fewer pixels
+  RenderStats stats;        ///< of the render so far: rays, non-finite samples, ...
+  uint64_t generation = 0;  ///< number of the image in the session, from 1
+  uint64_t edition = 0;     ///< number of the scene's version that the image shows
+  Rect crop;                ///< crop window of the sensor's film, in pixels
+  bool is_preview = false;  ///< with fewer pixels or another integrator than requested
+  bool is_final = false;    ///< contains all requested samples
+  std::string integrator;   ///< name of the plugin
+  double samples = 0;       ///< per pixel
+  double seconds = 0;       ///< rendering time without pauses
+  /// Relative error, estimated from the differences of the film's lanes (estimate_rel_mse);
+  /// negative if unknown.
   double rel_mse = -1;
   double rays_per_second = 0;
-  /// What it is seen by; nullptr: a sensor that is part of a shape, which may change meanwhile.
+  /// Sensor of the image; nullptr if it is part of a shape, which may change in the meantime.
   std::shared_ptr<const Sensor> sensor;
 };
 using PicturePointer = std::shared_ptr<const Picture>;
 
-/// From the camera, through a place of the film [pixels] and the middle of the lens; nullopt: there
-/// is no telling.
+/// Returns the camera ray through a position on the film [pixels] and the centre of the lens, or
+/// nullopt if the image has no sensor.
 std::optional<Ray> ray_through(const Picture& picture, const Vec2& film_position);
-/// Where a point is seen on the film, whatever hides it; nullopt: it isn't.
+/// Projects a point onto the film, ignoring occlusion. Returns nullopt if the sensor doesn't see it
+/// or the image has no sensor.
 std::optional<Vec2> place_on_film(const Picture& picture, const Vec3& point);
 
-/// Writes a picture by the ending of its name: .exr (all channels, as numbers of single precision)
-/// or .png (sRGB). Throws Error.
+/// Writes an image as .exr (all channels, single precision) or .png (sRGB), by the file's
+/// extension. Throws Error.
 void write_picture(const std::string& path, const Picture& picture);
 
 }  // namespace kinome::viewer

@@ -5,7 +5,6 @@
 namespace kinome::viewer {
 namespace {
 
-/// In memory alone.
 class PreviewFilm final : public Film {
  public:
   PreviewFilm(const Film& film, int width, int height) {
@@ -14,7 +13,7 @@ class PreviewFilm final : public Film {
     crop_ = {0, 0, width, height};
     sample_border_ = film.sample_border();
     has_alpha_ = film.has_alpha();
-    // Not the film's to change: what filters are is never changed.
+    // Shares the filter without owning it. The cast is safe because filters are never changed.
     filter_ = std::shared_ptr<ReconstructionFilter>(
         std::shared_ptr<void>(), const_cast<ReconstructionFilter*>(&film.filter()));
   }
@@ -41,18 +40,18 @@ class PreviewSensor final : public Sensor {
   }
   void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
                         RayHit16* out) const override {
-    constexpr size_t kMost = 1024;
-    alignas(kColumnAlignment) std::array<float, kMost> x, y;
-    for (size_t first = 0; first < count; first += kMost) {
-      const size_t some = std::min(kMost, count - first);
-      // What lies beyond the values may be anything, but must be something.
+    constexpr size_t kChunkSize = 1024;
+    alignas(kColumnAlignment) std::array<float, kChunkSize> x, y;
+    for (size_t first = 0; first < count; first += kChunkSize) {
+      const size_t chunk = std::min(kChunkSize, count - first);
+      // The elements after the values can be arbitrary, but must be initialised.
       x.fill(0), y.fill(0);
-      for (size_t i = 0; i < some; ++i) {
+      for (size_t i = 0; i < chunk; ++i) {
         x[i] = corner_.x + scale_.x * film_position.x[first + i];
         y[i] = corner_.y + scale_.y * film_position.y[first + i];
       }
       const Columns2 lens = aperture.x ? aperture.from(first) : aperture;
-      sensor_.sample_ray_block({x.data(), y.data()}, lens, some, out + first / kBlockLanes);
+      sensor_.sample_ray_block({x.data(), y.data()}, lens, chunk, out + first / kBlockLanes);
     }
   }
   bool needs_aperture_sample() const override { return sensor_.needs_aperture_sample(); }
@@ -60,7 +59,7 @@ class PreviewSensor final : public Sensor {
     auto seen = sensor_.connect(p, aperture);
     if (!seen) return std::nullopt;
     seen->film_position = (seen->film_position - corner_) / scale_;
-    // By the solid angle of a pixel.
+    // The weight is inversely proportional to the solid angle of a pixel.
     seen->weight /= scale_.x * scale_.y;
     return seen;
   }

@@ -6,10 +6,9 @@
 
 namespace kinome::viewer {
 
-/// A sensor that sees what another one does, on a film of its own: so that a picture of other
-/// resolution, or one that is rendered beside another, doesn't touch the film of the scene. What
-/// the film's crop window shows is spread over `width` x `height` pixels. The sensor must outlive
-/// it, and may be used by others at the same time.
+/// Returns a sensor with the same view as `sensor`, but with its own film. Use it to render another
+/// image or resolution without touching the scene's film. The view of the crop window is scaled to
+/// `width` x `height` pixels. `sensor` must outlive the result, and can be used at the same time.
 std::unique_ptr<Sensor> with_own_film(const Sensor& sensor, int width, int height,
                                       uint32_t samples);
 

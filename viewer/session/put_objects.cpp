@@ -8,10 +8,10 @@ ObjectDescription texture(const std::string& plugin, const std::string& name = "
 }
 
 ObjectDescription image(const std::string& file, bool is_raw, const std::string& name = "") {
-  ObjectDescription said = texture("bitmap", name);
-  said.values.push_back({"filename", file, said.where});
-  if (is_raw) said.values.push_back({"raw", true, said.where});
-  return said;
+  ObjectDescription description = texture("bitmap", name);
+  description.values.push_back({"filename", file, description.where});
+  if (is_raw) description.values.push_back({"raw", true, description.where});
+  return description;
 }
 
 ObjectDescription around(const std::string& plugin, ObjectDescription map) {

@@ -6,14 +6,14 @@
 
 namespace kinome::viewer {
 
-/// What textures and maps are to the scene's editor, as people choose them. `file`: an image, by
-/// the name that a scene file would have for it.
+/// Descriptions of textures and maps for SceneEditor::set(). `file` is an image, named as in a
+/// scene file.
 
-/// Of a parameter of this type: what stands for numbers, as roughness, is read as it is in the
-/// file.
+/// Returns a bitmap texture for a parameter of this type. The values of unitless parameters, such
+/// as roughness, are read as stored, without conversion from sRGB.
 ObjectDescription bitmap(const std::string& file, ParameterType type);
 ObjectDescription checkerboard();
-/// To be put around a BSDF. Normals are read as they are in the file.
+/// Return a BSDF that wraps another one. Values are read as stored in the file.
 ObjectDescription normal_map(const std::string& file);
 ObjectDescription bump_map(const std::string& file);
 

@@ -14,54 +14,54 @@
 
 namespace kinome::viewer {
 
-/// Parameters of the scene that are to be set, by their paths, in this order.
+/// Paths and new values of parameters of the scene, in the order in which they are set.
 using Edits = std::vector<std::pair<std::string, EditedValue>>;
 
-/// What there is to know of a scene besides its pictures. Never changed once it is published.
+/// Description of a scene. Never changes once it is published.
 struct SceneInfo {
-  uint64_t edition = 0;  ///< counts the changes that were made of it
-  uint64_t served = 0;   ///< up to this number, what set() was given is part of it
+  uint64_t edition = 0;  ///< number of the scene's version
+  uint64_t served = 0;   ///< requests up to this number, as returned by set(), are included
   std::string file;
   std::vector<SceneParameter> parameters;
   std::vector<SceneParameter> textured;  ///< SceneEditor::textured_parameters()
   std::vector<SceneObject> objects;
-  std::vector<std::string> sensors;      ///< ids, or indices where they have none
-  std::vector<std::string> integrators;  ///< names of all plugins that there are
-  std::string own_integrator;            ///< the scene's
-  size_t sensor = 0;                     ///< the one that is rendered
-  std::string sensor_path;               ///< as the paths of its parameters begin; "": it has none
+  std::vector<std::string> sensors;      ///< ids; indices of sensors without an id
+  std::vector<std::string> integrators;  ///< names of all integrator plugins
+  std::string own_integrator;            ///< integrator of the scene
+  size_t sensor = 0;                     ///< index of the sensor that is rendered
+  std::string sensor_path;               ///< prefix of the sensor's parameters; "" if it has none
   std::string film_path;
-  std::string environment;  ///< path of the emitter that surrounds the scene; "": none, or no path
+  std::string environment;  ///< path of the environment emitter; "" if there is none, or no path
   Aabb bounds;              ///< of all shapes
-  Rect crop;                ///< of the sensor's film: what a picture shows, in pixels
+  Rect crop;                ///< crop window of the sensor's film, in pixels
   bool can_undo = false;
 
-  /// nullptr: there is none of this path.
+  /// The find functions return nullptr if nothing has this path. find() searches `parameters`.
   const SceneParameter* find(const std::string& path) const;
-  /// Of those that textures stand for.
+  /// Searches `textured`, the parameters whose value is a texture.
   const SceneParameter* find_textured(const std::string& path) const;
   const SceneObject* find_object(const std::string& path) const;
 };
 
-/// What is seen at a place of the picture.
+/// The surface at a position of the image.
 struct Pick {
-  Vec3 origin{0.f};  ///< of the ray: the camera
+  Vec3 origin{0.f};  ///< origin of the camera ray
   Vec3 direction{0, 0, 1};
-  Vec3 point{0.f};  ///< where it meets the scene
+  Vec3 point{0.f};  ///< intersection with the scene
   Vec3 normal{0, 0, 1};
   float distance = 0;
-  std::string shape;                   ///< its path; "": it has none
-  std::vector<std::string> materials;  ///< paths of its BSDF, and of all that is nested in that
-  std::string emitter;                 ///< path of its emitter; "": none
+  std::string shape;                   ///< path of the shape; "" if it has none
+  std::vector<std::string> materials;  ///< paths of the BSDF and of all objects nested in it
+  std::string emitter;                 ///< path of the shape's emitter; "" if there is none
 };
 
-/// The answer to a question, which may come later: asked and read by one thread.
+/// Result of ask_pick(), which may arrive later. One thread requests and reads it.
 class PickAnswer {
  public:
   bool is_there() const { return is_there_; }
-  /// Once it is there. nullopt: no surface.
+  /// Returns the surface; nullopt if there is none. Valid once is_there() is true.
   const std::optional<Pick>& pick() const { return pick_; }
-  /// By whoever answers, once.
+  /// Sets the result. Called once, by the thread that answers.
   void give(std::optional<Pick> pick) {
     pick_ = std::move(pick);
     is_there_ = true;
@@ -72,118 +72,117 @@ class PickAnswer {
   std::atomic<bool> is_there_ = false;
 };
 
-/// What the session is at.
+/// Current activity of the session.
 enum class Activity { kLoading, kFailed, kPreview, kRendering, kPaused, kFinished };
 
 struct Status {
   Activity activity = Activity::kLoading;
-  double fraction = 0;     ///< of the pass, or of all samples that render() was asked for
-  bool is_exact = false;   ///< render() is at work, or its picture is there
-  bool is_paused = false;  ///< by set_paused(), whatever it is at
-  std::string integrator;  ///< the one that is chosen; "": the scene's own
+  double fraction = 0;     ///< finished part of the pass, or of the samples passed to render()
+  bool is_exact = false;   ///< render() is running or finished
+  bool is_paused = false;  ///< by set_paused(), independent of the activity
+  std::string integrator;  ///< selected integrator; "" for the scene's own
 };
 
-/// Of an error or of something to know.
+/// An error, a warning or a note.
 struct Message {
   bool is_error = false;
   std::string text;
-  uint64_t number = 0;  ///< counts them from 1, in the order in which they came up
+  uint64_t number = 0;  ///< number of the message in the session, from 1
 };
 
-/// A scene that is rendered again and again while it is edited: a thread of its own renders, and
-/// makes all changes between renders. Each change is followed by a preview, of as many pixels as
-/// can be rendered in a short time, then by pictures of all pixels that get better pass by pass,
+/// A scene that is rendered while it is edited. A thread of the session renders, and applies
+/// changes between renders. Each change is followed by a preview with as many pixels as can be
+/// rendered in a short time. Then the session renders all pixels, improving the image pass by pass
 /// until the next change.
 ///
-/// All of its functions may be called by any thread. None of them waits for a render, and none but
-/// pick(), wait() and close() for anything that takes its time. What goes wrong is told by
-/// messages(), and leaves the scene as it was.
+/// All functions can be called by any thread. None of them waits for a render; only pick(), wait()
+/// and close() can block. Errors appear in messages() and leave the scene unchanged.
 class RenderSession {
  public:
   struct Options {
-    std::string scene;  ///< its file
+    std::string scene;  ///< scene file
     LoadOptions load;
-    std::vector<std::string> plugin_folders;  ///< in addition to the usual ones
-    std::string integrator;                   ///< "": the scene's own
+    std::vector<std::string> plugin_folders;  ///< in addition to the default folders
+    std::string integrator;                   ///< "" for the scene's own
     std::string sensor = "0";                 ///< index or id
-    int width = 0, height = 0;                ///< 0: as the scene says
-    unsigned threads = 0;                     ///< 0: one per core
+    int width = 0, height = 0;                ///< size of the film; 0 for that of the scene
+    unsigned threads = 0;                     ///< 0 for one per core
     uint64_t seed = 0;
-    /// Samples a pixel at which it is left alone.
+    /// Samples per pixel at which progressive rendering stops.
     double most_samples = 16384;
-    /// What a preview may take, together with the change that it shows [s].
+    /// Time for a preview, including the change that it shows [s].
     double preview_seconds = 0.07;
-    /// Render by itself; false: only what render() asks for.
+    /// Renders previews and passes automatically. If false, only render() renders.
     bool is_live = true;
-    /// Called by the session's thread whenever there is something new to see; returns at once.
+    /// Called by the session's thread when a picture, message or status is new. Must not block.
     std::function<void()> on_change;
   };
 
-  /// Begins to load the scene.
+  /// Starts to load the scene.
   explicit RenderSession(Options options);
-  /// Closes it.
+  /// Calls close().
   ~RenderSession();
   RenderSession(const RenderSession&) = delete;
   RenderSession& operator=(const RenderSession&) = delete;
 
-  /// The latest; nullptr: there is none yet.
+  /// Returns the latest image, or nullptr if there is none yet.
   PicturePointer picture() const;
-  /// nullptr while the scene is loaded. May be a little older than the picture.
+  /// Returns nullptr until the scene is loaded. May be slightly older than the image.
   std::shared_ptr<const SceneInfo> info() const;
   Status status() const;
-  /// The latest ones, some hundred at most, of those with greater numbers than this. Warnings are
-  /// among them.
+  /// Returns the messages, including warnings, with numbers greater than `known`. Only the latest
+  /// 200 messages are kept.
   std::vector<Message> messages(uint64_t known = 0) const;
   void say(bool is_error, std::string text);
 
-  /// Sets parameters: all of these, or, where one of them can't be, none. Of those that wait to be
-  /// made, the last of the same path counts. `is_moving`: more of the kind will follow at once, as
-  /// while something is dragged, so that nothing but previews is worth while; `is_undoable`: undo()
-  /// takes it back.
-  /// Returns its number, by which SceneInfo::served tells that it was made, or refused.
+  /// Sets all of these parameters, or none if one of them can't be set. Replaces edits of the same
+  /// path that haven't been applied yet. Set `is_moving` if more edits follow at once, for instance
+  /// during a drag: then only previews are rendered. `is_undoable` makes undo() revert the edits.
+  /// Returns the number of the request. It has been applied or refused once SceneInfo::served
+  /// reaches this number.
   uint64_t set(Edits edits, bool is_moving = false, bool is_undoable = true);
-  /// Takes back the last set(). Those of the same paths that followed on each other count as one.
+  /// Undoes the last set(). Consecutive calls with the same paths are undone together.
   void undo();
-  /// By its plugin's name; "": the scene's own.
+  /// Selects an integrator by the name of its plugin; "" for the scene's own.
   void set_integrator(std::string name);
   void set_sensor(size_t index);
   void set_paused(bool is_paused);
-  /// Begins the picture anew, also where render() has made the one that there is.
+  /// Restarts the image, even if it is the result of render().
   void restart();
-  /// Renders just the picture that `kinome` renders with so many samples a pixel (to the bit), and
-  /// leaves it until the next change.
+  /// Renders the image that `kinome` renders with this number of samples per pixel,
+  /// bit-identically, and keeps it until the next change.
   void render(uint32_t samples);
-  /// Loads the file anew, without what was edited.
+  /// Loads the file again and discards all edits.
   void reload();
 
-  /// The scene as it is when a task is run.
+  /// The scene at the time when a task runs.
   struct Access {
     SceneEditor& editor;
-    const Scene& scene;    ///< with the integrator that is chosen
-    const Sensor& sensor;  ///< the one that is rendered; its film is that of the picture: see
-                           ///< with_own_film()
+    const Scene& scene;    ///< with the selected integrator
+    const Sensor& sensor;  ///< selected sensor; its film belongs to the image that is being
+                           ///< rendered: see with_own_film()
     unsigned threads;
   };
   using Task = std::function<void(const Access&)>;
-  /// Has the session's thread do something between two passes, once all that was set before is
-  /// made: the picture isn't begun anew. What it throws becomes a message. It must not call pick(),
-  /// wait() or close().
+  /// Runs a task in the session's thread, between two passes and after all earlier changes. The
+  /// image isn't restarted. Exceptions become messages. The task must not call pick(), wait() or
+  /// close().
   void run(Task task);
-  /// Saves the scene as XML, as it is by all that was asked for before: SceneEditor::save().
+  /// Saves the scene as XML, including all earlier changes: SceneEditor::save().
   void save(std::string path);
-  /// A save is still to be done.
+  /// Returns true while a save is pending.
   bool is_to_save() const;
-  /// Ends what is being rendered, without waiting for it to be finished, does the saves that wait,
-  /// and ends the session's thread. What there is may still be looked at. By one thread.
+  /// Cancels the current render, does the pending saves, and ends the session's thread. The
+  /// functions that return results remain usable. Only one thread may call it.
   void close();
-  /// Waits until all that was asked for is done: changes and tasks are made, and what render() asks
-  /// for is rendered.
+  /// Waits until all changes and tasks are done and the image of render() is finished.
   void wait() const;
 
-  /// What is seen at a place of the sensor's film [pixels]; nullopt: no surface.
-  /// May wait for a change or a task.
+  /// Returns the surface at a position on the sensor's film [pixels], or nullopt if there is none.
+  /// Waits for a change or task that is running.
   std::optional<Pick> pick(const Vec2& film_position) const;
-  /// The same without waiting: where the session is at a change or a task, it answers after that.
+  /// Requests the same without waiting. The answer arrives after the current change or task, or at
+  /// once if there is none.
   std::shared_ptr<const PickAnswer> ask_pick(const Vec2& film_position) const;
 
  private:

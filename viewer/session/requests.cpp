@@ -1,4 +1,4 @@
-// What a RenderSession is asked for, and how its thread does that.
+// Requests to a RenderSession, and their processing by its thread.
 
 #include <algorithm>
 #include <utility>
@@ -21,14 +21,15 @@ uint64_t RenderSession::Worker::request(bool ends_render, Request asked) {
     requests_.push_back(std::move(asked));
   }
   ++asked_;
-  // There may be nothing to be undone: what waits may change that.
+  // An undo has no effect if the history is empty and no waiting request can add to it. Then the
+  // render continues.
   const bool is_in_vain = is_undo && is_first && !can_undo_;
   if (ends_render && may_be_ended_ && !is_in_vain) cancel_ = true;
   changed_.notify_all();
   return asked_;
 }
 
-/// What was asked to be saved is, with all that was changed before it.
+/// Does the pending saves, and the changes requested before them.
 void RenderSession::Worker::make_at_the_end() {
   std::vector<Request> requests;
   {
@@ -46,8 +47,9 @@ void RenderSession::Worker::make_at_the_end() {
   make(std::move(requests));
 }
 
-/// In their order. What is half rendered refers to the scene that there was before.
+/// Processes requests in order.
 void RenderSession::Worker::make(std::vector<Request> requests) {
+  // Keeps the scene alive, because the unfinished render refers to it.
   const auto before = scene_;
   for (Request& request : requests) {
     if (!scene_ && !std::holds_alternative<Reload>(request)) {
@@ -75,7 +77,7 @@ void RenderSession::Worker::serve(Settings& settings) {
   if (is_new) {
     take_edited_scene();
   } else {
-    info_edition_ = ~uint64_t{0};  // whoever shows what was asked for is to see what is
+    info_edition_ = ~uint64_t{0};  // publishes the unchanged values, so that panels show them again
   }
   is_moving_ = settings.is_moving;
   last_change_ = settings.when;
@@ -127,7 +129,7 @@ void RenderSession::Worker::serve(RenderExactly& exactly) {
   exact_samples_ = exactly.samples;
   is_done_ = false;
   is_paused_ = false;
-  live_.reset();  // its film is needed
+  live_.reset();  // render_exactly() overwrites its film
 }
 
 void RenderSession::Worker::serve(RunTask& run) {
@@ -145,7 +147,7 @@ void RenderSession::Worker::serve(AskPick& ask) {
   ask.answer->give(picked(ask.film_position));
 }
 
-/// The picture, as after each change of the scene: what is half rendered can't go on.
+/// Restarts the image, for instance after a change of the scene.
 void RenderSession::Worker::begin_anew() {
   live_.reset();
   exact_samples_.reset();

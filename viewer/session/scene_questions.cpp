@@ -1,4 +1,4 @@
-// What a RenderSession tells of its scene.
+// Queries of a RenderSession's scene.
 
 #include <algorithm>
 
@@ -63,7 +63,7 @@ std::shared_ptr<const PickAnswer> RenderSession::Worker::ask_pick(const Vec2& fi
   return answer;
 }
 
-/// To be asked with the scene's mutex held.
+/// The caller must hold scene_mutex_.
 std::optional<Pick> RenderSession::Worker::picked(const Vec2& film_position) const {
   if (!scene_ || scene_->sensors().empty()) return std::nullopt;
   RayHit hit;

@@ -18,7 +18,7 @@ std::vector<double> numbers_of(const std::string& text) {
   std::istringstream stream(text);
   std::vector<double> numbers;
   for (double number; stream >> number;) numbers.push_back(number);
-  if (!stream.eof()) throw Error("'" + text + "' is no list of numbers");
+  if (!stream.eof()) throw Error("'" + text + "' is not a list of numbers");
   return numbers;
 }
 
@@ -30,8 +30,8 @@ std::vector<double> numbers_of(const std::string& text, size_t count) {
   return numbers;
 }
 
-/// Doubles have all whole numbers up to this.
-constexpr int64_t kMostWhole = int64_t{1} << 53;
+/// A double represents all integers up to this value exactly.
+constexpr int64_t kMaxInteger = int64_t{1} << 53;
 
 int64_t whole_number_of(const std::string& text, int64_t low, int64_t high) {
   const double number = numbers_of(text, 1)[0];
@@ -48,19 +48,18 @@ Vec3 triple_of(const std::string& text) {
   return Vec3(n[0], n[1], n[2]);
 }
 
-/// Bytes that are resident now.
 long resident_bytes() {
   long pages = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;
   return resident * sysconf(_SC_PAGESIZE);
 }
 
-/// One script at work.
+/// A running script.
 class Script {
  public:
   Script(std::string name, RenderSession& session) : name_(std::move(name)), session_(session) {}
 
-  /// Reports what goes wrong, and returns, so that the script goes on.
+  /// Runs a command. Reports errors and returns, so that the script continues.
   void try_to_run(int line, const std::string& command, const std::string& rest) {
     line_ = line;
     try {
@@ -89,7 +88,7 @@ class Script {
       return;
     } else if (command == "undo") {
       session_.undo();
-      has_other_parameters_ = true;
+      is_info_outdated_ = true;
     } else if (command == "integrator") {
       session_.set_integrator(rest);
     } else if (command == "lookat") {
@@ -132,19 +131,19 @@ class Script {
   const SceneInfo& info() {
     wait();
     info_ = session_.info();
-    // It is told with the picture, or after it.
-    while (info_ && info_->served < put_number_) {
+    // The session publishes the description together with the image, or after it.
+    while (info_ && info_->served < last_put_) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       info_ = session_.info();
     }
     if (!info_) throw Error("the scene isn't loaded");
-    has_other_parameters_ = false;
+    is_info_outdated_ = false;
     return *info_;
   }
 
   const SceneParameter* find(const std::string& path) {
-    // What parameters there are doesn't change by values.
-    const SceneInfo& known = info_ && !has_other_parameters_ ? *info_ : info();
+    // Setting values doesn't change which parameters exist.
+    const SceneInfo& known = info_ && !is_info_outdated_ ? *info_ : info();
     for (const std::string& whole : {path, path + ".value"}) {
       if (const SceneParameter* const found = known.find(whole)) return found;
       if (const SceneParameter* const found = known.find_textured(whole)) return found;
@@ -152,7 +151,8 @@ class Script {
     return nullptr;
   }
 
-  /// What isn't set to a value. False: this is no such command.
+  /// Runs a command that adds or removes objects or restores a parameter. Returns false if it is
+  /// another command.
   bool put(const std::string& command, const std::string& rest) {
     const size_t space = std::min(rest.find(' '), rest.size());
     const std::string path = rest.substr(0, space);
@@ -178,14 +178,14 @@ class Script {
   }
 
   void put(const std::string& path, EditedValue value) {
-    put_number_ = session_.set({{path, std::move(value)}});
-    has_other_parameters_ = true;
+    last_put_ = session_.set({{path, std::move(value)}});
+    is_info_outdated_ = true;
   }
 
   void set(const std::string& path, const std::string& text) {
     const SceneParameter* const parameter = find(path);
     if (!parameter) return fail("there is no parameter '" + path + "'");
-    has_other_parameters_ |= !parameter->texture.empty();
+    is_info_outdated_ |= !parameter->texture.empty();
     try {
       session_.set({{path, parse_value(*parameter, text)}});
     } catch (const Error& error) {
@@ -204,7 +204,7 @@ class Script {
     return camera_;
   }
 
-  /// False: this is no command of a camera's.
+  /// Moves the camera. Returns false if this is another command.
   bool move(const std::string& command, const std::string& rest) {
     if (command == "orbit" || command == "look") {
       const auto n = numbers_of(rest, 2);
@@ -245,11 +245,11 @@ class Script {
   }
 
   const std::string name_;
-  int line_ = 0;  ///< that it has come to
+  int line_ = 0;  ///< number of the current line
   RenderSession& session_;
   std::shared_ptr<const SceneInfo> info_;
-  bool has_other_parameters_ = false;  ///< than info_ tells
-  uint64_t put_number_ = 0;            ///< RenderSession::set's, of what put or took objects last
+  bool is_info_outdated_ = false;  ///< the scene may have other parameters than info_
+  uint64_t last_put_ = 0;          ///< number of the last request that added or removed objects
   CameraLink camera_;
   uint64_t known_ = 0;
   int errors_ = 0;
@@ -258,13 +258,13 @@ class Script {
 }  // namespace
 
 EditedValue parse_value(const SceneParameter& parameter, const std::string& text) {
-  if (!parameter.kind) throw Error("an array can't be set so");
+  if (!parameter.kind) throw Error("an array can't be set by a script");
   switch (*parameter.kind) {
     case ParameterType::kBoolean:
       if (text != "true" && text != "false") throw Error("expected true or false");
       return text == "true";
     case ParameterType::kInteger:
-      return whole_number_of(text, -kMostWhole, kMostWhole);
+      return whole_number_of(text, -kMaxInteger, kMaxInteger);
     case ParameterType::kFloat:
       return numbers_of(text, 1)[0];
     case ParameterType::kString:
@@ -297,11 +297,11 @@ EditedValue parse_value(const SceneParameter& parameter, const std::string& text
     case ParameterType::kObject:
       break;
   }
-  throw Error("it can't be set by a text");
+  throw Error("it can't be set as text");
 }
 
 int run_script(std::istream& script, const std::string& name, RenderSession& session) {
-  Script at_work(name, session);
+  Script running(name, session);
   std::string line;
   for (int number = 1; std::getline(script, line); ++number) {
     if (line.ends_with('\r')) line.pop_back();
@@ -309,10 +309,10 @@ int run_script(std::istream& script, const std::string& name, RenderSession& ses
     if (begin == std::string::npos || line[begin] == '#') continue;
     const size_t end = std::min(line.find(' ', begin), line.size());
     const size_t rest = line.find_first_not_of(' ', end);
-    at_work.try_to_run(number, line.substr(begin, end - begin),
+    running.try_to_run(number, line.substr(begin, end - begin),
                        rest == std::string::npos ? "" : line.substr(rest));
   }
-  return at_work.wait();
+  return running.wait();
 }
 
 }  // namespace kinome::viewer

@@ -7,39 +7,40 @@
 
 namespace kinome::viewer {
 
-/// Does what a script says with a session, as someone at the window would, and prints what comes of
-/// it. One command a line:
+/// Runs a script, which controls a session like a user at the window, and prints the results. Each
+/// line has one command:
 ///
-///     set PATH VALUE        a parameter, as XML would write its value; a transform by 16 numbers
-///     texture PATH FILE     a bitmap of this file in place of a value; or "checkerboard"
-///     normalmap PATH FILE   puts one around a BSDF, with a bitmap of this file
-///     bumpmap PATH FILE
-///     unset PATH            says nothing of a parameter; takes off what was put around a BSDF
-///     revert PATH           a parameter is again what the scene's file says
-///     undo
-///     integrator [NAME]     none: the scene's own
-///     orbit RIGHT UP        the camera, in degrees; as CameraControls has it, so are
-///     look RIGHT UP
-///     move RIGHT UP FORWARD
-///     dolly FACTOR
-///     home                  the camera goes back to where it was
-///     lookat                prints where it is
-///     pick X Y              prints what is seen there, in pixels of the film
-///     render SAMPLES        as RenderSession::render()
-///     wait                  until all of that is done
-///     picture FILE          writes the picture, as write_picture()
-///     save FILE             the scene as XML
-///     parameters            prints their paths, types and plugins
-///     samples               prints how many samples a pixel the picture has
-///     sleep SECONDS         waits for so long
-///     memory                prints how much memory is resident [bytes]
+///     set PATH VALUE        sets a parameter, written as in XML; a transform by 16 numbers
+///     texture PATH FILE     sets a parameter to a bitmap, or to "checkerboard"
+///     normalmap PATH FILE   wraps a BSDF in a normal map with this bitmap
+///     bumpmap PATH FILE     wraps a BSDF in a bump map with this bitmap
+///     unset PATH            removes a parameter, so that its default applies, or the map around a
+///                           BSDF
+///     revert PATH           restores the value of the scene file
+///     undo                  undoes the last change
+///     integrator [NAME]     selects an integrator; by default the scene's own
+///     orbit RIGHT UP        moves the camera around its target, by angles in degrees
+///     look RIGHT UP         turns the camera in place, by angles in degrees
+///     move RIGHT UP FORWARD moves the camera
+///     dolly FACTOR          multiplies the distance to the target
+///     home                  resets the camera
+///     lookat                prints the camera's position as <lookat>
+///     pick X Y              prints the surface at this pixel of the film
+///     render SAMPLES        calls RenderSession::render()
+///     wait                  waits until all earlier commands are done
+///     picture FILE          writes the image, by write_picture()
+///     save FILE             saves the scene as XML
+///     parameters            prints the parameters' paths, types and plugins
+///     samples               prints the image's number of samples per pixel
+///     sleep SECONDS         waits for this time
+///     memory                prints the resident memory [bytes]
 ///
-/// Errors go to stderr, with the line of the script that runs when they become known: "wait"
-/// reports those of the commands before it. The script goes on with its next line. Returns the
-/// number of errors.
+/// Errors go to stderr, with the line that is running when they are reported; "wait" reports the
+/// errors of the commands before it. The script continues after an error. Returns the number of
+/// errors.
 int run_script(std::istream& script, const std::string& name, RenderSession& session);
 
-/// The value of a parameter as a text says it. Throws Error.
+/// Parses the value of a parameter. Throws Error.
 EditedValue parse_value(const SceneParameter& parameter, const std::string& text);
 
 }  // namespace kinome::viewer

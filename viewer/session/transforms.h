@@ -6,7 +6,7 @@
 
 namespace kinome::viewer {
 
-/// Whether two transforms are the same but for what a scene file's numbers leave of one.
+/// Returns true if two transforms are equal up to the rounding of numbers in a scene file.
 inline bool are_alike(const Mat4& a, const Mat4& b) {
   for (int column = 0; column < 4; ++column) {
     const Vec3 x(a[column]), y(b[column]);

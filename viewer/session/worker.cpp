@@ -13,17 +13,17 @@
 namespace kinome::viewer {
 namespace {
 
-/// Without a change for so long, what was moved stands still.
-constexpr std::chrono::milliseconds kStill{150};
-/// Of the first preview, a side's share of the film's.
-constexpr double kFirstScale = 0.18;
-constexpr double kLeastScale = 1. / 16;
-constexpr size_t kMostMessages = 200;
+/// Time after the last change at which a movement has ended.
+constexpr std::chrono::milliseconds kStillInterval{150};
+/// Width of the first preview as a fraction of the film's.
+constexpr double kInitialScale = 0.18;
+constexpr double kMinScale = 1. / 16;
+constexpr size_t kMaxMessages = 200;
 
 constexpr const char* kPreviewIntegrator = "path";
 
-/// Whether an integrator learns, or prepares otherwise, before it looks through the camera: that
-/// takes longer than a preview may.
+/// Returns true if an integrator has a preparation stage, such as learning, before the camera rays.
+/// Such a stage takes too long for a preview.
 bool is_slow_to_begin(const Integrator& integrator) {
   for (const Stage& stage : integrator.stages()) {
     if (std::string_view(stage.name) == kPrimaryStage.name) return false;
@@ -60,13 +60,13 @@ void RenderSession::Worker::close() {
 void RenderSession::Worker::say(bool is_error, std::string text) {
   {
     const std::lock_guard lock(mutex);
-    shown.messages.push_back({is_error, std::move(text), ++told_});
-    if (shown.messages.size() > kMostMessages) shown.messages.pop_front();
+    shown.messages.push_back({is_error, std::move(text), ++num_messages_});
+    if (shown.messages.size() > kMaxMessages) shown.messages.pop_front();
   }
   notify();
 }
 
-/// Not again and again, as renders and updates give them.
+/// Reports a warning, unless it is among the messages already: each render repeats it.
 void RenderSession::Worker::warn(const std::string& text) {
   const std::string whole = "warning: " + text;
   {
@@ -99,7 +99,7 @@ bool RenderSession::Worker::has_work() const {
 }
 
 bool RenderSession::Worker::is_still() const {
-  return Clock::now() - last_change_ > kStill;
+  return Clock::now() - last_change_ > kStillInterval;
 }
 
 void RenderSession::Worker::work() {
@@ -131,9 +131,9 @@ void RenderSession::Worker::work() {
         served_ = taken_;
         changed_.notify_all();
       }
-      // Nothing but previews as long as something moves.
+      // Renders only previews during a movement.
       if (is_moving_ && !wants_preview_) {
-        changed_.wait_until(lock, last_change_ + kStill,
+        changed_.wait_until(lock, last_change_ + kStillInterval,
                             [this] { return is_closing_ || !requests_.empty(); });
       }
       if (!has_work() && requests_.empty() && !is_closing_) {
@@ -142,7 +142,7 @@ void RenderSession::Worker::work() {
       if (is_closing_) break;
       requests = std::exchange(requests_, {});
       taken_ = asked_;
-      // Whoever wants an end of what is rendered from here on sets it again.
+      // Later requests that end the render set it again.
       cancel_ = false;
     }
     try {
@@ -156,7 +156,7 @@ void RenderSession::Worker::work() {
         preview();
       } else if (!is_moving_) {
         {
-          // A change that came since is made first.
+          // Applies changes that have arrived in the meantime first.
           const std::lock_guard lock(mutex);
           if (!requests_.empty()) continue;
           may_be_ended_ = true;
@@ -176,7 +176,7 @@ void RenderSession::Worker::work() {
   live_.reset();
 }
 
-/// Where it can't be loaded, what there was before stays.
+/// Loads the scene. If that fails, keeps the previous one.
 void RenderSession::Worker::load() {
   set_activity(Activity::kLoading);
   try {
@@ -208,78 +208,78 @@ void RenderSession::Worker::load() {
 std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(SceneEditor& editor,
                                                                     const std::string& name) const {
   if (name.empty()) return editor.scene();
-  ObjectDescription said;
-  said.tag = "integrator";
-  said.type = name;
-  said.where = Location{"integrator " + name};
-  return editor.scene_with(said);
+  ObjectDescription description;
+  description.tag = "integrator";
+  description.type = name;
+  description.where = Location{"integrator " + name};
+  return editor.scene_with(description);
 }
 
-/// Previews are by path tracing where the integrator takes its time before the first samples: they
-/// are of the same number of bounces.
+/// Returns the scene for previews. Its integrator is `path`, with the same number of bounces, if
+/// the scene's integrator is slow to begin.
 const Scene& RenderSession::Worker::preview_scene() {
   const Integrator& own = scene_->integrator();
   if (!is_slow_to_begin(own)) return *scene_;
   if (preview_scene_) return *preview_scene_;
-  ObjectDescription said;
-  said.tag = "integrator";
-  said.type = kPreviewIntegrator;
-  said.where = Location{"preview"};
+  ObjectDescription description;
+  description.tag = "integrator";
+  description.type = kPreviewIntegrator;
+  description.where = Location{"preview"};
   const std::string path = editor_->path_of(own);
   for (const char* const name : {"max_depth", "hide_emitters"}) {
     if (path.empty()) break;
     const auto value = editor_->get(path + "." + name);
     if (!value) continue;
     if (const auto* const number = std::get_if<int64_t>(&*value)) {
-      said.values.push_back({name, *number, said.where});
+      description.values.push_back({name, *number, description.where});
     } else if (const auto* const flag = std::get_if<bool>(&*value)) {
-      said.values.push_back({name, *flag, said.where});
+      description.values.push_back({name, *flag, description.where});
     }
   }
   try {
-    preview_scene_ = editor_->scene_with(said);
+    preview_scene_ = editor_->scene_with(description);
   } catch (const Error&) {
-    preview_scene_ = scene_;  // without it, previews take longer
+    preview_scene_ = scene_;  // slower, but works
   }
   return *preview_scene_;
 }
 
-/// As the options say, with the film's size that they ask for.
+/// Selects the sensor, and resizes its film, by the options.
 size_t RenderSession::Worker::choose_sensor(SceneEditor& editor) const {
   const std::shared_ptr<const Scene> scene = editor.scene();
   const size_t index = app::sensor_index(*scene, options_.sensor);
   if (options_.width <= 0 || options_.height <= 0) return index;
   const std::string film = editor.path_of(scene->sensors()[index]->film());
-  if (film.empty()) throw Error(Location{options_.scene}, "the sensor has no film to be resized");
+  if (film.empty()) throw Error(Location{options_.scene}, "the sensor has no film to resize");
   editor.set(
       {{film + ".width", int64_t{options_.width}}, {film + ".height", int64_t{options_.height}}});
   editor.update();
   return index;
 }
 
-/// Of as many pixels as can be rendered in time, by what the last one took.
+/// Renders a preview. Its number of pixels follows from the time of the last preview.
 void RenderSession::Worker::preview() {
   set_activity(Activity::kPreview);
   const double start = context_->seconds();
   const Rect crop = sensor().film().crop();
-  double scale = kFirstScale;
+  double scale = kInitialScale;
   if (seconds_per_pixel_ > 0) {
-    // What it takes to make the change is part of the time.
+    // The time includes that of the change.
     const double left =
         std::max(0.3 * options_.preview_seconds, options_.preview_seconds - change_seconds_);
     scale = std::sqrt(left / (seconds_per_pixel_ * std::max(1, crop.area())));
   }
-  scale = std::clamp(scale, kLeastScale, 1.);
+  scale = std::clamp(scale, kMinScale, 1.);
   const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels * scale + 0.5)); };
   const double pixels = preview_of(side(crop.width()), side(crop.height()), start);
   seconds_per_pixel_ = (context_->seconds() - start) / pixels;
   wants_preview_ = false;
-  // Where it takes long until there is another picture.
+  // Renders a full-size preview next if the first pass of the integrator takes long.
   wants_whole_preview_ = scale < 1 && is_slow_to_begin(scene_->integrator());
   if (is_paused_) set_activity(Activity::kPaused);
 }
 
-/// One sample of each of so many pixels. Returns how many there are.
+/// Renders a preview of width x height pixels with one sample each. Returns the number of pixels.
 double RenderSession::Worker::preview_of(int width, int height, double start) {
   const Scene* scene = nullptr;
   {
@@ -300,7 +300,7 @@ void RenderSession::Worker::improve() {
     return;
   }
   if (!live_) live_ = std::make_unique<LiveRender>(*scene_, sensor(), *context_);
-  if (cancel_) return live_.reset();  // perhaps while it was begun
+  if (cancel_) return live_.reset();  // its preparation may be incomplete
   if (!live_->pass()) {
     if (!live_->is_whole()) live_.reset();
     return;
@@ -340,16 +340,16 @@ void RenderSession::Worker::publish(const Scene& scene, Image image, bool is_pre
   picture->rel_mse = rel_mse;
   picture->rays_per_second =
       seconds > 0 ? static_cast<double>(rays_of(picture->stats)) / seconds : 0;
-  tell_of_samples_that_are_not_finite(picture->stats);
+  report_non_finite_samples(picture->stats);
   const std::lock_guard lock(mutex);
   shown.picture = std::move(picture);
 }
 
-void RenderSession::Worker::tell_of_samples_that_are_not_finite(const RenderStats& stats) {
-  if (stats.non_finite_samples == 0 || told_edition_ == edition_) return;
-  told_edition_ = edition_;
-  say(true, "samples that were not finite, and were dropped: " +
-                std::to_string(stats.non_finite_samples) + " so far");
+void RenderSession::Worker::report_non_finite_samples(const RenderStats& stats) {
+  if (stats.non_finite_samples == 0 || reported_edition_ == edition_) return;
+  reported_edition_ = edition_;
+  say(true, "dropped samples that were not finite: " + std::to_string(stats.non_finite_samples) +
+                " so far");
 }
 
 }  // namespace kinome::viewer

@@ -15,11 +15,11 @@
 
 namespace kinome::viewer {
 
-/// What the session is asked for: all of it is done in the order in which it was asked for.
+/// Requests to the session. They are processed in order.
 struct Settings {
   std::vector<Change> changes;
   bool is_moving = false;
-  std::chrono::steady_clock::time_point when{};  ///< of the last one
+  std::chrono::steady_clock::time_point when{};  ///< time of the last change
 };
 struct Undo {};
 struct Restart {};
@@ -38,7 +38,7 @@ struct RenderExactly {
 };
 struct RunTask {
   RenderSession::Task task;
-  bool is_save = false;  ///< is done, too, where the session is closed before
+  bool is_save = false;  ///< also runs if the session is closed first
 };
 struct AskPick {
   Vec2 film_position;
@@ -47,14 +47,15 @@ struct AskPick {
 using Request = std::variant<Settings, Undo, Restart, Reload, UseIntegrator, UseSensor, Pause,
                              RenderExactly, RunTask, AskPick>;
 
-/// The session's thread, and what it shares with others: by `mutex` but for what says otherwise.
+/// The session's thread, and the state that it shares with other threads. `mutex` protects the
+/// public members, except where noted.
 class RenderSession::Worker {
  public:
   explicit Worker(Options options);
   ~Worker();
 
-  /// `ends_render`: what is rendered isn't wanted any more, unless it is a preview.
-  /// Returns its number.
+  /// Appends a request and returns its number. `ends_render` cancels the current render, unless it
+  /// is a preview.
   uint64_t request(bool ends_render, Request asked);
   void say(bool is_error, std::string text);
   void warn(const std::string& text);
@@ -105,7 +106,7 @@ class RenderSession::Worker {
                double rel_mse);
   void publish_info();
   void set_activity(Activity activity);
-  void tell_of_samples_that_are_not_finite(const RenderStats& stats);
+  void report_non_finite_samples(const RenderStats& stats);
   std::shared_ptr<const Scene> with_integrator(SceneEditor& editor, const std::string& name) const;
   const Scene& preview_scene();
   const Sensor& sensor() const { return *scene_->sensors()[sensor_]; }
@@ -115,46 +116,46 @@ class RenderSession::Worker {
 
   const Options options_;
 
-  // By the mutex.
+  // Protected by `mutex`, except where noted.
   std::vector<Request> requests_;
   std::condition_variable changed_;
   bool is_closing_ = false;
-  /// Requests are counted, loading is the first; those up to `served_` are done with.
+  /// Number of the last request that has arrived, has been taken by the thread, and is done.
+  /// Loading is request 1.
   uint64_t asked_ = 1, taken_ = 1, served_ = 0;
-  bool may_be_ended_ = false;  ///< what is rendered now
+  bool may_be_ended_ = false;  ///< requests may cancel the current render
   std::atomic<bool> cancel_ = false;
   std::atomic<bool> can_undo_ = false;  ///< needs no mutex
 
-  /// Held while the scene is changed, and by who else looks at it: before `mutex`.
+  /// Held while the scene is changed, and by other threads that read it. Lock it before `mutex`.
   std::mutex scene_mutex_;
-  std::shared_ptr<const Scene> scene_;  ///< with the chosen integrator
+  std::shared_ptr<const Scene> scene_;  ///< with the selected integrator
   size_t sensor_ = 0;
 
-  // Of the thread.
+  // Used by the session's thread.
   std::unique_ptr<PluginRegistry> registry_;
   std::unique_ptr<SceneEditor> editor_;
   std::unique_ptr<RenderContext> context_;
   ChangeHistory history_;
   std::unique_ptr<LiveRender> live_;
-  std::string integrator_;                      ///< that was asked for
-  std::shared_ptr<const Scene> preview_scene_;  ///< nullptr: to be made
+  std::string integrator_;                      ///< selected integrator; "" for the scene's own
+  std::shared_ptr<const Scene> preview_scene_;  ///< nullptr until preview_scene() makes it
   uint64_t edition_ = 0;
   uint64_t generation_ = 0;
-  uint64_t told_edition_ = ~uint64_t{0};  ///< for which samples were told not to be finite
+  uint64_t reported_edition_ = ~uint64_t{0};  ///< edition whose non-finite samples were reported
   uint64_t info_edition_ = ~uint64_t{0};
   bool wants_preview_ = false;
-  bool is_coarse_ =
-      false;  ///< what is shown: a preview, which is followed by a pass, paused or not
+  bool is_coarse_ = false;  ///< the image is a preview; a pass follows it even when paused
   bool wants_whole_preview_ = false;
   bool is_paused_ = false;
   bool is_moving_ = false;
   Clock::time_point last_change_{};
-  std::optional<uint32_t> exact_samples_;  ///< to be rendered, and shown from then on
+  std::optional<uint32_t> exact_samples_;  ///< samples per pixel passed to render()
   bool is_done_ = false;                   ///< there is nothing left to render
-  double change_seconds_ = 0;              ///< that the last change took to be made
-  double seconds_per_pixel_ = 0;           ///< of previews; 0: unknown
+  double change_seconds_ = 0;              ///< time of the last change; always 0: not measured
+  double seconds_per_pixel_ = 0;           ///< time of previews; 0 if unknown
 
-  uint64_t told_ = 0;  ///< messages; by the mutex
+  uint64_t num_messages_ = 0;  ///< protected by `mutex`
   const LogListener listener_{[this](const std::string& warning) { warn(warning); }};
   std::thread thread_;
 };
