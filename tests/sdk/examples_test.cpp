@@ -87,8 +87,7 @@ TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
   const ProcessResult told =
       run_process({program(), bounce, "-o", image, "--plugin-path", plugins()});
   expect_success(told);
-  EXPECT_NE(told.err.find("what importance 'product' needs for light after a bounce"),
-            std::string::npos)
+  EXPECT_NE(told.err.find("importance 'product' requires for reflected light"), std::string::npos)
       << told.err;
 }
 

@@ -16,41 +16,41 @@ namespace kinome {
 namespace {
 
 constexpr uint64_t kTrialSeed = 0x74726961;
-/// Work is counted in rays of `path`. A ray of product sampling, with all that is done for it, costs
-/// as much as this many: 4 to 6 were measured in most scenes, and 7 to 10 among few primitives, where
-/// the rays of `path` are fast. Counts don't depend on the machine, as seconds would.
+/// Work is counted in rays of `path`. A ray of product sampling, with all computations for it,
+/// costs this many. 4 to 6 were measured in most scenes, and 7 to 10 in scenes of few primitives,
+/// where the rays of `path` are fast. Counts of rays don't depend on the machine, unlike seconds.
 constexpr double kCostOfRay = 5, kCostAmongFewPrimitives = 8;
-/// Renders of less work are left to `path`: a trial would take more than a tenth of it.
+/// Renders of less work are left to `path`, because a trial would take more than a tenth of it.
 constexpr double kMinWork = 4.5e6;
-/// Short renders are left to product sampling from this number of emitters on, because `path` samples
-/// one emitter at a time.
+/// Short renders are left to product sampling from this number of emitters on, because `path`
+/// samples one emitter at a time.
 constexpr size_t kMinEmitters = 500;
-/// Share of the render's work that the tiles of a trial take, and the work of a tile.
+/// Share of the render's work that the tiles of a trial take, and the work of one tile.
 constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
 constexpr int kMaxTiles = 256;
-/// Tiles by which the work of `path` is estimated if a render ends at an error.
+/// Number of tiles by which the work of `path` is estimated if a render ends at an error.
 constexpr int kTilesForError = 64;
-/// Share of the time that a trial may take. It takes some 0.05 on an idle machine, and more beside
-/// other programs.
+/// Maximum share of the time for a trial. It takes about 0.05 on an idle machine, and more if other
+/// programs run.
 constexpr double kTrialShare = 0.25;
-/// The rest of a trial takes up to this many times as long as its pilot, and shall take no more than
-/// this share of what is left to it.
+/// The rest of a trial takes up to this many times as long as its pilot. It must not take more than
+/// this share of the time that is left for the trial.
 constexpr double kTimesPilot = 5, kShareOfLeft = 0.7;
-/// Share of a render's light points that each render of a trial draws.
+/// Fraction of a render's light points that each render of a trial draws.
 constexpr double kLightShare = 0.125;
-constexpr double kMaxRaysOfTrial = 32;  ///< rays per pixel of product sampling
-/// Tiles of both methods are rendered if they take less than this share of the work of either alone.
+constexpr double kMaxRaysOfTrial = 32;  ///< of product sampling, per pixel
+/// Both methods share an image if that takes less than this fraction of the work of either alone.
 constexpr double kMaxWorkOfTiles = 0.9;
-/// A trial ends after one render by product sampling, of all tiles or of a part, if that finds that
-/// `path` takes less work by this factor.
+/// A trial ends after one render by product sampling, of all tiles or of a part, if `path` takes
+/// less work by this factor.
 constexpr double kClearRatio = 2.5, kClearRatioOfPart = 4;
-/// Renders whose brightness by product sampling is expected to deviate by more than this are left to
-/// `path`. Most trials of a dozen interiors find less than 0.02.
+/// Maximum expected deviation of the brightness by product sampling. Renders that exceed it are
+/// left to `path`. Most trials of a dozen interiors find less than 0.02.
 constexpr double kMaxDeviation = 0.025;
-/// If a smaller share of the light is aimed at what the camera sees, there is no trial. Light points
-/// of the other light are rare and bright, which two renders seldom show.
+/// Minimum fraction of the light that is aimed at what the camera sees. Below it, there is no
+/// trial: light points of the other light are rare and bright, and two renders seldom show them.
 constexpr double kMinAimedShare = 0.1;
-/// Paths for a sample of product sampling if no trial tells their costs.
+/// Paths per sample of product sampling if no trial measures their costs.
 constexpr double kPathsPerSample = 3;
 /// Rays per pixel that are assumed if a render ends at an error.
 constexpr double kRaysOfUnknown = 100;
@@ -59,7 +59,7 @@ PathSettings path_settings(const ProductSettings& settings) {
   return {settings.length, settings.hide_emitters};
 }
 
-/// Passes of `path`, whose samples are paths.
+/// Passes of `path`. A sample is a path.
 class PathPasses final : public Passes {
  public:
   PathPasses(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -82,17 +82,17 @@ class PathPasses final : public Passes {
   const double samples_;
 };
 
-/// Result of a trial, as work for the same error in a common unit.
+/// Result of a trial. Works are for the same error, in a common unit.
 struct Measured {
-  /// nullptr if hardly any light is aimed at what the camera sees; nothing else was measured then.
+  /// nullptr if hardly any light is aimed at what the camera sees. Nothing else is measured then.
   std::unique_ptr<const MethodMap> map;
-  double paths_per_ray = 0;    ///< that cost as much as a ray of product sampling
+  double paths_per_ray = 0;    ///< number of paths that cost as much as a ray of product sampling
   double deviation = 0;        ///< MethodTrial::Result::deviation
   double rays_per_second = 0;  ///< of product sampling
 };
 
-/// True if `path` takes less work than tiles of both, and by this factor less than product
-/// sampling.
+/// True if `path` takes less work than both methods together, and less than product sampling by
+/// `factor`.
 bool is_for_path(const MethodMap& map, double factor) {
   const double paths = map.path_work();
   return factor * paths < map.product_work() && paths < map.mixed_work() / kMaxWorkOfTiles;
@@ -105,7 +105,8 @@ MethodTrial::Way way_of(const TrialPaths& paths, uint64_t seed, uint64_t stream)
   }};
 }
 
-/// Rays per pixel with which `path` is expected to reach an error, by its error in some tiles.
+/// Returns the rays per pixel with which `path` is expected to reach an error, measured in some
+/// tiles.
 double path_rays_to_error(double rel_mse, const Scene& scene, const Sensor& sensor,
                           RenderContext& context, const ProductSettings& settings,
                           const TileGrid& grid, uint64_t seed) {
@@ -119,7 +120,7 @@ double path_rays_to_error(double rel_mse, const Scene& scene, const Sensor& sens
   return rays * std::max(found.rel_mse / rel_mse, 1. / TrialPaths::kPaths);
 }
 
-/// Runs the trial, with fewer tiles if all of them would last too long. Returns nullopt if product
+/// Runs the trial, with fewer tiles if all of them would take too long. Returns nullopt if product
 /// sampling must render the image, or if the render was cancelled.
 std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                  CellsOnDemand& cells, const ProductSettings& settings,

@@ -7,14 +7,14 @@
 namespace kinome {
 namespace {
 
-/// Deviation of the kernel, as a share of the image's width and height together.
+/// Standard deviation of the kernel, relative to the sum of the image's width and height.
 constexpr float kReach = 0.1f;
-/// Weight of tiles that show other materials, and of the mean of all trials.
+/// Weight of tiles that show another material, and of the mean of all trials.
 constexpr float kOtherMaterial = 0.1f, kAll = 0.5f;
-/// Tiles this near to a tile don't count when it is left out: they are of its group in the trial.
+/// If a tile is left out, tiles at a smaller distance are, too: they are of its group in the trial.
 constexpr int kGroupReach = 2;
 
-/// Sum of the values and its standard error.
+/// Sum of the values plus its standard error.
 double sum_with_error(const std::vector<double>& values) {
   double sum = 0, squares = 0;
   for (const double value : values) {
@@ -26,7 +26,7 @@ double sum_with_error(const std::vector<double>& values) {
   return sum + std::sqrt(std::max(0., squares - sum * sum / n) * n / (n - 1));
 }
 
-/// Roots of the works, 0 for negative ones, which chance alone makes.
+/// Returns the square roots of the works, or 0 for negative works, which are due to chance.
 std::vector<MethodMap::Trial> roots_of(std::vector<MethodMap::Trial> trials) {
   for (MethodMap::Trial& trial : trials) {
     trial.product = std::sqrt(std::max(0., trial.product));

@@ -11,7 +11,7 @@ namespace {
 
 /// Side of a group of tiles, in tiles.
 constexpr int kGroupSide = 2;
-/// Share of the tiles that are rendered first, to see whether they are enough.
+/// Share of the tiles that are rendered first. They may be enough.
 constexpr double kFirstPart = 0.3;
 
 /// Number of rays, other than light rays.
@@ -41,9 +41,9 @@ MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed, const P
   const int whole_x = grid.crop().width() / kTileSide, whole_y = grid.crop().height() / kTileSide;
   const int columns = (whole_x + kGroupSide - 1) / kGroupSide;
   const int rows = (whole_y + kGroupSide - 1) / kGroupSide;
-  const auto most = std::min(static_cast<size_t>(tiles), wanted_.size() / 2);
+  const auto max_tiles = std::min(static_cast<size_t>(tiles), wanted_.size() / 2);
   // Several points may fall into one group.
-  for (uint32_t i = 0; chosen_.size() < most && i < 4 * most; ++i) {
+  for (uint32_t i = 0; chosen_.size() < max_tiles && i < 4 * max_tiles; ++i) {
     const int x0 = static_cast<int>(scaled(random_bits(seed, 0) + i * kGolden, columns));
     const int y0 = static_cast<int>(scaled(random_bits(seed, 1) + i * kPlastic, rows));
     for (int k = 0; k < kGroupSide * kGroupSide; ++k) {
@@ -96,7 +96,7 @@ std::vector<MethodTrial> MethodTrial::parts() const {
   return parts;
 }
 
-/// Filters the pixels of the chosen tiles. Weights of other pixels are left out.
+/// Filters the pixels of the chosen tiles. Ignores the weights of other pixels.
 void MethodTrial::filter(std::vector<Rgb>& picture) const {
   const int width = grid_.crop().width(), height = grid_.crop().height();
   const std::vector<Rgb> unfiltered = picture;
@@ -118,7 +118,7 @@ void MethodTrial::filter(std::vector<Rgb>& picture) const {
   }
 }
 
-/// The tiles that were rendered, and how bright they are.
+/// Returns the rendered tiles with their brightness.
 std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Renders& b) const {
   std::vector<Part> parts;
   for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
@@ -141,8 +141,7 @@ std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Ren
   return parts;
 }
 
-/// Error of a render in a tile by the squared difference of the two renders, with a weight for each
-/// pixel.
+/// Error of a render in a tile: the weighted squared difference of the two renders.
 double MethodTrial::noise_of(const Way& way, const Renders& renders, const Part& part,
                              const std::vector<float>& weights) const {
   double error = 0;
@@ -173,11 +172,11 @@ std::vector<float> MethodTrial::weights_of(const Renders& a, const Renders& b, c
   return weights;
 }
 
-/// `is_comparable`: all light is in the renders of both ways.
+/// `is_comparable` is true if the renders of both methods contain all light.
 double MethodTrial::deviation_of(const Way& first, const std::vector<Part>& parts,
                                  bool is_comparable) const {
   double sums[4] = {0, 0, 0, 0};
-  std::map<int, double> differences;  // of groups, which are independent of one another
+  std::map<int, double> differences;  // per group of tiles; groups are independent of one another
   for (const Part& part : parts) {
     double means[4];
     for (int k = 0; k < 4; ++k) sums[k] += means[k] = mean_of(part.means[k]);
@@ -197,7 +196,7 @@ double MethodTrial::deviation_of(const Way& first, const std::vector<Part>& part
       squares += squared(difference);
     }
     const double noise = std::sqrt(std::max(0., squares - squared(sum) / n) * n / (n - 1));
-    // Light that the second way finds rarely makes no noise while it is missed.
+    // Light that the second method finds rarely makes no noise while it is missed.
     const double excess = std::max(0., sum > 0 ? sum - 2 * noise : -sum - noise);
     square += std::max(0., squared(excess) - variance / 2);
   }
@@ -210,9 +209,9 @@ double MethodTrial::floor_of(const std::vector<Part>& parts) {
   return 0.01 * squared(mean / static_cast<double>(std::max<size_t>(1, parts.size())));
 }
 
-/// Result of these tiles by the first render of the first way. Its squared difference from the mean
-/// of the second way's renders is its variance, bias included, and half of the variance of one of
-/// these.
+/// Result of these tiles by the first render of the first method. Its squared difference from the
+/// mean of the second method's renders is the sum of two terms: its own squared error, and half of
+/// the variance of one of the second method's renders.
 MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& second, Renders a,
                                               Renders b) const {
   filter(a.pictures[0]);
@@ -285,9 +284,9 @@ MethodTrial::Result MethodTrial::compare(
     const std::vector<float> weights = weights_of(a, b, part, floor);
     TileErrors errors{part.tile, noise_of(first, a, part, weights),
                       noise_of(second, b, part, weights)};
-    // The squared difference of the ways' means, less its expectation by noise, for the way that
-    // finds less light here. By chance alone, sums over many tiles are 0 on average. Light of
-    // more_variance is in neither render.
+    // The squared difference between the means of both methods, minus its expectation by noise. It
+    // is added to the error of the method that finds less light here. By chance alone, sums over
+    // many tiles are 0 on average. Not with more_variance, whose light is in neither render.
     if (is_comparable) {
       const Rgb difference = (part.means[0] + part.means[1] - part.means[2] - part.means[3]) * 0.5f;
       const double noise = (mean_square(part.means[0] - part.means[1]) +

@@ -9,11 +9,11 @@
 namespace kinome {
 namespace {
 
-/// Normals of a flat patch are within a cone of such an angle. Where they spread wider, what the
-/// mean normal reflects of a cell at the horizon is too far from what others do.
+/// Normals of a flat patch are within a cone of this cosine. If they spread wider, the mean normal
+/// and the others reflect the light of a cell at the horizon too differently.
 constexpr float kFlatCosine = 0.999f;
 
-/// Of the mean direction of each cell of these blocks.
+/// Computes the transmittance toward the mean direction of each cell of these blocks.
 void find_transmittance(const CellLight& light, const Patch& patch,
                         std::span<const uint32_t> blocks, Column<float>& transmittance) {
   const float* const table = patch.transmittance();
@@ -28,9 +28,9 @@ void find_transmittance(const CellLight& light, const Patch& patch,
   });
 }
 
-/// What the patch's mean normal reflects of the light of cells that straddle its horizon, by a few
-/// of the pass's points in each. These are far apart, and begin anywhere: what several patches take
-/// for the light of a cell does not err alike.
+/// Computes the light that the patch's mean normal reflects from cells that straddle its horizon.
+/// Uses a few of the pass's points in each cell. They are far apart and begin at a random one, so
+/// that different patches have different errors.
 void find_straddling(const CellLight& light, const Patch& patch, uint64_t seed,
                      simd::PatchCells& cells) {
   using namespace wide;
@@ -40,7 +40,8 @@ void find_straddling(const CellLight& light, const Patch& patch, uint64_t seed,
   const wide::Vec3 normal(patch.normal);
   const float* const points = &light.points.points.data()->d.x;
   const uint32_t* const first = light.points.first.data();
-  // Each cell has a power of two of points, four at least; padding is cell 0 without light.
+  // The number of a cell's points is a power of two, at least four. Padding is cell 0 without
+  // light.
   const Int start(static_cast<int32_t>(hash_words(seed, 0) >> 33));
   for_lanes(cells.mixed, [&](size_t i) {
     const Int cell = as_int(Uint::load(cells.ids() + cells.above + i));

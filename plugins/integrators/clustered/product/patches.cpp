@@ -10,21 +10,22 @@
 namespace kinome {
 namespace {
 
-/// Points of one patch have normals within this cosine of the first one's.
+/// Minimum cosine between the normals of a patch and that of its first point.
 constexpr float kPatchCosine = 0.95f;
-/// The cone of a pilot's normals, which later primaries are to fit, is widened by this.
+/// The cone of a pilot's normals is widened by these values, so that later primaries fit.
 constexpr float kConeFactor = 1.3f;
 constexpr float kConeMargin = 0.0175f;
-/// Distances from the plane, in widths of the tile.
+/// Maximum distance from the plane, in widths of the tile.
 constexpr float kPlaneWidths = 1;
 constexpr size_t kMaxPatches = 48;
-/// What is dark along the azimuth that is probed may be bright along another: no cell is left
-/// without rays.
-constexpr float kLeastTransmittance = 0.1f;
-/// Random directions that tell a lobe's width.
+/// Minimum of the probed values, so that no cell is left without rays: a lobe that is dark along the
+/// probed azimuth may be bright along another.
+constexpr float kMinTransmittance = 0.1f;
+/// Number of random directions that measure a lobe's width.
 constexpr size_t kLobeProbes = 31;
 
-/// Half of the slopes of GGX's half vectors along an axis lie within alpha / sqrt 3.
+/// Estimates the lobe's roughness from random samples. For GGX, half of the half vectors' slopes
+/// along an axis are within alpha / sqrt 3.
 simd::HalfVectorLobe probe_lobe(const Bsdf& bsdf, const SurfaceInteraction& si) {
   if (!any(bsdf.lobes() & Lobe::kGlossy)) return {1, 1};
   const Vec3 viewer = si.frame.to_world(si.wi);
@@ -58,7 +59,7 @@ void probe_transmittance(const SurfaceInteraction& si, Patch& patch) {
     const Vec3 d = frame.n * cosine + frame.s * safe_sqrt(1 - cosine * cosine);
     const Rgb f = patch.bsdf->eval_pdf(si, Lobe::kDiffuse, si.frame.to_local(d)).f;
     const float lambertian = mean_of(patch.diffuse) * kInvPi * cosine;
-    probed[k] = std::clamp(mean_of(f) / lambertian, kLeastTransmittance, 4.f);
+    probed[k] = std::clamp(mean_of(f) / lambertian, kMinTransmittance, 4.f);
   }
   patch.probed = std::make_shared<const std::array<float, kSteps>>(probed);
 }
@@ -72,7 +73,7 @@ bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec
 
 namespace {
 
-/// False where the ray met nothing that reflects toward it.
+/// True if the ray hit a point that reflects light toward the viewer.
 bool reflects(const TilePrimaries& primaries, size_t i) {
   if (!primaries.hit(i) || primaries.goes_on(i)) return false;  // Estimator::follow_paths
   const Lobe lobes = primaries.shape(i).bsdf().lobes();
@@ -82,7 +83,7 @@ bool reflects(const TilePrimaries& primaries, size_t i) {
   return kind ? kind->glossy != BsdfForm::Glossy::kNone : !is_black(primaries.specular(i));
 }
 
-/// A new patch around point i.
+/// Returns a new patch around point i.
 Patch start_patch(const TilePrimaries& primaries, size_t i) {
   const SurfaceInteraction si = primaries.interaction(i);
   Patch patch;
@@ -105,7 +106,7 @@ Patch start_patch(const TilePrimaries& primaries, size_t i) {
   return patch;
 }
 
-/// Of those that the point belongs to, the one with the nearest normal; -1: none.
+/// Returns the patch with the nearest normal among those that the point belongs to, or -1.
 int32_t find_patch(const std::vector<Patch>& patches, const TilePrimaries& primaries, size_t i) {
   const Bsdf* const bsdf = &primaries.shape(i).bsdf();
   const Vec3 normal = primaries.normal(i), position = primaries.position(i);
@@ -120,7 +121,8 @@ int32_t find_patch(const std::vector<Patch>& patches, const TilePrimaries& prima
   return best;
 }
 
-/// Where there are too many patches: any of the material, which then takes all normals.
+/// Widens a patch of the material to all normals and positions. Used if there are too many patches.
+/// Returns -1 if there is no patch of the material.
 int32_t widen_some_patch(std::vector<Patch>& patches, const Bsdf* bsdf) {
   for (size_t k = 0; k < patches.size(); ++k) {
     if (patches[k].bsdf != bsdf) continue;
@@ -131,7 +133,7 @@ int32_t widen_some_patch(std::vector<Patch>& patches, const Bsdf* bsdf) {
   return -1;
 }
 
-/// Whether the point has a form as the patch's points have it.
+/// Updates Patch::is_described and is_uniform for a new point.
 void note_form(const TilePrimaries& primaries, size_t i, Patch& patch) {
   if (!patch.is_described) return;
   const BsdfForm* const kind = primaries.form_kind(i);
@@ -168,11 +170,10 @@ void assign(TilePrimaries& primaries, std::vector<Patch>& patches) {
 
 simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si,
                                  const std::optional<BsdfForm>& form) {
-  // Wider lobes than this differ in nothing that matters to a proposal, and squares of the widest
-  // overflow.
-  constexpr float kMostAlpha = 1e3f;
+  // Wider lobes make no difference to a proposal, and the squares of the widest would overflow.
+  constexpr float kMaxAlpha = 1e3f;
   if (form && is_microfacet(*form)) {
-    return {std::min(form->alpha_u, kMostAlpha), std::min(form->alpha_v, kMostAlpha)};
+    return {std::min(form->alpha_u, kMaxAlpha), std::min(form->alpha_v, kMaxAlpha)};
   }
   return probe_lobe(si.shape->bsdf(), si);
 }
@@ -181,7 +182,7 @@ void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
   patches.clear();
   assign(primaries, patches);
   patches.shrink_to_fit();
-  // Means in place of first points.
+  // Replace the values of the first points by means.
   for (Patch& patch : patches) {
     patch.normal = patch.position = patch.viewer = Vec3(0.f);
     patch.diffuse = Rgb(0.f);
@@ -195,7 +196,7 @@ void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
     patch.viewer += primaries.viewer(i);
     patch.diffuse += primaries.diffuse(i);
   }
-  std::vector<float> least(patches.size(), 1.f);
+  std::vector<float> min_cosines(patches.size(), 1.f);
   for (Patch& patch : patches) {
     patch.normal = normalized(patch.normal, Vec3(0, 0, 1));
     patch.viewer = normalized(patch.viewer, patch.normal);
@@ -204,12 +205,13 @@ void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
   }
   for (size_t i = 0; i < primaries.size(); ++i) {
     if (primaries.patch(i) < 0) continue;
-    float& cosine = least[primaries.patch(i)];
+    float& cosine = min_cosines[primaries.patch(i)];
     cosine = std::min(cosine, glm::dot(patches[primaries.patch(i)].normal, primaries.normal(i)));
   }
   for (size_t k = 0; k < patches.size(); ++k) {
     if (patches[k].cone_cosine < 0) continue;
-    const float angle = std::acos(std::clamp(least[k], -1.f, 1.f)) * kConeFactor + kConeMargin;
+    const float angle =
+        std::acos(std::clamp(min_cosines[k], -1.f, 1.f)) * kConeFactor + kConeMargin;
     patches[k].cone_cosine = std::cos(std::min(angle, 1.5f));
   }
 }

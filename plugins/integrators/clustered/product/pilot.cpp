@@ -8,21 +8,21 @@
 namespace kinome {
 namespace {
 
-/// Pixels of which points are kept until they are planned, and those of the next ones: enough work
-/// for many threads.
+/// Number of pixels of a band, which is enough work for many threads. Points of two bands are kept
+/// until they are planned.
 constexpr int kPixelsOfBand = 1 << 16;
-/// Keeps the pilot's random numbers apart from those of the passes.
+/// Separates the pilot's random numbers from those of the passes.
 constexpr uint64_t kPilotSeed = 0x70696c6f74;
-/// Variances of candidates are small beside what shadows add.
+/// Factor of the candidates' variance, which is small compared with that of shadows.
 constexpr float kGlossyFactor = 2;
-/// Rays that an eye ray takes in all, the light of what it finds included.
+/// Cost of an eye ray in rays, including the light of the point that it hits.
 constexpr float kEyeRayCost = 2.5f;
-/// And a path that goes on from a primary.
+/// Cost of a path that continues from a primary.
 constexpr float kPathCost = 1;
 
 }  // namespace
 
-/// What a thread probes a block with.
+/// Data of a thread that probes blocks.
 struct Pilot::Prober {
   TileTracer tracer;
   Estimator estimator;
@@ -33,7 +33,7 @@ struct Pilot::Prober {
   Prober(const Primaries::View& view, const CellLight& light) : tracer(view), estimator(light) {}
 };
 
-/// What a thread plans with.
+/// Data of a thread that plans.
 struct Pilot::Planner {
   VisibilityLearner learner;
   DiffuseStrata strata;
@@ -82,7 +82,7 @@ Pilot::Point* Pilot::points_of(int x, int y) {
 std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
                                         const IsWanted& is_wanted, double progress_end,
                                         TileKnowledge& knowledge) {
-  // What a tile at a band's border learns from lies in the next one.
+  // A tile at the border of a band learns from tiles of the next band.
   static_assert(TileKnowledge::kReach <= TileGrid::kTilesAcross);
   effort_ = effort;
   is_wanted_ = is_wanted;
@@ -90,7 +90,7 @@ std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
   const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
   const size_t pixels = static_cast<size_t>(rows) * TileGrid::kBlockSide * crop.width();
   forecast_.assign(static_cast<size_t>(crop.area()), {});
-  std::vector<int> makers;  // of the band before
+  std::vector<int> makers;  // processes that probed the previous band
   for (int i = 0; i <= bands && !context_.cancelled(); ++i) {
     context_.set_progress_range(progress_end * i / (bands + 1),
                                 progress_end * (i + 1) / (bands + 1));
@@ -108,7 +108,7 @@ std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
 
 std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
                               TileKnowledge& knowledge) {
-  // Neighbours learn from records. Points are for the plan alone, and stay where they are.
+  // Neighbours learn from the records. Points are only for the plan and stay where they are.
   SharedItems shared([&](size_t item, SharedBytes& bytes) {
     grid_.for_each_tile(grid_.first_block(rows) + static_cast<int>(item),
                         [&](const TileGrid::Tile& tile) {
@@ -118,9 +118,9 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
   grid_.for_each_block<Prober>(
       context_, rows, "pilot", [&] { return std::make_unique<Prober>(view_, light); },
       [&](int block, Prober& prober, RenderCounters& counters) {
-        double untold = 0;  // the pilot is one stage
+        double uncounted = 0;  // the pilot is one stage
         prober.tracer.trace(
-            grid_, block, seed_, untold, counters,
+            grid_, block, seed_, uncounted, counters,
             [&](const TileGrid::Tile& tile) {
               context_.give_up_if_asked();
               return is_wanted(tile);
@@ -150,7 +150,7 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
   if (records.size() < patches.size()) records.resize(patches.size());
   for (auto& r : records) r.clear();
   prober.points.assign(primaries.size(), {});
-  // All pixels have as many.
+  // All pixels have the same number of primaries.
   const auto point_of = [&](size_t i) -> Point& {
     const auto pixel = static_cast<int>(i / effort_.primaries);
     const int x = tile.pixels.x0 + pixel % tile.pixels.width();
@@ -266,7 +266,8 @@ PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* co
     forecast.deviation =
         static_cast<float>(std::sqrt(std::max(0., (squares - sum * sum / n) / (n - 1))));
   } else {
-    forecast.deviation = static_cast<float>(followed);  // One path's is about what it finds.
+    // The deviation of one path is about its value.
+    forecast.deviation = static_cast<float>(followed);
   }
   return forecast;
 }

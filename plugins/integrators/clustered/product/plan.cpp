@@ -9,37 +9,37 @@
 namespace kinome {
 namespace {
 
-/// The error of n stratified points falls faster than 1 / n, and forecasts are rough: numbers go
-/// with less than the root of the variance.
+/// Exponent of the variance in numbers of rays. It is less than 1/2, because the error of n
+/// stratified points falls faster than 1 / n, and forecasts are rough.
 constexpr float kExponent = 0.4f;
 constexpr float kPrimaryFactor = 1.5f;
 constexpr float kSharpPrimaryFactor = 4;
 constexpr float kRayFactor = 15;
 constexpr float kCandidatesPerRay = 6;
-/// Primaries are no fewer than this share of the candidates.
+/// Minimum number of primaries per candidate.
 constexpr float kPrimariesPerCandidate = 0.03f;
 constexpr float kMinCandidates = 16, kMaxCandidates = 3500;
 constexpr float kMaxPrimaries = 256, kMaxRays = 1024;
 constexpr float kMinRays = 2;
-/// What pixels around one count for, where its forecast is smoothed.
+/// Weight of the neighbours if forecasts are smoothed.
 constexpr float kSmoothing = 0.7f;
 
-/// Steps of halving that find the budget's scale, of all between kLeastScale and kMostScale, to
-/// more digits than a float has.
+/// Number of bisection steps that find the scale for the budget, between kMinScale and kMaxScale.
+/// They give more digits than a float has.
 constexpr int kSteps = 32;
-constexpr double kLeastScale = 1e-9, kMostScale = 1e12;
+constexpr double kMinScale = 1e-9, kMaxScale = 1e12;
 
 using namespace wide;
 
-/// What the squared errors of a pixel count for, in units of the picture's mean.
+/// Weight of the squared errors of a pixel. Its mean is in units of the image's mean.
 template <class Number>
 Number weight_of_errors(const Number& mean) {
   return 1.f / (mean * mean + 0.01f);
 }
 
-/// Five rows of a picture's forecast, as columns, in units of what is typical for it: squares of
-/// the faintest and the brightest light stay within a float. Around the picture its border is
-/// repeated.
+/// Five rows of an image's forecast, as columns. The unit is the image's mean, so that squares of
+/// the faintest and the brightest light stay in the range of a float. Repeats the pixels at the
+/// border outside the image.
 class Maps {
  public:
   static constexpr int kBorder = 2;
@@ -56,18 +56,18 @@ class Maps {
     for (int y = -kBorder; y < kBorder; ++y) read(y);
   }
 
-  /// Reads what is needed for row y. To be called for 0, 1, 2 ..., before what follows, of that
-  /// row.
+  /// Reads the rows that row y needs. Must be called for 0, 1, 2 ... before the following functions
+  /// read that row.
   void go_to(int y) { read(y + kBorder); }
 
-  /// Of pixel (x, y) and those that come next in its row.
+  /// Values of pixel (x, y) and the next ones in its row.
   Float mean(int x, int y) const { return Float::load(&mean_[at(x, y)]); }
-  /// What squared errors of the pixel count for.
+  /// Weight of the pixel's squared errors.
   Float weight(int x, int y) const { return Float::load(&weight_[at(x, y)]); }
   Float variance(int x, int y) const { return Float::load(&variance_[at(x, y)]); }
   Mask is_sharp(int x, int y) const { return Float::load(&sharp_[at(x, y)]) > 0.f; }
 
-  /// Means over the pixels no farther than `reach`.
+  /// Means over the pixels within `reach`.
   struct Around {
     Float mean, squared_mean, variance, uncertainty, glossy, weight;
   };
@@ -137,16 +137,16 @@ Float power(Float v) {
   return select(v > 0.f, pow(v, kExponent));
 }
 
-/// By expectations around a pixel: over 3x3 pixels, or 5x5 where lobes are sharp. What its errors
-/// count for is told by itself alone, or with a share of `smoothing` by the pixels around. It is
-/// these weights that are averaged, not the means: a dark pixel beside bright ones would be taken
-/// for a bright one, whose errors hardly count.
+/// Returns the unscaled numbers of a pixel. Uses means of the forecast over 3x3 pixels, or 5x5 if
+/// lobes are sharp. The weight of the pixel's errors is its own, mixed with that of its neighbours
+/// by `smoothing`. Averages these weights, not the brightness: otherwise, a dark pixel beside
+/// bright ones would count as bright, and get too few rays.
 Wanted wanted_at(const Maps& maps, int x, int y, float smoothing) {
   Maps::Around around = maps.around(x, y, 1);
   Float own = maps.variance(x, y), factor = kPrimaryFactor;
   Float relative = lerp(maps.weight(x, y), around.weight, Float(smoothing));
-  // What light a pixel has in which the pilot found none is told by those around alone: most are
-  // dark to the end, and would take the rays of all others.
+  // If the pilot found no light in a pixel, only its neighbours determine its brightness. Most such
+  // pixels stay dark, and would take the rays of all others.
   relative = select(maps.mean(x, y) > 0.f, relative, weight_of_errors(smoothing * around.mean));
   const Mask is_sharp = maps.is_sharp(x, y);
   if (any(is_sharp)) {
@@ -167,18 +167,18 @@ Wanted wanted_at(const Maps& maps, int x, int y, float smoothing) {
           power(kRayFactor * sqr(around.uncertainty) * relative), candidates};
 }
 
-/// Rounds wishes to whole numbers. What that takes from one pixel is given to the next: pixels that
-/// are all alike would otherwise all miss the budget in one direction.
+/// Rounds numbers. Carries the rounding error over to the next pixel: otherwise, pixels that are
+/// all alike would all miss the budget in one direction.
 class Rounding {
  public:
-  uint16_t operator()(float wish) {
-    const auto whole = static_cast<uint16_t>(std::lround(wish + more_));
-    more_ += wish - static_cast<float>(whole);
+  uint16_t operator()(float number) {
+    const auto whole = static_cast<uint16_t>(std::lround(number + rest_));
+    rest_ += number - static_cast<float>(whole);
     return whole;
   }
 
  private:
-  float more_ = 0;
+  float rest_ = 0;
 };
 
 }  // namespace
@@ -193,7 +193,7 @@ RayAllocation::RayAllocation(const std::vector<PixelForecast>& forecast, int wid
     mean += p.mean;
     uncertainty += p.uncertainty;
   }
-  // Where no light is expected at all, doubt is all that there is to go by.
+  // If no light is expected, the uncertainty is the unit.
   const double unit = mean > 0 ? mean : uncertainty > 0 ? uncertainty : 1.;
   for (auto* const column : {&primaries_, &rays_, &candidates_, &costs_}) {
     column->resize(stride_ * height_);
@@ -217,8 +217,8 @@ RayAllocation::RayAllocation(const std::vector<PixelForecast>& forecast, int wid
   }
 }
 
-Float RayAllocation::primaries(size_t i, float scale, float least) const {
-  return clamp(Float::load(&primaries_[i]) * scale, Float(least), Float(kMaxPrimaries));
+Float RayAllocation::primaries(size_t i, float scale, float min_primaries) const {
+  return clamp(Float::load(&primaries_[i]) * scale, Float(min_primaries), Float(kMaxPrimaries));
 }
 Float RayAllocation::rays(size_t i, float scale) const {
   const Float wanted = Float::load(&rays_[i]);
@@ -229,15 +229,15 @@ Float RayAllocation::candidates(size_t i, float scale) const {
                Float(kMaxCandidates));
 }
 
-/// Rays of all kinds that all pixels get.
-double RayAllocation::total(float scale, float least_primaries) const {
+/// Number of rays of all kinds of all pixels.
+double RayAllocation::total(float scale, float min_primaries) const {
   double total = 0;
   for (size_t y = 0; y < height_; ++y) {
     Float of_row = 0;
     for_lanes(width_, [&](size_t x) {
       const size_t i = y * stride_ + x;
       const Float cost =
-          primaries(i, scale, least_primaries) * Float::load(&costs_[i]) + rays(i, scale);
+          primaries(i, scale, min_primaries) * Float::load(&costs_[i]) + rays(i, scale);
       of_row += select(first_lanes(width_ - x), cost);
     });
     total += sum(of_row);
@@ -246,14 +246,14 @@ double RayAllocation::total(float scale, float least_primaries) const {
 }
 
 std::vector<PixelPlan> RayAllocation::plan(double rays_per_pixel) const {
-  // What the pilot missed of a thin object must not weigh too much when a later ray meets it.
-  const auto least_primaries =
+  // A minimum limits the weight of thin objects that the pilot missed and a later ray hits.
+  const auto min_primaries =
       static_cast<float>(std::clamp(rays_per_pixel / 8, rays_per_pixel < 8 ? 1. : 2., 32.));
   const double budget = rays_per_pixel * static_cast<double>(width_ * height_);
-  double low = kLeastScale, high = kMostScale;
+  double low = kMinScale, high = kMaxScale;
   for (int i = 0; i < kSteps; ++i) {
     const double scale = std::sqrt(low * high);
-    (total(static_cast<float>(scale), least_primaries) > budget ? high : low) = scale;
+    (total(static_cast<float>(scale), min_primaries) > budget ? high : low) = scale;
   }
   const auto scale = static_cast<float>(low);
   std::vector<PixelPlan> plan(width_ * height_);
@@ -262,7 +262,7 @@ std::vector<PixelPlan> RayAllocation::plan(double rays_per_pixel) const {
   for (size_t y = 0; y < height_; ++y) {
     for_lanes(width_, [&](size_t x) {
       const size_t i = y * stride_ + x;
-      primaries(i, scale, least_primaries).store(&of_primaries[x]);
+      primaries(i, scale, min_primaries).store(&of_primaries[x]);
       rays(i, scale).store(&of_rays[x]);
       candidates(i, scale).store(&of_candidates[x]);
     });

@@ -42,10 +42,10 @@ class RayAllocation {
   std::vector<PixelPlan> plan(double rays_per_pixel) const;
 
  private:
-  wide::Float primaries(size_t i, float scale, float least) const;
+  wide::Float primaries(size_t i, float scale, float min_primaries) const;
   wide::Float rays(size_t i, float scale) const;
   wide::Float candidates(size_t i, float scale) const;
-  double total(float scale, float least_primaries) const;
+  double total(float scale, float min_primaries) const;
 
   size_t width_, height_;
   size_t stride_;  ///< of the columns' rows

@@ -12,12 +12,13 @@ namespace {
 using wide::Float;
 using wide::Mask;
 
-/// Of where paths and light points find as much, so much is added to what points are chosen by.
+/// Fraction of the squared distance at which paths from the eye and light points find equal amounts
+/// of light. It is added to squared distances, which softens the probabilities.
 constexpr float kSoftening = 0.3f;
 
 }  // namespace
 
-/// Makes room for as many values in each column as there are points. New points have no power.
+/// Makes room in each column for all points. New points have no power.
 void PointChoice::grow() {
   if (columns_[kPower].size() < points_.size()) {
     for (auto& column : columns_) column.resize(2 * points_.size());
@@ -70,7 +71,7 @@ std::optional<PointChoice::Chosen> PointChoice::choose(const SurfaceInteraction&
     const Float distance2 = dot(to, to), inverse = 1.f / sqrt(distance2);
     const Float cosine = dot(side, to) * inverse;
     Mask may_reach = distance2 > 0.f && dot(load(kNormal), to) < 0.f;
-    may_reach &= abs(dot(plane, to)) > y.p_error;  // as SurfaceInteraction::resolves
+    may_reach &= abs(dot(plane, to)) > y.p_error;  // see SurfaceInteraction::resolves
     if (!transmits) may_reach &= cosine > 0.f;
     const Float softened = distance2 + kSoftening * Float::load(&columns_[kOdds][k]);
     const Float weight = abs(cosine * dot(load(kGeometric), to) * inverse) *
@@ -85,7 +86,7 @@ std::optional<PointChoice::Chosen> PointChoice::choose(const SurfaceInteraction&
   size_t chosen = count;
   for (size_t i = 0; i < count; ++i) {
     if (!(chances_[i] > 0)) continue;
-    chosen = i;  // by rounding, the last one
+    chosen = i;  // the last one, in case of rounding
     left -= chances_[i];
     if (left < 0) break;
   }

@@ -8,7 +8,7 @@
 namespace kinome {
 namespace {
 
-/// Pixels join a node whose mean is nearer than this, relative to the lobe's roughness.
+/// Maximum distance of a pixel from a node's mean, relative to the lobe's roughness.
 constexpr double kReach = 0.7;
 
 bool is_divided(const Patch& patch) {
@@ -35,7 +35,7 @@ void PointNodes::Sums::add(const Sums& other) {
   half2 += other.half2;
 }
 
-/// The unit's points, patch by patch, each with its share of the unit's candidates.
+/// Groups the unit's points by patch. Each part wants its share of the unit's candidates.
 void PointNodes::find_parts(const TilePrimaries& primaries, std::span<const Patch> patches,
                             const Unit& unit) {
   part_of_patch_.assign(patches.size(), -1);
@@ -60,7 +60,7 @@ void PointNodes::find_parts(const TilePrimaries& primaries, std::span<const Patc
   }
 }
 
-/// The nearest one of the patch, or a new one.
+/// Returns the nearest node of the patch, or a new one.
 int32_t PointNodes::node_for(const Part& part, float alpha2) {
   const glm::dvec3 half = part.sums.mean_half();
   double nearest = kReach * kReach * alpha2;

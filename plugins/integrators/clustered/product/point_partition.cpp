@@ -7,9 +7,10 @@
 namespace kinome {
 namespace {
 
-/// A turn of the normal by a right angle is worth this share of the scene's size.
+/// Distance that a turn of the normal by a right angle is worth, relative to the scene's size.
 constexpr float kNormalShare = 0.15f;
-/// Of the mean flux, what every point has at least: no cell holds what can't be told apart.
+/// Flux that is added to each point, relative to the mean flux. Prevents cells whose points all
+/// have no flux and couldn't be split.
 constexpr float kFluxFloor = 1e-3f;
 
 }  // namespace
@@ -19,7 +20,7 @@ PointPartition::Coordinates PointPartition::coordinates(const OrientedPoint& poi
   return {point.position.x, point.position.y, point.position.z, n.x, n.y, n.z};
 }
 
-/// Splits leaves by priority; each owns a range of `order`.
+/// Splits leaves by priority. Each leaf owns a range of `order`.
 struct PointPartition::Builder {
   struct Leaf {
     double priority;
@@ -63,7 +64,7 @@ struct PointPartition::Builder {
     leaves.push(leaf);
   }
 
-  /// False where the leaf can't be: its points are alike but for rounding.
+  /// Returns false if the leaf can't be split, because its points differ only by rounding.
   bool split(const Leaf& leaf) {
     if (leaf.axis < 0) return false;
     const auto middle =

@@ -9,8 +9,8 @@
 namespace kinome {
 namespace {
 
-/// Rays of one turn: their points fit a core's own cache, and there are enough of them for whole
-/// packets and blocks of each material.
+/// Number of rays that are traced at once. Their points fit a core's own cache, and there are
+/// enough for full packets and blocks of each material.
 constexpr size_t kRaysAtOnce = 2048;
 
 Columns2 two(Column<float> (&columns)[2]) {
@@ -137,7 +137,8 @@ void Primaries::trace(uint64_t seed, RenderCounters& counters) {
   find_viewers();
 }
 
-/// Each material once, of all its shapes: what lies between their ranges are points, too.
+/// Describes each material once, for all its shapes. The elements between their ranges are
+/// valid points, too.
 void Primaries::describe() {
   const auto ranges = camera_->surfaces().ranges();
   const BsdfFormBlock forms{three(frames_.normal),

@@ -11,15 +11,16 @@
 namespace kinome {
 namespace {
 
-/// Cells of an environment where there is local light, too: together they are no more than
-/// kMaxCells.
-constexpr uint32_t kMostCellsBesideOthers = 1u << 14;
+/// Maximum number of cells of an environment if there is local light. Together, they must not
+/// exceed kMaxCells.
+constexpr uint32_t kMaxCellsBesideLocal = 1u << 14;
 
-/// Where rays are fewer, what each cell of each patch takes is much of the time.
+/// Below this number of rays per pixel, computing the cells of each patch takes much of the time.
 constexpr double kFewRays = 40;
 constexpr size_t kMaxPrimitives = 1000;
 
-/// What only light points can do: the bounce of some emitters, and one that is bounded.
+/// True if the scene needs light points, because light of only some emitters bounces or
+/// max_geometry_term bounds it.
 bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& scene) {
   if (settings.sampling.length.max_depth <= 2) return false;
   const auto& indirect = scene.indirect_emitters();
@@ -50,10 +51,10 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
   if (scene.emitters().empty()) return nullptr;
   if (!is_product_scene(scene, sampling.length.max_depth)) {
     const bool is_bounce = sampling.length.max_depth > 2 && is_product_scene(scene, 2);
-    log_warn(
-        std::string("an emitter doesn't offer what importance 'product' needs") +
-        (is_bounce ? " for light after a bounce (emission_density; max_depth 2 needs none)" : "") +
-        ": light is chosen by 'joint', which takes longer");
+    log_warn(std::string("an emitter lacks a function that importance 'product' requires") +
+             (is_bounce ? " for reflected light (emission_density; not required with max_depth 2)"
+                        : "") +
+             ": using 'joint', which is slower");
     return nullptr;
   }
   if (is_for_light_points(settings, scene)) return nullptr;
@@ -63,9 +64,9 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
         new ProductMethod(sampling, std::make_shared<const DistantCells>()));
   }
   const bool alone = scene.emitters().size() == 1 && sampling.length.max_depth == 2;
-  uint32_t count = alone ? settings.cells : std::min(settings.cells, kMostCellsBesideOthers);
-  // Among few primitives, visibility takes few rays to learn, and most of the error lies in cells
-  // that straddle a horizon: the smaller they are, the better.
+  uint32_t count = alone ? settings.cells : std::min(settings.cells, kMaxCellsBesideLocal);
+  // In scenes of few primitives, visibility is learned from few rays. Most of the error is in cells
+  // that straddle a horizon, so that small cells are better.
   if (sampling.fewer_cells && rays_per_pixel < kFewRays && !has_few_primitives(scene)) {
     count = std::max(count / 2, 1u);
   }

@@ -1,4 +1,4 @@
-// Entry points of product sampling: they choose the method, and render by it.
+// Entry points of product sampling. They choose the method and render by it.
 #include <optional>
 
 #include "clustered/product/method_choice.h"
@@ -29,7 +29,7 @@ void render_product(const Scene& scene, const Sensor& sensor, RenderContext& con
 
 namespace {
 
-/// A renderer with all that must outlive it.
+/// A renderer with the objects that must outlive it.
 struct ProductPasses final : Passes {
   const TileGrid grid;
   MethodChoice choice;

@@ -12,37 +12,38 @@
 namespace kinome {
 namespace {
 
-/// Light points of a pilot, and the least share of the points of a pass: drawing them takes a good
-/// part of the time of a pilot.
+/// Number of light points of a pilot, and the minimum share of the points of a pass. Drawing them
+/// takes a large part of a pilot's time.
 constexpr float kPilotPoints = 1u << 14, kMinPilotShare = 0.25f;
-/// More rays than this are left to more passes: each has fresh points of the cells.
+/// Maximum number of rays per pixel of a pass. Each pass draws new points of the cells.
 constexpr double kMaxRaysOfPass = 512;
-/// Rays per pixel below which nothing is learned.
+/// Rays per pixel below which there is no pilot.
 constexpr double kMinRaysToLearn = 10;
-/// Light points are one for so many rays.
+/// Number of rays of the image per light point.
 constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16;
-/// Passes of a render that is to take a time, or to reach an error.
-constexpr double kPartsOfBudget = 3;
-/// Light points, and no fewer places than these, to find out what is of use.
-constexpr uint32_t kPointsPerPlace = 8, kLeastPlaces = 256;
-/// Rays of a pilot for each of its primaries, and for the only one of a pixel: rays are few then,
-/// and do more for the picture.
+/// Assumed number of passes of a render that ends at a time or an error.
+constexpr double kPassesOfBudget = 3;
+/// Number of light points per seen position, and the minimum number of positions, for learning
+/// which points contribute.
+constexpr uint32_t kPointsPerPosition = 8, kMinPositions = 256;
+/// Pilot rays per primary, and for a single primary per pixel. In the second case rays are few, and
+/// do more for the image.
 constexpr uint32_t kPilotRays = 3, kPilotRaysOfOne = 2;
-/// Through a lens, pixels see more than one primary tells of: there are so many times as many, and
-/// these rays for each.
+/// Through a lens with an aperture, pixels see more than one primary shows. The number of primaries
+/// is multiplied by this factor, and each has this number of rays.
 constexpr uint32_t kLensPrimaries = 2, kLensRays = 1;
-/// From so many primaries a pixel on, its forecast is its own.
-constexpr uint32_t kPrimariesToTell = 4;
-/// Share of a render's time that its pilot may take.
+/// From this number of primaries per pixel on, forecasts aren't smoothed.
+constexpr uint32_t kMinPrimariesUnsmoothed = 4;
+/// Maximum share of a render's time for its pilot.
 constexpr double kPilotShare = 0.25;
-constexpr double kCandidatesUnlearned = 16;  ///< for each ray
-/// Keeps the random numbers of passes apart from those of the pilot.
+constexpr double kCandidatesUnlearned = 16;  ///< per ray
+/// Separates the random numbers of passes from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
 constexpr uint64_t kPathSeed = 0x70617468;
 
-/// Returns the sensor with a sampler of about `paths` samples per pixel. Samplers round their numbers
-/// up: up to a quarter more is accepted.
+/// Returns the sensor with a sampler of about `paths` samples per pixel. Samplers round numbers up:
+/// accepts up to a quarter more.
 std::unique_ptr<Sensor> with_paths(const Sensor& sensor, double paths) {
   const auto wanted = static_cast<uint32_t>(std::clamp(paths, 1., 1e6));
   for (uint32_t count = wanted;; count -= std::max(1u, count / 8)) {
@@ -100,13 +101,13 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   local.bounce_cells = settings.bounce_cells;
   local.min_aimed_share = min_aimed_share;
   local.caustics = Caustics::serves(sensor);
-  // Where rays are few, points are, too: each takes about as long as two. Until an error is
-  // reached, there will be many. What is rendered by parts draws as many for each.
+  // If rays are few, points must be, too: each takes about as long as two rays. A render that ends
+  // at an error is assumed to have many rays. Each pass draws the same number of extended points.
   double rays = settings.rays_per_pixel * sensor.film().crop().area(), parts = 1;
   if (context.budget().any()) {
     const double seconds = context.budget().seconds;
     rays = seconds > 0 ? seconds * kCarefulSpeed * context.all_threads() : kInfinity;
-    parts = kPartsOfBudget;
+    parts = kPassesOfBudget;
   }
   rays = share * std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
   local.points = static_cast<uint32_t>(
@@ -116,8 +117,8 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   std::vector<SurfaceInteraction> seen;
   if (settings.light_guide &&
       (scene.has_surface_emitters() || settings.length.max_depth >= LocalLight::kBounceDepth)) {
-    seen = places_seen(scene, sensor, std::max(kLeastPlaces, local.points / kPointsPerPlace), seed,
-                       context);
+    seen = places_seen(scene, sensor, std::max(kMinPositions, local.points / kPointsPerPosition),
+                       seed, context);
   }
   auto light = std::make_unique<const LocalLight>(scene, local, seen, seed, context);
   return light->empty() && light->is_complete() ? nullptr : std::move(light);
@@ -125,7 +126,7 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
 
 Primaries::View ProductRenderer::view() const {
   Primaries::View view{table_, sensor_, path_settings()};
-  // What they show may be lit by anything, which paths find by emitter and BSDF samples.
+  // Mirrors may show any light, which paths find by emitter and BSDF samples.
   view.follows_mirrors = local_ != nullptr;
   return view;
 }
@@ -138,7 +139,8 @@ struct ProductRenderer::Pass {
   CellLight light;
   uint64_t seed;
   float weight;
-  std::unique_ptr<Sensor> path_sensor;  ///< of tiles that are left to paths; nullptr: there are none
+  /// Sensor of the tiles that are left to `path`; nullptr if there are none.
+  std::unique_ptr<Sensor> path_sensor;
 };
 
 struct ProductRenderer::PassWorker {
@@ -168,7 +170,7 @@ void ProductRenderer::pass(const Pass& pass, const std::vector<PixelPlan>& plan)
       });
 }
 
-/// At once, block by block: an interrupted render has what was finished.
+/// Adds the block to the film at once, so that an interrupted render contains all finished blocks.
 void ProductRenderer::add_to_film(const Pass& pass, int block, PassWorker& worker,
                                   RenderCounters& counters) {
   Film& film = sensor_.film();
@@ -241,7 +243,7 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
                                                        double progress_end) {
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
   float share = 1;
-  // A trial, which looks at some tiles, renders with the points of its pilot.
+  // A trial, which probes some tiles, renders with the points of its pilot.
   if (local_ && !is_wanted) {
     const auto points = static_cast<float>(std::max(local_->points_of_pass(), 1u));
     share = std::clamp(kPilotPoints / points, kMinPilotShare, 1.f);
@@ -263,7 +265,7 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
 void ProductRenderer::allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast,
                                int width, int height) {
   const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
-  const bool is_noisy = effort.primaries < kPrimariesToTell && settings_.smooth_plan;
+  const bool is_noisy = effort.primaries < kMinPrimariesUnsmoothed && settings_.smooth_plan;
   allocation_.emplace(forecast, width, height,
                       !settings_.adaptive ? RayAllocation::Mode::kEven
                       : is_noisy          ? RayAllocation::Mode::kSmoothed
@@ -318,7 +320,7 @@ bool ProductRenderer::learn_in_time(double seconds, double rays_per_second) {
   }
   const bool is_late = context_.cancelled();
   if (is_late) {
-    // What only some tiles have learned is of no use.
+    // Data that only some tiles have learned can't be used.
     pilot_rays_ = 0;
     allocation_.reset();
     knowledge_.forget();
@@ -329,7 +331,7 @@ bool ProductRenderer::learn_in_time(double seconds, double rays_per_second) {
 }
 
 double ProductRenderer::seconds_per_sample() const {
-  // A pilot that was given up leaves its time: of the least that there can be.
+  // If the pilot was cancelled, uses its time and the smallest pilot's number of rays.
   return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
 }
 
@@ -345,15 +347,15 @@ std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
   return std::vector<PixelPlan>(static_cast<size_t>(grid_.crop().area()), plan);
 }
 
-/// In passes as large as may be: the more rays share a comb, the better each of them does.
+/// Uses as few passes as possible: the more rays share a comb, the more precise is each of them.
 void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, bool is_last) {
   const auto passes =
       static_cast<uint64_t>(std::max(1., std::ceil(rays_per_pixel / kMaxRaysOfPass)));
-  // Of the comb and all that goes with it; paths of caustics are a fixed share of these.
+  // Rays besides caustics. The paths of caustics are a fixed share of these.
   const double of_caustics = caustics_ ? caustics_->rays_per_path() / kRaysPerCausticPath : 0;
   const double rays = rays_per_pixel / static_cast<double>(passes) / (1 + of_caustics);
   const std::vector<PixelPlan> plan = plan_pass(rays);
-  if (is_last) allocation_.reset();  // of a large picture, a good part of the memory
+  if (is_last) allocation_.reset();  // a large part of the memory of a large image
   if (unit_ == 0) unit_ = std::max(rays, 1.);
   const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);
   for (uint64_t i = 0; i < passes && !context_.cancelled(); ++i, ++pass_) {
@@ -378,8 +380,8 @@ double ProductRenderer::render(double samples) {
 
 void ProductRenderer::render_all() {
   learn_from_pilot(settings_.rays_per_pixel);
-  const double asked = std::max(settings_.rays_per_pixel, 1.);
-  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / asked), true);
+  const double total = std::max(settings_.rays_per_pixel, 1.);
+  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / total), true);
 }
 
 }  // namespace kinome

@@ -10,8 +10,8 @@
 namespace kinome {
 namespace {
 
-/// The pilot of a trial sends this many times the rays of a whole image's, because few tiles around
-/// a tile have been seen, from which it could learn as well.
+/// Factor of the pilot's rays in a trial, relative to an image's pilot. A tile can learn only from
+/// few tiles around it.
 constexpr uint32_t kMoreRays = 2;
 
 }  // namespace
@@ -26,7 +26,7 @@ double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial
   effort.rays *= kMoreRays;
   const std::vector<PixelForecast> forecast = send_pilot(
       effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);
-  // The plan of the tiles alone, in a strip.
+  // The plan of the trial's tiles alone, laid out as a strip.
   trial_pixels_ = trial.pixels();
   std::vector<PixelForecast> strip;
   for (const size_t i : trial_pixels_) strip.push_back(forecast[i]);
@@ -66,8 +66,8 @@ void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t 
 MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double rays,
                                             const RenderLength& length, double cost_of_ray,
                                             uint64_t seed) {
-  // An image draws its points once, for all of its rays. A render of the trial draws light_share_
-  // of as many.
+  // An image draws its points once for all of its rays. A render of the trial draws this number
+  // times light_share_.
   const double share_of_light =
       trial.share() * std::min(1., rays / std::max(length.rays_per_pixel, 1.)) / light_share_;
   MethodTrial::Way way{
@@ -75,7 +75,8 @@ MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double ray
         try_tiles(tiles, rays, index, hash_words(seed, 1, index), picture);
       },
       cost_of_ray, light_rays_ * share_of_light * cost_of_ray};
-  way.common_share = light_share_;  // by the number of light points, which all pixels share
+  // Pixels share the light points, whose number is in this proportion.
+  way.common_share = light_share_;
   if (caustics_) {
     const double count = rays / kRaysPerCausticPath * grid_.crop().area();
     const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));

@@ -6,12 +6,12 @@
 namespace kinome {
 namespace {
 
-/// Rounds in which candidates that weigh more than a ray are found, and what rounding may add up
-/// to.
+/// Maximum number of rounds that search candidates to limit, and the relative error that rounding
+/// may add up to.
 constexpr int kCapRounds = 6;
 constexpr double kNegligible = 1e-6;
 
-/// Calls fn(weights, sum) for blocks of candidates that may hold one heavier than `weight`.
+/// Calls fn(weights, sum) for blocks that may contain a candidate heavier than `weight`.
 template <class Function>
 void for_heavy_blocks(Strata& strata, double weight, const Function& fn) {
   for (const Strata::Segment& segment : strata.segments()) {
@@ -24,7 +24,7 @@ void for_heavy_blocks(Strata& strata, double weight, const Function& fn) {
   }
 }
 
-/// Number of candidates heavier than `weight`, and the sum of what they weigh.
+/// Returns the number of candidates heavier than `weight`, and the sum of their weights.
 std::pair<size_t, double> heavier_candidates(Strata& strata, double weight) {
   const auto limit = static_cast<float>(weight);
   size_t count = 0;
@@ -54,7 +54,7 @@ double cap_candidates(Strata& strata, size_t rays) {
     if (count == capped) break;
     capped = count;
     const double left = total - sum;
-    // Nothing but candidates, and a ray for each of them.
+    // Only candidates are left, and each of them gets a ray.
     if (capped >= rays || !(left > kNegligible * total)) break;
     step = left / static_cast<double>(rays - capped);
   }
@@ -65,7 +65,8 @@ double cap_candidates(Strata& strata, size_t rays) {
     for (size_t i = 0; i < simd::kCellLanes; ++i) sum += w[i] = std::min(w[i], cap);
     block_sum = sum;
   });
-  // The rest may have a ray more or fewer than was asked for, so that each of these has its one.
+  // Returns the rounded step, so that each limited candidate gets exactly one ray. The number of
+  // the other rays may differ by one.
   return cap;
 }
 

@@ -7,7 +7,7 @@
 namespace kinome {
 namespace {
 
-/// Rays of one call to Embree: what fits the caches.
+/// Number of rays of one call to Embree, which fits the caches.
 constexpr size_t kBatch = 2048;
 
 }  // namespace

@@ -9,30 +9,32 @@
 namespace kinome {
 namespace {
 
-/// Fewer pixels than this would only share the work of sharing.
-constexpr uint32_t kLeastPixels = 3;
-/// Points spread less than this, relative to the lobe's roughness.
-constexpr float kMostSpread = 0.5f;
-/// The mean point sees the viewer so far above the horizon of any normal of the node: every
-/// direction that any point reflects is then one of the mean lobe's.
+/// Minimum number of pixels of a node. Sharing among fewer costs more than it saves.
+constexpr uint32_t kMinPixels = 3;
+/// Maximum spread of the points, relative to the lobe's roughness.
+constexpr float kMaxSpread = 0.5f;
+/// Minimum height of the mean point's viewer above the horizon of any normal of the node. The mean
+/// lobe then covers all directions that any point reflects.
 constexpr float kHorizonMargin = 0.02f;
-/// How much of the spread widens the lobe that candidates are drawn by.
+/// Fraction of the spread that widens the lobe from which candidates are drawn.
 constexpr float kWidening = 0.5f;
-/// Of the candidates that it wants, a pixel takes this share where all points are alike, and more
-/// the wider they spread.
-constexpr float kLeastShare = 0.8f;
-/// Blocks are doubled while all of them together are less than this share of what all pixels want.
-constexpr double kDrawn = 1 / 3.;
-constexpr uint32_t kMostBlocks = 8;
-/// A block's candidates of either kind.
-constexpr uint32_t kLeastFromLobe = 16, kLeastFromCells = 2;
-/// Groups farther than about this from the mean point, relative to the lobe's roughness, have little
-/// of the control variate.
+/// Fraction of the wanted candidates that a pixel takes if all points are alike. It is larger the
+/// wider they spread.
+constexpr float kMinShare = 0.8f;
+/// Blocks are doubled as long as all their candidates are less than this share of the number that
+/// all pixels want.
+constexpr double kMaxDrawnShare = 1 / 3.;
+constexpr uint32_t kMaxBlocks = 8;
+/// Minimum number of a block's candidates of each kind.
+constexpr uint32_t kMinFromLobe = 16, kMinFromCells = 2;
+/// Squared distance from the mean point at which a group has little of the control variate,
+/// relative to the lobe's squared roughness.
 constexpr float kVariateReach2 = 2;
-/// What a specular colour may be, relative to that of the patch's first point.
-constexpr float kMostRatio = 4, kLeastSpecular = 1e-3f;
+/// Maximum ratio of a specular colour to that of the patch's first point, and the minimum of the
+/// latter.
+constexpr float kMaxRatio = 4, kMinSpecular = 1e-3f;
 
-float least_alpha2(const Patch& patch) {
+float min_alpha2(const Patch& patch) {
   return sqr(std::min(patch.lobe.alpha_u, patch.lobe.alpha_v));
 }
 
@@ -55,7 +57,7 @@ void SharedCandidates::begin_tile(const TilePrimaries& primaries, std::span<cons
   visibility_ = visibility;
   seed_ = seed;
   clear();
-  if (units.size() < kLeastPixels || !light_.has_distant()) return;
+  if (units.size() < kMinPixels || !light_.has_distant()) return;
   nodes_.divide(primaries, patches, units);
   for (const PointNode& node : nodes_.nodes()) {
     Set& set = sets_.emplace_back();
@@ -65,25 +67,25 @@ void SharedCandidates::begin_tile(const TilePrimaries& primaries, std::span<cons
 }
 
 bool SharedCandidates::may_share(const PointNode& node) const {
-  if (node.pixels < kLeastPixels) return false;
-  if (node.spread2 > sqr(kMostSpread) * least_alpha2(patches_[node.patch])) return false;
+  if (node.pixels < kMinPixels) return false;
+  if (node.spread2 > sqr(kMaxSpread) * min_alpha2(patches_[node.patch])) return false;
   return glm::dot(node.normal, node.viewer) > cone_sine(node.cosine) + kHorizonMargin;
 }
 
 void SharedCandidates::choose_counts(const PointNode& node, Set& set) const {
   const Patch& patch = patches_[node.patch];
-  const float spread = std::sqrt(node.spread2 / least_alpha2(patch));
-  set.share = std::min(1.f, kLeastShare + spread);
+  const float spread = std::sqrt(node.spread2 / min_alpha2(patch));
+  set.share = std::min(1.f, kMinShare + spread);
   const double of_pixel = std::max(8., set.share * node.wanted / node.pixels);
   uint32_t blocks = 1;
-  while (blocks < kMostBlocks && blocks * 2 * of_pixel < kDrawn * node.wanted) blocks *= 2;
+  while (blocks < kMaxBlocks && blocks * 2 * of_pixel < kMaxDrawnShare * node.wanted) blocks *= 2;
   const uint32_t from_lobe =
       1u << HilbertPoints::log2_near(of_pixel * (1 - patch.cell_share) * blocks);
-  while (blocks > 1 && from_lobe / blocks < kLeastFromLobe) blocks /= 2;
+  while (blocks > 1 && from_lobe / blocks < kMinFromLobe) blocks /= 2;
   set.blocks = blocks;
   set.from_lobe = from_lobe / blocks;
-  set.from_cells = std::max(kLeastFromCells,
-                            static_cast<uint32_t>(of_pixel * patch.cell_share + 0.5));
+  set.from_cells =
+      std::max(kMinFromCells, static_cast<uint32_t>(of_pixel * patch.cell_share + 0.5));
 }
 
 uint32_t SharedCandidates::blocks_for(const Set& set, float wanted) {
@@ -117,7 +119,7 @@ Rgb SharedCandidates::variate(const GroupView& group) const {
   Rgb part(0.f);
   for (int c = 0; c < 3; ++c) {
     const float first = group.patch.form.specular[c];
-    if (first > kLeastSpecular) part[c] = std::min(kMostRatio * points, specular[c] / first);
+    if (first > kMinSpecular) part[c] = std::min(kMaxRatio * points, specular[c] / first);
   }
   return likeness * part;
 }
@@ -134,7 +136,7 @@ simd::SharedValues SharedCandidates::values(const Set& set, uint32_t block) cons
           &sigma_[i]};
 }
 
-/// Of the patch, and wide enough for points around the mean one.
+/// Returns the patch's lobe, widened for points around the mean point.
 simd::HalfVectorLobe SharedCandidates::lobe_of(const PointNode& node) const {
   const simd::HalfVectorLobe& lobe = patches_[node.patch].lobe;
   const float more = kWidening * node.spread2;
@@ -164,7 +166,7 @@ void SharedCandidates::draw(const PointNode& node, Set& set, uint64_t seed) {
   evaluate(node, set);
 }
 
-/// All blocks' together are one stratified set, of which each has every set.blocks-th point.
+/// Draws one stratified set for all blocks. Each block gets every set.blocks-th point.
 void SharedCandidates::draw_from_lobe(const PointNode& node, const Set& set, uint64_t seed) {
   const uint32_t count = set.from_lobe, blocks = set.blocks;
   const auto points = HilbertPoints::get().power_of_two(
@@ -188,7 +190,7 @@ void SharedCandidates::draw_from_lobe(const PointNode& node, const Set& set, uin
   }
 }
 
-/// One comb, dealt alike.
+/// Draws one comb, and deals its hits to the blocks.
 void SharedCandidates::draw_from_cells(const PointNode& node, const Set& set, float offset) {
   const uint32_t blocks = set.blocks;
   std::span<const Comb::Hit> hits;

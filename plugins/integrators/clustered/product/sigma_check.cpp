@@ -1,4 +1,4 @@
-// What the pilot says of its own predictions: see the header.
+// Checks the pilot's predictions: see the header.
 #include "clustered/product/sigma_check.h"
 
 #include <algorithm>
@@ -11,19 +11,21 @@
 namespace kinome {
 namespace {
 
-/// Shares of v that are as good as hidden and visible.
-constexpr float kAlmost = 0.01f;
-/// Of sums, in integers.
+/// v is hidden below this margin, and visible above 1 minus it.
+constexpr float kMargin = 0.01f;
+/// Scale of the integer sums.
 constexpr double kUnit = 4294967296;
-/// What is expected counts as so many surprises that came as expected: few rays change little.
-constexpr double kBelief = 2;
-/// Steps around one tell of it, too, each by half of the share of the next.
+/// Weight of the prior: this much squared error is assumed to agree with its expectation, so that
+/// few rays change little.
+constexpr double kPriorWeight = 2;
+/// Number of neighbouring steps on each side that count, too. Their weights halve with each step.
 constexpr int kWindow = 2;
-constexpr double kLeastFactor = 0.02;
-/// The least sigma² that rays are distributed by.
-constexpr float kLeastVariance = 1e-6f;
+constexpr double kMinFactor = 0.02;
+/// Minimum of sigma² by which rays are distributed.
+constexpr float kMinVariance = 1e-6f;
 
-/// A float's exponent and first digit: half octaves. 254 of 1, less for what is smaller.
+/// Right shift of a float's bits that leaves the exponent and the first binary digit: half octaves.
+/// The result is kOne for 1, and smaller for smaller values.
 constexpr int kShift = 22;
 constexpr int32_t kOne = 254;
 
@@ -37,7 +39,7 @@ void SigmaCheck::forget() {
 void SigmaCheck::tell(float v, float sigma, float visible) {
   const float variance = sigma * sigma, off = visible - v;
   const int step = std::clamp(kOne - (std::bit_cast<int32_t>(variance) >> kShift), 0, kSteps - 1);
-  const int side = v < kAlmost ? kHidden : v > 1 - kAlmost ? kVisible : kNeither;
+  const int side = v < kMargin ? kHidden : v > 1 - kMargin ? kVisible : kNeither;
   Sums& sums = sums_[side * kSteps + step];
   const auto add = [](std::atomic<uint64_t>& sum, double value) {
     sum.fetch_add(static_cast<uint64_t>(value * kUnit), std::memory_order_relaxed);
@@ -66,9 +68,10 @@ void SigmaCheck::finish() {
         expected += share * static_cast<double>(sums.expected);
         found += share * static_cast<double>(sums.found);
       }
-      const double factor = std::max((found + kBelief) / (expected + kBelief), kLeastFactor);
-      // What seems visible is so throughout most of a picture, and in doubt at a few places, which
-      // this must not forget: half of it, in logarithms.
+      const double factor =
+          std::max((found + kPriorWeight) / (expected + kPriorWeight), kMinFactor);
+      // Cells that seem visible are so in most of the image, but uncertain in a few regions, which
+      // this must not hide. So only half of the correction is applied, in logarithms.
       factor_[side * kSteps + step] =
           static_cast<float>(side == kVisible ? std::sqrt(factor) : factor);
     }
@@ -84,10 +87,10 @@ void SigmaCheck::correct(Visibility& visibility) const {
     const Float variance = sqr(Float::load(&visibility.sigma[c]));
     const Int step = min(max(Int(kOne) - shift_right<kShift>(as_int(variance)), Int(0)),
                          Int(kSteps - 1));
-    const Int side = select(v < kAlmost, Int(kHidden),
-                            select(v > 1 - kAlmost, Int(kVisible), Int(kNeither)));
+    const Int side =
+        select(v < kMargin, Int(kHidden), select(v > 1 - kMargin, Int(kVisible), Int(kNeither)));
     const Float factor = gather(factor_.data(), side * Int(kSteps) + step);
-    sqrt(max(variance * factor, Float(kLeastVariance))).store(&visibility.sigma[c]);
+    sqrt(max(variance * factor, Float(kMinVariance))).store(&visibility.sigma[c]);
   });
 }
 

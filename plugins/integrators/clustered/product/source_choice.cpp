@@ -9,10 +9,10 @@
 namespace kinome {
 namespace {
 
-/// Of the choice, what goes by flux.
-constexpr float kByFlux = 0.25f;
-/// Added to cosines: other parts of a source may be higher above the surface than where it is
-/// looked at.
+/// Fraction of the choice that depends on flux alone.
+constexpr float kFluxShare = 0.25f;
+/// Margin that is added to cosines, because other parts of a source may be higher above the surface
+/// than the sampled one.
 constexpr float kMargin = 0.05f;
 
 }  // namespace
@@ -25,7 +25,8 @@ SourceChoice::SourceChoice(std::vector<const Emitter*> sources, const std::vecto
   for (size_t s = 0; s < sources_.size(); ++s) {
     shares_.push_back(static_cast<float>(fluxes[s] / all));
     ends_.push_back(end += static_cast<double>(shares_[s]));
-    // What falls on the scene's disc from all directions, over the area of its sphere.
+    // Mean irradiance: the flux through the scene's disc from all directions, over the area of its
+    // sphere.
     const double sphere = 4. * static_cast<double>(kPi) * static_cast<double>(sqr(radius));
     skies_.push_back(sources_[s]->is_environment() && sphere > 0
                          ? static_cast<float>(fluxes[s] / sphere)
@@ -33,7 +34,7 @@ SourceChoice::SourceChoice(std::vector<const Emitter*> sources, const std::vecto
   }
 }
 
-/// About the irradiance, if nothing hides the source.
+/// Approximate irradiance without occlusion.
 float SourceChoice::light_at(uint32_t source, const Vec3& place, const Vec3& normal) const {
   if (sources_[source]->is_environment()) return skies_[source];
   const auto lit = sources_[source]->sample_direct(place, Vec2(0.5f));
@@ -54,7 +55,7 @@ SourceChoice::At SourceChoice::at(const Vec3& place, const Vec3& normal) const {
   const bool any = sum > 0 && std::isfinite(sum);
   for (uint32_t s = 0; s < sources_.size(); ++s) {
     at.probabilities_[s] =
-        any ? std::lerp(at.probabilities_[s] / sum, shares_[s], kByFlux) : shares_[s];
+        any ? std::lerp(at.probabilities_[s] / sum, shares_[s], kFluxShare) : shares_[s];
   }
   return at;
 }

@@ -6,24 +6,25 @@
 namespace kinome {
 namespace {
 
-/// Weights of tiles, by a Gaussian in pixels.
+/// Standard deviation in pixels of the Gaussian that weights tiles.
 constexpr float kReachDeviation = 4;
-/// Patches learn from those of nearly the same normal and plane.
+/// A patch learns from patches with at least this cosine between the normals, and with planes
+/// within this factor of its tolerance.
 constexpr float kLearnCosine = 0.9f;
 constexpr float kLearnPlanes = 1.6f;
-/// A sharp lobe's patch keeps its visibility only if, on the pilot's own rays, it predicts this
-/// well: sum (V - v)² < kTrust x sum V².
+/// A sharp lobe's patch uses its visibility only if it predicts the pilot's own rays well:
+/// sum (V - v)² < kTrust x sum V².
 constexpr float kTrust = 0.1f;
 
-/// One in so many tiles is asked.
-constexpr uint64_t kTilesForOneThatTells = 2;
+/// One in this number of tiles takes part in the check of sigma.
+constexpr uint64_t kTilesPerCheck = 2;
 
-/// A tile that others learn from, and what each of its records weighs, in sixteenths.
+/// Tile that others learn from, with the weight of each of its records in sixteenths.
 struct Nearby {
   int dx, dy;
   uint32_t weight;
 };
-/// Those that weigh something.
+/// Returns the tiles whose weight isn't 0.
 const std::vector<Nearby>& tiles_nearby() {
   static const std::vector<Nearby> all = [] {
     constexpr int kReach = TileKnowledge::kReach;
@@ -44,8 +45,7 @@ const std::vector<Nearby>& tiles_nearby() {
 uint8_t byte_of(float share) {
   return static_cast<uint8_t>(static_cast<int32_t>(share * 255 + 0.5f));
 }
-/// What a pass knows of a cell: as it was learned, in 8 bits, whether it was kept or is learned
-/// again.
+/// Learned visibility of a cell in 8 bits. Stored and recomputed values are the same in passes.
 struct Learned {
   uint8_t v, root_of_sigma;
 
@@ -113,7 +113,7 @@ void TileKnowledge::transfer_learned(int index, SharedBytes& bytes) {
   if (bytes.reads()) tile.learned.clear();
 }
 
-/// From the pilot's records of the tiles around, on surfaces that go on as the patch does.
+/// Learns from the pilot's records of the tiles around, on surfaces that continue the patch.
 void TileKnowledge::learn_from_around(int index, const Patch& patch, VisibilityLearner& learner,
                                       Visibility& out, Own own) const {
   learner.begin();
@@ -135,10 +135,10 @@ void TileKnowledge::learn_from_around(int index, const Patch& patch, VisibilityL
   learner.finish(cells_.blocks(), patch.normal, cone_sine(patch.cone_cosine), out);
 }
 
-/// Some tiles tell how well what is around them foresees what their own rays found.
+/// In some tiles, compares their own rays with predictions from the tiles around.
 void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibility& scratch) {
   if (!checks_sigma()) return;
-  if (hash_words(static_cast<uint64_t>(index)) % kTilesForOneThatTells != 0) return;
+  if (hash_words(static_cast<uint64_t>(index)) % kTilesPerCheck != 0) return;
   const Tile& tile = tiles_[index];
   for (size_t p = 0; p < tile.patches.size(); ++p) {
     const auto own = tile.records_of(tile.sources[p]);
@@ -174,8 +174,7 @@ void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner,
   }
 }
 
-/// A lamp's reflection that a ridge hides, while v says that it is seen, would be the worst of
-/// errors.
+/// Prevents the worst errors: a lamp's reflection that a ridge hides while v says visible.
 void TileKnowledge::find_trust(std::span<const VisibilityRecord> own, Patch& patch,
                                const Visibility& visibility) const {
   struct {
@@ -220,7 +219,7 @@ void TileKnowledge::restore(int index, size_t p, Patch& patch, VisibilityLearner
     }
     return;
   }
-  // Later points may have widened the patch's cone: what was known of it stays the same.
+  // Learn from the pilot's patch, because later points may have widened the cone of `patch`.
   learn_from_around(index, is_of_pilot ? tile.patches[p] : patch, learner, out);
   if (!is_of_pilot) {
     patch.trust = !is_sharp(patch);

@@ -63,9 +63,9 @@ class TileKnowledge {
     if (checks_sigma()) sigma_check_.add_up(context);
   }
 
-  /// Sets `out` to the visibility of patch `index` of a tile, with sigma corrected by the check. For
-  /// a patch of the pilot, this is the result of learn() in 8 bits. Learns the visibility of a patch
-  /// that a later pass added.
+  /// Sets `out` to the visibility of patch `index` of a tile, with sigma corrected by the check.
+  /// For a patch of the pilot, this is the result of learn() in 8 bits. Learns the visibility of a
+  /// patch that a later pass added.
   void recall(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
               Visibility& out) const;
   /// Applies Patch::trust and the settings to the visibility.

@@ -8,7 +8,7 @@
 namespace kinome {
 namespace {
 
-/// Share of the takes that depends on rates of cells alone. It bounds the weight of a point that is
+/// Share of the takes that depends on cells' rates alone. It bounds the weight of a point that is
 /// more important than estimated.
 constexpr double kDefensive = 0.25;
 
@@ -81,8 +81,8 @@ void TriedPoints::gather_lobes() {
   }
 }
 
-/// Replaces the importance of points that aren't Lambertian by that of their lobes, each as wide as
-/// the patch appears from there.
+/// Scales the importance of points that aren't Lambertian by their lobes, each averaged over the
+/// patch's size as seen from the point.
 void TriedPoints::multiply_by_lobes(const simd::ReflectingPatch& patch, float size2) {
   const auto column = [&](size_t n) { return lobe_columns_[n].data(); };
   simd::sent_to_patch(patch, size2,

@@ -12,23 +12,25 @@ namespace kinome {
 namespace {
 
 constexpr size_t kFanOut = 8;
-/// Counts are in sixteenths of a record, and take half of a word each.
+/// Counts are in sixteenths of a record. Each takes half of a word.
 constexpr float kUnit = 1 / 16.f;
 constexpr int kHalf = 16;
-/// How many records a parent's share counts as.
+/// Number of records that a parent's share counts as.
 constexpr float kShrinkage = 2;
-/// The same of the share around a cell.
+/// Number of records that the share of a cell's neighbours counts as.
 constexpr float kNeighbourShrinkage = 2;
-/// Of very many cells, only those near on the curve are asked for how near they are.
+/// Maximum distance along the curve at which neighbours are searched, which limits the time for
+/// very many cells.
 constexpr size_t kWindow = 512;
-/// Shares of a few records are pulled to 0 and 1, which is what most cells are.
+/// Shares within this distance of 0 and 1 are rounded to them, because most cells are fully hidden
+/// or visible.
 constexpr float kSnap = 0.05f;
-/// Variance that remains however certain a share seems, and that of its own uncertainty.
-constexpr float kLeastVariance = 1e-4f;
-constexpr float kDoubt = 0.0015f;
-constexpr float kMixedDoubt = 0.01f;
+/// Minimum variance, and the variance of the share itself for one record.
+constexpr float kMinVariance = 1e-4f;
+constexpr float kShareVariance = 0.0015f;
+constexpr float kMixedVariance = 0.01f;
 
-/// Records of counts, and the sum of their shares.
+/// Return the number of records, and the sum of their shares.
 wide::Float all_of(wide::Uint counts) {
   const wide::Int lower = wide::as_int(counts) & wide::Int(VisibilityLearner::kMaxWeight);
   return kUnit * to_float(wide::as_uint(lower));
@@ -55,7 +57,7 @@ CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& c
   const auto& axis = cells.axis();
   const size_t count = cells.size();
   CellNeighbours found;
-  // Where there are too few cells, the rest are padding, which nobody has records of.
+  // If there are too few cells, the missing neighbours are padding, which has no records.
   for (auto& column : found.of) {
     column.assign(cells.padded_size(), static_cast<int32_t>(count));
   }
@@ -115,7 +117,7 @@ void VisibilityLearner::add(std::span<const VisibilityRecord> records, uint32_t 
   squares_ += uint64_t{weight} * squares;
 }
 
-/// No half of a sum is more than kMaxWeight.
+/// The halves of a sum can't overflow, because both are at most kMaxWeight.
 void VisibilityLearner::sum_up() {
   const auto sum = [](const Count* children, size_t count, std::vector<Count>& nodes) {
     for (size_t i = 0; i < nodes.size(); ++i) {
@@ -167,7 +169,8 @@ void VisibilityLearner::finish(std::span<const uint32_t> blocks, Visibility& out
   sum_up();
   share_down();
   using namespace wide;
-  // Mean square over mean of what arrives; 1 if surfaces either hide light or leave it as it is.
+  // Mean square divided by the mean of what arrives. It is 1 if surfaces either block light or
+  // don't change it.
   const float weakened =
       shares_ > 0 ? static_cast<float>(static_cast<double>(squares_) /
                                        (VisibilityRecord::kWhole * static_cast<double>(shares_)))
@@ -183,12 +186,12 @@ void VisibilityLearner::finish(std::span<const uint32_t> blocks, Visibility& out
     const Float square = is_weakened ? p * weakened : p;
     const Float left = max(square - 2.f * p * v + v * v, Float(0.f));
     v.store(&out.v[c]);
-    sqrt(left + kDoubt / (1.f + all) + kLeastVariance).store(&out.sigma[c]);
-    sqrt(p + kMixedDoubt).store(&out.sigma_mixed[c]);
+    sqrt(left + kShareVariance / (1.f + all) + kMinVariance).store(&out.sigma[c]);
+    sqrt(p + kMixedVariance).store(&out.sigma_mixed[c]);
   });
 }
 
-/// What cells without records are taken for.
+/// Returns the visibility that is assumed for cells without records.
 wide::Float VisibilityLearner::prior(size_t first) const {
   using namespace wide;
   const Int cell = iota() + Int(static_cast<int32_t>(first));

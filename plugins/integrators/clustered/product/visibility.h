@@ -64,8 +64,8 @@ class VisibilityLearner {
   /// Maximum weight of all records together, in 1/16 of a record: 4,095 whole records.
   static constexpr int32_t kMaxWeight = 0xffff;
 
-  /// Without `neighbours`, values are pulled toward those of the tree alone. `neighbours` must outlive the
-  /// learner.
+  /// Without `neighbours`, values are pulled toward those of the tree alone. `neighbours` must
+  /// outlive the learner.
   explicit VisibilityLearner(size_t padded_cells, const CellNeighbours* neighbours = nullptr);
   void begin();
   /// Adds records of weight `weight` / 16 each. Ignores records that would exceed kMaxWeight.
