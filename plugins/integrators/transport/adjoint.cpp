@@ -1,4 +1,4 @@
-// Light paths point by point.
+// Scalar functions for light paths.
 
 #include "adjoint.h"
 
@@ -9,11 +9,11 @@ namespace kinome::transport {
 
 namespace {
 
-/// `weight`, of a delta that light was sent on by, as it is seen from where it went: nullopt where
-/// another normal is seen from there, which mirrors another place.
+/// Returns the weight of a delta sample as seen from the direction that the light leaves in.
+/// Returns nullopt if another normal is seen from there, because its mirror direction differs.
 std::optional<kinome::Rgb> seen_delta(const SurfaceInteraction& si, const BsdfSample& sent,
                                       const kinome::Rgb& weight) {
-  constexpr float kSame = 1e-3f;  // of two directions, rounding aside
+  constexpr float kSame = 1e-3f;  // maximum distance of equal directions, due to rounding
   const Bsdf& bsdf = si.shape->bsdf();
   SurfaceInteraction seen = si;
   seen.wi = sent.wo;
@@ -27,9 +27,9 @@ std::optional<kinome::Rgb> seen_delta(const SurfaceInteraction& si, const BsdfSa
   return out;
 }
 
-/// Of a BSDF that, asked from where the light comes, doesn't go everywhere that it is seen from:
-/// half of the samples go by the cosine, to both sides where light goes through. `weight` is set for
-/// deltas alone.
+/// Samples a BSDF that doesn't sample all directions from which the light is seen, because its
+/// normal turns to the viewer. Half of the samples are distributed by the cosine, on both sides if
+/// the BSDF transmits light. `weight` is set only for deltas.
 std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
                                          const kinome::Vec2& u) {
   const Bsdf& bsdf = si.shape->bsdf();
@@ -50,7 +50,7 @@ std::optional<BsdfSample> sample_turning(const SurfaceInteraction& si, Lobe lobe
     sample->lobe = lobes & (Lobe::kDiffuse | Lobe::kGlossy);
   }
   const bool is_possible = bsdf.transmits() || si.wi.z * sample->wo.z > 0;
-  const float share = bsdf.transmits() ? 0.5f : 1.f;  // of a side
+  const float share = bsdf.transmits() ? 0.5f : 1.f;  // share of samples on one side
   const float by_cosine =
       is_possible ? share * cosine_hemisphere_pdf(std::abs(sample->wo.z)) : 0.f;
   sample->pdf = 0.5f * (bsdf.eval_pdf(si, lobes, sample->wo).pdf + by_cosine);

@@ -7,28 +7,28 @@
 #include "kinome/interaction.h"
 #include "kinome/sensor.h"
 
-/// What light paths do at the surface points that they come to, whose si.wi is where they come from
-/// (Veach 1997, 4.7 and 10.1). All of it thread-safe.
+/// Scattering of light paths at surface points (Veach 1997, 4.7 and 10.1). si.wi is the direction
+/// that the path comes from. All functions are thread-safe.
 namespace kinome::transport {
 
-/// How flux that arrives along `from` counts as radiance that leaves along `to`, for a BSDF that is
-/// evaluated as paths from the camera do: by f |cos| of `from` (Veach 1997, 5.3, for shading
-/// normals and all else that is not reciprocal). By the cosines of both with the surface's normal,
-/// float or wide::Float. Light that arrives edge-on brings no flux.
+/// Returns the factor of flux that arrives along `from` and leaves along `to`, for a BSDF evaluated
+/// as for paths from the camera: f times |cos| of `from`. It corrects shading normals and all other
+/// scattering that isn't reciprocal (Veach 1997, 5.3). Arguments are cosines with the surface's
+/// normal, float or wide::Float. Returns 0 for light that arrives edge-on, which brings no flux.
 template <class F>
 F adjoint_factor(F cos_from, F cos_to) {
   using plain::select, std::abs;
   return select(cos_from == 0.f, F(0.f), abs(cos_to / cos_from));
 }
-/// The same by the directions: unit, world space, away from the surface.
+/// The same for directions: unit, world space, away from the surface.
 inline float adjoint_factor(const SurfaceInteraction& si, const kinome::Vec3& from,
                             const kinome::Vec3& to) {
   return adjoint_factor(glm::dot(si.n, from), glm::dot(si.n, to));
 }
 
-/// What the weight of a delta sample, which is that of radiance seen from wi, is to be multiplied by
-/// where power comes from there: a beam that is bent has another cross-section and another solid
-/// angle (Veach 1997, 5.2.2). Cosines of the shading normal; eta: Bsdf::relative_index.
+/// Returns the factor that converts the weight of a delta sample from radiance seen from wi to
+/// power that arrives from wi. Refraction changes the cross-section and the solid angle of a beam
+/// (Veach 1997, 5.2.2). Cosines are with the shading normal; eta: Bsdf::relative_index.
 template <class F>
 F power_over_radiance(const F& cos_wi, const F& cos_wo, float eta) {
   using plain::select, std::abs;
@@ -39,25 +39,26 @@ F power_over_radiance(const F& cos_wi, const F& cos_wo, float eta) {
 /// A light path's next edge.
 struct AdjointSample {
   kinome::Vec3 to;     ///< unit, world space
-  kinome::Rgb weight;  ///< of the flux that goes on; may be black
+  kinome::Rgb weight;  ///< factor of the flux along this edge; may be black
   bool is_delta;
   bool is_straight = false;  ///< Lobe::kNull
 };
 
-/// By the BSDF's own sampling of `lobes`, which is that of paths from the camera, and half by the
-/// cosine where it turns_to_viewer(); nullopt: the path ends. `u_lobe` in [0,1), `u` in [0,1)².
+/// Samples the next edge by the BSDF's sampling of `lobes`, as for paths from the camera. If the
+/// BSDF turns_to_viewer(), half of the samples are distributed by the cosine. Returns nullopt if
+/// the path ends. `u_lobe` is in [0,1), `u` in [0,1)².
 std::optional<AdjointSample> sample_adjoint(const SurfaceInteraction& si, Lobe lobes, float u_lobe,
                                             const kinome::Vec2& u);
 
-/// How a surface point is seen by the camera.
+/// Connection of a surface point to the camera.
 struct SeenPoint {
   kinome::Vec2 film_position;
-  kinome::Rgb factor;  ///< of the flux that arrives, if nothing is in the way; may be black
+  kinome::Rgb factor;  ///< factor of the flux that arrives if unoccluded; may be black
   Ray shadow_ray;      ///< to the lens
 };
 
-/// By all lobes but deltas. nullopt: there are no others, or the sensor doesn't see the point.
-/// `aperture` in [0,1)².
+/// Connects a surface point to the camera by all lobes except deltas. Returns nullopt if there are
+/// no such lobes, or if the sensor doesn't see the point. `aperture` is in [0,1)².
 std::optional<SeenPoint> connect_point(const Sensor& sensor, const SurfaceInteraction& si,
                                        const kinome::Vec2& aperture);
 

@@ -11,7 +11,7 @@ using namespace wide;
 AdjointSamples::AdjointSamples(size_t points)
     : arena_(points), sampled_(make_answer(arena_)), seen_(make_answer(arena_)) {}
 
-/// Point by point, of BSDFs that don't go everywhere that they are seen from.
+/// Samples BSDFs that turn to the viewer, point by point.
 void AdjointSamples::turn_to_viewers(const Surfaces& met, const Surfaces::Range& range,
                                      const float* u1, const Columns2& u2) {
   for (size_t i = range.first; i < range.first + range.count; ++i) {
@@ -44,7 +44,7 @@ const BsdfAnswer& AdjointSamples::sample(const Surfaces& met, float* u1, const C
   query.u1 = u1;
   query.u2 = u2;
   shade(met, points.wi, query, sampled_);
-  // As paths from the camera see it.
+  // The BSDF as evaluated by paths from the camera.
   query = {};
   query.wo = points.wi;
   shade(met, sampled_.wo, query, seen_);

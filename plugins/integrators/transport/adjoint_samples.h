@@ -5,8 +5,8 @@
 
 namespace kinome::transport {
 
-/// Next edges of light paths, as sample_adjoint() samples them with all lobes, for blocks of
-/// points. Keeps its memory: one per thread.
+/// Next edges of light paths for blocks of points, as sampled by sample_adjoint() with all lobes.
+/// Reuses its memory: make one per thread.
 class AdjointSamples {
  public:
   /// For blocks of at most `points` points, padding included.

@@ -11,9 +11,9 @@
 
 namespace kinome::transport {
 
-/// Columns (columns.h) of one capacity, which live as long as the arena: a stage makes its own once
-/// a thread, and uses them for every block. They begin as zeros. What of a long column no block
-/// comes to use takes addresses, but no memory: capacities may be those of the worst case.
+/// Columns (columns.h) of one capacity, which live as long as the arena. A stage makes its columns
+/// once per thread and uses them for every block. They are initialized to zero. The unused part of
+/// a long column takes addresses but no memory, so capacities may be those of the worst case.
 class Arena {
  public:
   explicit Arena(size_t capacity) : capacity_(padded(capacity)) {}
@@ -42,13 +42,13 @@ class Arena {
     points.shape = of<const Shape*>();
     return points;
   }
-  /// As many blocks of 16 rays as `capacity` rays take; masks and times are set.
+  /// Makes blocks of 16 rays for `capacity` rays. Masks and times are set.
   Ray16* rays() {
     Ray16* const rays = allocate<Ray16>(capacity_ / 16, false);
     for (size_t i = 0; i < capacity_ / 16; ++i) reset(rays[i]);
     return rays;
   }
-  /// Of rays that others are copied from and that are not traced themselves: without masks.
+  /// Makes blocks of rays that are copied but never traced. Masks are not set.
   Ray16* untraced_rays() { return allocate<Ray16>(capacity_ / 16); }
   RayHit16* ray_hits() {
     RayHit16* const rays = allocate<RayHit16>(capacity_ / 16, false);
@@ -60,7 +60,7 @@ class Arena {
   struct GiveBack {
     void operator()(void* memory) const { ArenaMemory::give_back(memory); }
   };
-  /// `is_sparse`: blocks may use but its beginning.
+  /// `is_sparse`: blocks may use only the beginning.
   template <class T>
   T* allocate(size_t count, bool is_sparse = true) {
     static_assert(std::is_trivially_copyable_v<T>);

@@ -16,32 +16,33 @@
 
 namespace kinome::transport {
 
-/// Memory for columns, out of slabs: as much as a thread's arenas take is found by the system in
-/// one go. Each thread has a slab of its own to take columns from, in which those of one stage lie
-/// side by side. Slabs that nobody has columns of are kept for those to come: threads make theirs
-/// anew for each pass. Thread-safe.
+/// Memory for columns, taken from slabs, so that the system maps the memory of a thread's arenas at
+/// once. Each thread takes columns from its own slab; columns of one stage are adjacent. Slabs
+/// without columns are kept for reuse, because threads make new columns for each pass. Thread-safe.
 class ArenaMemory {
-  /// So that a sanitizer sees where a column ends.
+  /// True if all columns are allocated separately, so that a sanitizer sees where a column ends.
 #if defined(__SANITIZE_ADDRESS__)
-  static constexpr bool kAlone = true;
+  static constexpr bool kSeparate = true;
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer)
-  static constexpr bool kAlone = true;
+  static constexpr bool kSeparate = true;
 #else
-  static constexpr bool kAlone = false;
+  static constexpr bool kSeparate = false;
 #endif
 #else
-  static constexpr bool kAlone = false;
+  static constexpr bool kSeparate = false;
 #endif
 
  public:
-  /// Zeros, aligned as columns are. `is_sparse`: blocks may use but the beginning, and what they
-  /// don't is to take no memory. Throws std::bad_alloc.
+  /// Returns zeroed memory with the alignment of columns. `is_sparse`: blocks may use only the
+  /// beginning, and the rest must take no memory. Throws std::bad_alloc.
   static void* take(size_t bytes, bool is_sparse) {
-    if (kAlone || bytes > (is_sparse ? kLongestSparse : kLongest)) return take_alone(bytes);
-    return mine().take(bytes);
+    if (kSeparate || bytes > (is_sparse ? kMaxSparseBytes : kMaxBytes)) {
+      return take_separately(bytes);
+    }
+    return thread_slab().take(bytes);
   }
-  /// What take() gave.
+  /// Frees the memory that take() returned.
   static void give_back(void* memory) {
     Slab* const slab = head_of(memory).slab;
     if (slab) {
@@ -52,22 +53,23 @@ class ArenaMemory {
   }
 
  private:
-  static constexpr size_t kSlab = ZeroedMemory::kHugePage;
-  static constexpr size_t kLongest = kSlab / 4;
-  static constexpr size_t kLongestSparse = size_t{1} << 17;
-  static constexpr size_t kMostKept = 32;  ///< slabs
+  static constexpr size_t kSlabBytes = ZeroedMemory::kHugePage;
+  /// Maximum size of columns in slabs; longer ones are allocated separately.
+  static constexpr size_t kMaxBytes = kSlabBytes / 4;
+  static constexpr size_t kMaxSparseBytes = size_t{1} << 17;
+  static constexpr size_t kMaxKeptSlabs = 32;
 
   class Slab;
-  /// In front of each column. It also keeps columns from all beginning in the same set of a cache.
+  /// Header before each column. It also keeps columns from all beginning in the same cache set.
   struct alignas(kColumnAlignment) Head {
-    Slab* slab;   ///< nullptr: the column is alone
-    void* begin;  ///< of one that is
+    Slab* slab;   ///< nullptr if the column is allocated separately
+    void* begin;  ///< begin of a separate allocation, else nullptr
   };
   static Head& head_of(void* memory) {
     return static_cast<Head*>(memory)[-1];
   }
 
-  static void* take_alone(size_t bytes) {
+  static void* take_separately(size_t bytes) {
     void* const begin = std::calloc(bytes + sizeof(Head) + kColumnAlignment, 1);
     if (!begin) throw std::bad_alloc();
     void* memory = static_cast<char*>(begin) + sizeof(Head);
@@ -77,14 +79,15 @@ class ArenaMemory {
     return memory;
   }
 
-  /// Columns one after another, of one thread. In use as long as it has any, or its thread goes on.
+  /// Consecutive columns of one thread. In use while it has columns or its thread takes columns
+  /// from it.
   class Slab {
    public:
-    /// nullptr where so much isn't left.
+    /// Returns nullptr if too little memory is left.
     void* take(size_t bytes) {
       if (users_.load(std::memory_order_acquire) == 1) used_ = 0;
       const size_t end = used_ + sizeof(Head) + bytes;
-      if (end > kSlab) return nullptr;
+      if (end > kSlabBytes) return nullptr;
       void* const memory = static_cast<char*>(memory_.data()) + used_ + sizeof(Head);
       if (used_ < touched_) std::memset(memory, 0, bytes);
       used_ = padded_bytes(end);
@@ -102,19 +105,19 @@ class ArenaMemory {
     static size_t padded_bytes(size_t bytes) {
       return (bytes + kColumnAlignment - 1) / kColumnAlignment * kColumnAlignment;
     }
-    ZeroedMemory memory_{kSlab};
+    ZeroedMemory memory_{kSlabBytes};
     size_t used_ = 0;
-    size_t touched_ = 0;            ///< what lies before may be no zeros
-    std::atomic<size_t> users_{1};  ///< columns, and the thread
+    size_t touched_ = 0;            ///< bytes before this one may not be zero
+    std::atomic<size_t> users_{1};  ///< number of columns, plus 1 for the thread
   };
 
-  /// What this thread takes columns from.
-  class Mine {
+  /// The slab that this thread takes columns from.
+  class ThreadSlab {
    public:
-    Mine() = default;
-    Mine(const Mine&) = delete;
-    Mine& operator=(const Mine&) = delete;
-    ~Mine() {
+    ThreadSlab() = default;
+    ThreadSlab(const ThreadSlab&) = delete;
+    ThreadSlab& operator=(const ThreadSlab&) = delete;
+    ~ThreadSlab() {
       if (slab_) slab_->release();
     }
     void* take(size_t bytes) {
@@ -129,9 +132,9 @@ class ArenaMemory {
    private:
     Slab* slab_ = nullptr;
   };
-  static Mine& mine() {
-    thread_local Mine mine;
-    return mine;
+  static ThreadSlab& thread_slab() {
+    thread_local ThreadSlab thread_slab;
+    return thread_slab;
   }
 
   static ArenaMemory& pool() {
@@ -139,7 +142,7 @@ class ArenaMemory {
     return pool;
   }
   ArenaMemory() {
-    kept_.reserve(kMostKept);
+    kept_.reserve(kMaxKeptSlabs);
   }
 
   Slab* slab() {
@@ -157,7 +160,7 @@ class ArenaMemory {
     std::unique_ptr<Slab> owned(slab);
     owned->begin_anew();
     const std::lock_guard lock(mutex_);
-    if (kept_.size() < kMostKept) kept_.push_back(std::move(owned));
+    if (kept_.size() < kMaxKeptSlabs) kept_.push_back(std::move(owned));
   }
 
   std::mutex mutex_;

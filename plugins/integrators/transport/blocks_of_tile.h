@@ -11,14 +11,14 @@
 
 namespace kinome::transport {
 
-/// Samples in a block: what fits the caches. 512 and 8192 differ by up to 5 % in time, and in the
-/// last bits of pictures: samples are the same, but those that a filter spreads over several pixels
-/// are added up in the order of the blocks.
+/// Maximum number of samples in a block; such a block fits the caches. With 512 or 8192, time
+/// differs by up to 5 %. Images differ in their last bits if the filter spreads samples over
+/// several pixels, because sums are in the order of the blocks.
 inline constexpr size_t kBlockSamples = 2048;
 
-/// Calls fn(const PixelSamples&) for blocks that make up samples first … first + samples - 1 of all
-/// pixels: patches of pixels, as square as they can be, with all of a pixel's samples, or as many
-/// of them as a block holds.
+/// Calls fn(const PixelSamples&) for blocks that together are samples first … first + samples - 1
+/// of all pixels. A block is a rectangle of pixels, as square as possible, with all samples of each
+/// pixel or as many as a block holds.
 template <class Function>
 void for_each_block(const Rect& pixels, uint32_t first, uint32_t samples, uint64_t seed,
                     const Function& fn) {
@@ -44,12 +44,12 @@ void for_each_block(const Rect& pixels, uint32_t first, uint32_t samples, uint64
   }
 }
 
-/// What threads work with, as many as there are threads at work: made when they are needed, and
-/// handed from tile to tile. Thread-safe.
+/// Workers, one for each thread that is busy. They are made when needed and reused from tile to
+/// tile. Thread-safe.
 template <class Worker>
 class Workers {
  public:
-  /// fn(worker), `make` being asked for one where none is idle.
+  /// Calls fn(worker) with an idle worker, or with a new one from `make` if none is idle.
   template <class Make, class Function>
   void with_one(const Make& make, const Function& fn) {
     std::unique_ptr<Worker> worker;
@@ -71,8 +71,8 @@ class Workers {
   std::vector<std::unique_ptr<Worker>> idle_;
 };
 
-/// Renders a layer of the sensor's film: fn(worker, samples, tile) for every block, on many threads
-/// at once, each with a worker that `make` has made for it.
+/// Renders a layer of the sensor's film: calls fn(worker, samples, tile) for every block, on many
+/// threads at once. Each thread has its own worker, from `make`.
 template <class Worker, class Make, class Function>
 void render_tiles(const Sensor& sensor, RenderContext& context, int layer, const Make& make,
                   const Function& fn) {

@@ -7,8 +7,9 @@
 
 namespace kinome::transport {
 
-/// Sorts the few things of a block into any number of buckets, of which it meets a few: all but
-/// making it takes time in proportion to the things, not to the buckets. One per thread.
+/// Counters for sorting the items of a block into many buckets, of which only a few are used. All
+/// functions except the constructor take time in proportion to the items, not to the buckets. One
+/// per thread.
 class BucketCounts {
  public:
   explicit BucketCounts(size_t buckets) : count_(buckets) {}
@@ -17,16 +18,17 @@ class BucketCounts {
     for (const uint32_t bucket : used_) count_[bucket] = 0;
     used_.clear();
   }
-  void add(uint32_t bucket, uint32_t things = 1) {
+  void add(uint32_t bucket, uint32_t items = 1) {
     if (count_[bucket] == 0) used_.push_back(bucket);
-    count_[bucket] += things;
+    count_[bucket] += items;
   }
-  /// Those that anything was added to, in ascending order.
+  /// Returns the buckets that items were added to, in ascending order.
   std::span<const uint32_t> used() {
     std::sort(used_.begin(), used_.end());
     return used_;
   }
-  /// How many were added; afterwards the caller's, say for places, as long as it adds nothing.
+  /// Number of items in a bucket. After its last add(), the caller may store other values here,
+  /// such as positions.
   uint32_t& operator[](uint32_t bucket) { return count_[bucket]; }
 
  private:

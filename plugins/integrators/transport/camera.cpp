@@ -12,13 +12,14 @@ using namespace wide;
 
 namespace {
 
-/// Film positions of samples of the pixels that begin at `first`: as film_position() has them.
+/// Sets one coordinate of the samples' film positions, like film_position(). `first`: the pixels'
+/// coordinates.
 void place_in_pixels(const PixelSamples& samples, const uint32_t* first, const float* offset,
                      float* position) {
   for (size_t p = 0, i = 0; p < samples.pixels; ++p, i += samples.samples) {
-    // A film that samples its border has pixels left of 0.
+    // Negative for pixels left of a film that samples its border.
     const PixelRange pixel(static_cast<int32_t>(first[p]));
-    // What reaches into the next pixel is overwritten by it.
+    // Values that reach into the next pixel are overwritten there.
     for (size_t s = 0; s < samples.samples; s += kLanes) {
       pixel.at(Float::load(offset + i + s)).store(position + i + s);
     }
@@ -89,7 +90,7 @@ void Camera::trace(const Columns2& film_position, const Columns2& aperture, size
   surfaces_.find(rays_, count, Surfaces::Which::kAll);
 }
 
-/// Rays that ended on a surface that emits begin anew behind it, until none does.
+/// Continues rays that ended on a surface that emits behind this surface, until none ends there.
 void Camera::pass_emitters(RenderCounters& counters) {
   for (;;) {
     surfaces_.find(rays_, count_, Surfaces::Which::kEmitting);

@@ -11,13 +11,13 @@
 
 namespace kinome::transport {
 
-/// The radiance of a block of camera rays, from the rays to the film: begin(), then what lights add
-/// to radiance(), then end(). One per thread.
+/// Radiance of a block of camera rays, from the rays to the film. Call begin(), add reflected light
+/// to radiance(), then call end(). One per thread.
 class CameraBlock {
  public:
   CameraBlock(const SceneTable& scene, const Sensor& sensor, const PathSettings& settings);
 
-  /// Traces the rays; radiance() is the light that they see themselves.
+  /// Traces the rays, and sets radiance() to the light that they see directly.
   void begin(const PixelSamples& samples, RenderCounters& counters);
   /// Adds the radiance to the film, with its alpha (Coverage) if the film has one. `weight`: see
   /// FilmSamples::add.
@@ -37,9 +37,9 @@ class CameraBlock {
   std::vector<float*> values_;
 };
 
-/// Renders layer 0 of the sensor's film: `shade(worker, block, samples, counters)` adds what the
-/// surfaces reflect to a block's radiance, on many threads at once, each with a worker that `make`
-/// has made for it. Stages: primary, film.
+/// Renders layer 0 of the sensor's film. `shade(worker, block, samples, counters)` must add the
+/// light that the surfaces reflect to a block's radiance. It is called on many threads at once,
+/// each with its own worker from `make`. Stages: primary, film.
 template <class Worker, class Make, class Shade>
 void render_blocks(const SceneTable& scene, const Sensor& sensor, RenderContext& context,
                    const PathSettings& settings, const Make& make, const Shade& shade) {

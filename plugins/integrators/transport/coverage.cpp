@@ -51,8 +51,8 @@ void Coverage::find(const PixelSamples& samples, const Camera& camera, float* al
   }
 }
 
-/// Sets alpha to 1 for rays that end at these points, `depth` edges from the camera. Returns the
-/// number of rays that go straight on, which are the first ones of rays_.
+/// Sets alpha to 1 for rays that end at these points, `depth` edges from the camera. Puts rays that
+/// go straight on into rays_ and returns their number.
 size_t Coverage::cover(const PixelSamples& samples, const Surfaces& surfaces,
                        const uint32_t* owner, uint32_t depth, float* alpha) {
   const SurfaceBlock& points = surfaces.points();

@@ -11,8 +11,8 @@ using namespace wide;
 
 namespace {
 
-/// Weight of a sample from a technique of density a, where another has density b. As a ratio it
-/// neither overflows nor divides zero by zero (a is positive).
+/// Weight of a sample from a technique of density a if another technique has density b. The ratio
+/// avoids overflow and 0 / 0 (a is positive).
 template <class F>
 KINOME_WIDE F power_heuristic(F a, F b) {
   const F ratio = b / a;
@@ -94,7 +94,7 @@ void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
   if (!bsdf_dimension) return;
   const float share = 1 / static_cast<float>(count_.bsdf);
   for_lanes(count, [&](size_t i) {
-    // What is no number goes on, so that the film can count it.
+    // NaN is kept, so that the film can count it.
     const Mask valid =
         is_live(*vertices.surfaces, i) & !(Float::load(answer_.sample_pdf + i) <= 0.f);
     const wide::Rgb carried =
@@ -160,8 +160,8 @@ Float DirectLight::emitter_pdf(size_t i) const {
          (emitters_.pick_pdf() * static_cast<float>(count_.emitter));
 }
 
-/// Weight of emitter samples i … of density pdf. `passed` is the probability of a BSDF sample to go
-/// straight through the surfaces between.
+/// Weight of emitter samples i … of density pdf. `passed` is the probability that a BSDF sample
+/// goes straight through the surfaces between.
 Float DirectLight::emitter_weight(size_t i, const Float& pdf, const Float& passed) const {
   if (count_.bsdf == 0) return 1.f;
   const Mask is_delta = Float::load(emitters_.light().is_delta + i) > 0.f;
@@ -196,7 +196,7 @@ void DirectLight::add_emitter_samples(const Vertices& vertices, const Columns3& 
   const Surfaces& surfaces = *vertices.surfaces;
   make_emitter_rays(vertices, counters,
                     [&](size_t i, const Float& pdf) { return emitter_weight(i, pdf, 1.f); });
-  // What the camera sees through neighbouring pixels is lit by a single place from one side.
+  // A single delta emitter lights neighbouring pixels from similar directions: rays stay unsorted.
   const bool are_neighbours = !vertices.throughput.x && emitters_.come_from_one_place();
   add_arriving(vertices, surfaces.scattering(), are_neighbours, radiance, counters);
 }
@@ -205,7 +205,7 @@ void DirectLight::add_passing_emitter_samples(const Vertices& vertices,
                                               const RadianceByPasses& light,
                                               RenderCounters& counters) {
   const size_t count = vertices.surfaces->scattering();
-  // Weights depend on the surfaces between, which the rays find.
+  // Weights depend on the surfaces between, which are known only after tracing.
   if (make_emitter_rays(vertices, counters, [](size_t, const Float&) { return Float(1.f); }) == 0) {
     return;
   }
@@ -230,7 +230,7 @@ void DirectLight::add_passing_emitter_samples(const Vertices& vertices,
   });
 }
 
-/// Of the first `count` rays in rays_ and the light in light_.
+/// Traces the first `count` rays of rays_ and adds light_ of those that arrive.
 void DirectLight::add_arriving(const Vertices& vertices, size_t count, bool are_neighbours,
                                const Columns3& radiance, RenderCounters& counters) {
   const StageTimer timer(counters.stage_seconds["shadow"]);
@@ -255,7 +255,8 @@ void DirectLight::find_directions(const Vertices& vertices) {
   });
 }
 
-/// Where no surface emits, the rays need but know whether they leave the scene.
+/// Adds the environment's light where BSDF rays leave the scene. Testing occlusion is enough if no
+/// surface emits.
 void DirectLight::add_environment(const Vertices& vertices, const Columns3& radiance,
                                   RenderCounters& counters) {
   const Surfaces& surfaces = *vertices.surfaces;
@@ -339,14 +340,14 @@ void DirectLight::trace(const Vertices& vertices, Surfaces::Which which, const C
 void DirectLight::update_shown_shares(const Vertices& vertices) const {
   const float* const live = vertices.surfaces->live();
   for (size_t i = 0; i < vertices.surfaces->reflecting(); ++i) {
-    // Padding has some point's owner, but no answer.
+    // Padding has a point's owner, but no valid sample.
     if (!(live[i] > 0) || answer_.is_delta[i] > 0) continue;
     const uint32_t owner = vertices.owner[i];
     vertices.shown_share[owner] = vertices.shown_share_later[owner];
   }
 }
 
-/// Whether a delta lobe shows the light that the BSDF sample of a point finds.
+/// True if a delta lobe shows the light that the BSDF sample of a point finds.
 bool DirectLight::is_shown(const Vertices& vertices, size_t point) const {
   if (vertices.origins.pdf) return passing_->next.pdf[point] == kInfinity;
   return answer_.is_delta[point] > 0;

@@ -13,41 +13,42 @@
 
 namespace kinome::transport {
 
-/// How often light is looked for at each point.
+/// Number of samples of each technique at each point.
 struct LightSamples {
   int emitter = 1;  ///< 0: BSDF samples find all light that they can
   int bsdf = 1;     ///< 0: emitter samples find all light that they can
 };
 
-/// Where the light of emitter samples goes, by the number of surfaces that it passes straight.
+/// Destinations of the light of emitter samples, by the number of surfaces that it passes straight.
 struct RadianceByPasses {
-  Columns3 radiance;    ///< of light that passes up to `few_passes` surfaces
-  Columns3 beyond;      ///< of all other light
+  Columns3 radiance;    ///< light that passes up to `few_passes` surfaces
+  Columns3 beyond;      ///< all other light
   float few_passes;     ///< may be negative
   uint32_t max_passes;  ///< more surfaces stop the light
 };
 
-/// Light that comes straight from emitters to points of paths: emitter samples and BSDF samples,
-/// combined by the power heuristic (Veach 1997, 9.2.4). No ray is traced for a contribution of
-/// zero. Keeps its memory from block to block: make one per thread.
+/// Direct light at points of paths: emitter samples and BSDF samples, combined by the power
+/// heuristic (Veach 1997, 9.2.4). No ray is traced for a contribution of zero. Reuses its memory
+/// from block to block: make one per thread.
 ///
-/// sample(), then add_emitter_samples(), and for the BSDF samples add_environment() where no other
-/// light can be met, or trace(), which finds the nearest surfaces. Light is added to the radiance
-/// of the samples that the points belong to.
+/// Call sample(), then add_emitter_samples(). For the BSDF samples, call add_environment() if they
+/// can find no other light, else trace(), which finds the nearest surfaces. Light is added to the
+/// radiance of the samples that the points belong to.
 class DirectLight {
  public:
   /// Dimensions of the sampler for an emitter sample or a BSDF sample.
   static constexpr uint32_t kDimensions = EmitterSamples::kDimensions;
 
-  /// For points of at most `rays` rays. `count` sets the samples' weights: sample() is to be called
+  /// For points of at most `rays` rays. `count` sets the samples' weights: sample() must be called
   /// that often.
   DirectLight(const SceneTable& scene, const Sampler& sampler, const LightSamples& count,
               size_t rays);
 
-  /// One sample of emitters and one of BSDFs, or but one of the two: the first dimension of each.
+  /// Draws one emitter sample and one BSDF sample. The dimensions are the first that each uses;
+  /// nullopt skips the sample.
   void sample(const PixelSamples& samples, const Vertices& vertices,
               std::optional<uint32_t> emitter_dimension, std::optional<uint32_t> bsdf_dimension);
-  /// Ends paths along BSDF samples by Russian roulette, and raises the weight of the others.
+  /// Ends paths along BSDF samples by Russian roulette, and raises the weight of the survivors.
   void play_roulette(const PixelSamples& samples, const Vertices& vertices, uint32_t dimension);
 
   void add_emitter_samples(const Vertices& vertices, const Columns3& radiance,
@@ -61,18 +62,18 @@ class DirectLight {
   void trace(const Vertices& vertices, Surfaces::Which which, const Columns3& radiance,
              RenderCounters& counters);
 
-  /// What trace() has met, and of each of its rays the point that it comes from. met() stays valid
-  /// through the next trace(), from() only until it.
+  /// met(): surfaces that trace() has hit; valid through the next trace(). from(): for each traced
+  /// ray, the index of the point that it starts from; valid until the next trace().
   const Surfaces& met() const { return traced_->met[current_]; }
   const uint32_t* from() const { return traced_->sort.order(); }
-  /// Of points: the throughput along the BSDF sample.
+  /// Throughput along the BSDF sample of each point.
   const Columns3& carried() const { return carried_; }
-  /// Of points: Vertices::origins of what the BSDF sample finds. Only if the vertices have origins.
+  /// Vertices::origins of the point that each BSDF sample finds. Only if the vertices have origins.
   const Origins& next_origins() const { return passing_->next; }
 
  private:
-  /// Throughput, density and rays of emitter samples; returns the number of rays that are on.
-  /// `weight_of` returns the weight of samples i … that have the density pdf.
+  /// Sets the light and the rays of emitter samples; returns the number of rays that are on.
+  /// `weight_of(i, pdf)` returns the weights of samples i …, whose densities are `pdf`.
   template <class Fn>
   size_t make_emitter_rays(const Vertices& vertices, RenderCounters& counters, const Fn& weight_of);
   wide::Float emitter_pdf(size_t i) const;
@@ -90,13 +91,13 @@ class DirectLight {
   void update_shown_shares(const Vertices& vertices) const;
   void update_straight(const Vertices& vertices) const;
 
-  /// BSDF rays in the order of their directions, and what they meet.
+  /// BSDF rays sorted by direction, and the surfaces that they hit.
   struct Traced {
     Traced(const SceneTable& scene, size_t most_points, size_t most_rays);
     DirectionSort sort;
     Arena per_ray;
     RayHit16* rays;
-    /// Of the last call and of the one before, whose points may be the vertices of this one.
+    /// Hits of the last call and of the one before, whose points may be the vertices of this one.
     Surfaces met[2];
   };
 
@@ -107,7 +108,7 @@ class DirectLight {
     Arena per_point;
     Origins next;
     float* max_passes;
-    NullTransmissionBlock through;  ///< of the vertices
+    NullTransmissionBlock through;  ///< null transmission at the vertices
   };
 
   const SceneTable& scene_;
@@ -124,10 +125,10 @@ class DirectLight {
   Columns2 u2_;
   BsdfAnswer answer_;
   Columns3 carried_;
-  Columns3 light_;  ///< that arrives if nothing is in its ray's way
+  Columns3 light_;  ///< light that arrives if its ray is unoccluded
   Ray16* rays_;
-  Columns3 d_;                      ///< of BSDF samples, in world space
-  std::unique_ptr<Traced> traced_;  ///< nullptr until trace() is called, which some never do
+  Columns3 d_;                        ///< directions of BSDF samples, world space
+  std::unique_ptr<Traced> traced_;    ///< nullptr until trace() is called
   std::unique_ptr<Passing> passing_;  ///< nullptr until vertices have origins
   int current_ = 0;
   Arena per_met_;

@@ -43,8 +43,8 @@ size_t DirectionSort::sort(const Ray16* rays, size_t count) {
            Int(static_cast<int32_t>(kBins)))
         .store(bin_ + i);
   });
-  // Neighbours often go the same way. Each would wait for the count of the one before, were it not
-  // for the other half's between them.
+  // Neighbours often have the same bin, and each increment would wait for the one before. Counting
+  // the two halves alternately hides this latency.
   const size_t half = count / 2;
   auto& [low, high] = next_;
   low.fill(0), high.fill(0);

@@ -41,7 +41,7 @@ void Emission::pick(const Sampler& sampler, const PixelSamples& samples, Numbers
   numbers.fill_2d(sampler, samples, 1, owner_, count_, place_);
 }
 
-/// By counting, as Surfaces sorts hits.
+/// Counting sort, as in Surfaces.
 void Emission::sort(size_t samples) {
   next_.clear();
   for (size_t i = 0; i < samples; ++i) next_.add(pick_[i]);

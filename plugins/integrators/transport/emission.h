@@ -9,13 +9,13 @@
 
 namespace kinome::transport {
 
-/// Light that leaves the scene's emitters, one ray for each sample of a block, of emitters picked
-/// uniformly: rays sorted by emitter, so that each is asked once. The rays of an emitter are a
-/// range that begins at a multiple of 16; the rest of its last vector repeats its last sample. One
-/// per thread.
+/// Rays of light from the scene's emitters, one for each sample of a block. Emitters are chosen
+/// uniformly. Rays are sorted by emitter, so that each emitter is called once. The rays of an
+/// emitter are a range that begins at a multiple of 16; the rest of its last vector repeats its
+/// last sample. One per thread.
 class Emission {
  public:
-  /// Dimensions of the sampler: which emitter, where on it, whereto.
+  /// Dimensions of the sampler: the emitter, the position on it, the direction.
   static constexpr uint32_t kDimensions = 5;
 
   /// Rays first … first + count - 1, of one emitter.
@@ -24,28 +24,28 @@ class Emission {
     size_t first;
     size_t count;
   };
-  /// Rays that `samples` samples may make, padding included.
+  /// Maximum number of rays of `samples` samples, padding included.
   static size_t most_rays(const SceneTable& scene, size_t samples);
 
   /// For blocks of at most `samples` samples. The scene must have emitters.
   Emission(const SceneTable& scene, size_t samples);
 
-  /// An emitter for each of the samples, and where on it.
+  /// Chooses an emitter for each sample, and random numbers for the position on it.
   void pick(const Sampler& sampler, const PixelSamples& samples, Numbers& numbers);
-  /// The rays, from the places that were picked.
+  /// Samples the rays that leave the chosen positions.
   void sample(const Sampler& sampler, const PixelSamples& samples, Numbers& numbers);
 
   /// Rays, count including the padding between ranges.
   size_t count() const { return count_; }
   std::span<const Range> ranges() const { return ranges_; }
-  /// Of each ray: its sample, 1 (0 where it is padding), and the number that picks where on the
-  /// emitter it starts.
+  /// For each ray: owner(), its sample; live(), 1, or 0 if it is padding; place(), the random
+  /// numbers for the position on the emitter.
   const uint32_t* owner() const { return owner_; }
   const float* live() const { return live_; }
   const Columns2& place() const { return place_; }
-  /// The power doesn't count the pick, see emitters().
+  /// Powers don't include the probability of the emitter; multiply them by emitters().
   const EmissionBlock& rays() const { return rays_; }
-  /// How many emitters there are to be picked from.
+  /// Number of emitters to choose from.
   float emitters() const { return static_cast<float>(emitters_.size()); }
 
  private:
@@ -60,7 +60,7 @@ class Emission {
   Columns2 place_, direction_;
   EmissionBlock rays_;
   size_t count_ = 0;
-  BucketCounts next_;  ///< of each emitter: samples, then the place of the next
+  BucketCounts next_;  ///< for each emitter: number of samples, then the position of the next
   std::vector<Range> ranges_;
 };
 

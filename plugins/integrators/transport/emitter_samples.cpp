@@ -13,15 +13,16 @@ using namespace wide;
 
 namespace {
 
-/// Of so few emitters one number picks one and then, stretched, a place on it: the places on each
-/// are spread as evenly as all of them. Of more, too few of its digits would be left.
-constexpr uint32_t kMostStretched = 64;
+/// Maximum number of emitters for which one random number selects the emitter and, stretched, the
+/// position on it. Positions on each emitter are then well distributed. With more emitters, too few
+/// digits of the number would be left.
+constexpr uint32_t kMaxStretched = 64;
 
 DirectBlock make_direct(Arena& a) {
   return {a.three(), a.floats(), a.floats(), a.three(), a.floats()};
 }
 
-/// No ray that a BSDF sends meets the emitter, so that its samples stand for all of its light.
+/// True if no BSDF ray can hit the emitter, so that emitter samples must find all of its light.
 bool is_sampled_alone(const Emitter& emitter) {
   return !emitter.shape() && !emitter.is_environment();
 }
@@ -68,7 +69,7 @@ void EmitterSamples::sample(const Sampler& sampler, const PixelSamples& samples,
     }
     return;
   }
-  const bool stretched = emitters_.size() <= kMostStretched;
+  const bool stretched = emitters_.size() <= kMaxStretched;
   if (!stretched) numbers.fill_1d(sampler, samples, dimension, owner, count, which_);
   pick(stretched ? u_.x : which_, count);
   if (stretched) {
@@ -81,7 +82,7 @@ void EmitterSamples::sample(const Sampler& sampler, const PixelSamples& samples,
   sample_picked(points);
 }
 
-/// Also sorts the points by what was picked: next_[e] is the end of emitter e's, of those in use.
+/// Also sorts the points by emitter: next_[e] is the end of the points of emitter e, if it is used.
 void EmitterSamples::pick(const float* which, size_t count) {
   const float scale = static_cast<float>(emitters_.size());
   const auto last = static_cast<int32_t>(emitters_.size()) - 1;
@@ -100,8 +101,8 @@ void EmitterSamples::sample_picked(const SurfaceBlock& points) {
   for (const uint32_t e : next_.used()) {
     const size_t end = next_[e], n = end - first;
     const uint32_t* const which = order_ + first;
-    // The last vector reaches into the next emitter's points, or into the padding, which once held
-    // some point or other.
+    // The last vector reaches into the next emitter's points, or into the padding, which holds
+    // valid indices of earlier points.
     for_lanes(n, [&](size_t i) {
       const Int k = Int::load(which + i);
       gather(points.p, k).store(part_p_, i);

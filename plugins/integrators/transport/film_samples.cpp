@@ -1,4 +1,4 @@
-// Sums of each pixel's samples, by vectors.
+// Vectorized sums of each pixel's samples.
 
 #include "film_samples.h"
 
@@ -13,11 +13,11 @@ using namespace wide;
 
 namespace {
 
-/// Sums of a pixel's samples are single precision until they are added to the film's. Values above
-/// this might overflow such a sum and are added to the film one by one.
-constexpr float kLargest = 1e30f;
-/// Values a sample that are summed at once: colour and alpha.
-constexpr size_t kMostColumns = 4;
+/// Sums of a pixel's samples have single precision until they are added to the film's. Values above
+/// this one might overflow such a sum, and are added to the film one by one.
+constexpr float kMaxSummed = 1e30f;
+/// Maximum number of values of a sample that are summed at once: colour and alpha.
+constexpr size_t kMaxColumns = 4;
 
 }  // namespace
 
@@ -26,11 +26,10 @@ bool weighs_positions(const ReconstructionFilter& filter) {
   return filter.radius() > 0.5f || filter.eval(0) != filter.eval(kNearEdge);
 }
 
-FilmSamples::FilmSamples(const ReconstructionFilter& filter, int values, size_t samples,
-                         bool exact)
+FilmSamples::FilmSamples(const ReconstructionFilter& filter, int values, size_t samples, bool exact)
     : filter_(filter),
-      exact_(exact || static_cast<size_t>(values) > kMostColumns),
-      // Of a sample anywhere in its pixel: see FilmTile::add.
+      exact_(exact || static_cast<size_t>(values) > kMaxColumns),
+      // For a sample anywhere in its pixel: see FilmTile::add.
       reach_(-static_cast<int>(std::floor(0.5f - filter.radius()))),
       arena_(samples + kBlockLanes),
       offset_(arena_.floats()),
@@ -42,7 +41,7 @@ FilmSamples::FilmSamples(const ReconstructionFilter& filter, int values, size_t 
   }
 }
 
-/// Of all samples, for pixels at -reach_ … reach_ from their own.
+/// Sets the weights of all samples along one axis, for pixels -reach_ … reach_ from their own.
 void FilmSamples::find_weights(const PixelSamples& samples, const uint32_t* first,
                                const float* position, const std::vector<float*>& weights) {
   const size_t count = samples.count();
@@ -58,12 +57,13 @@ void FilmSamples::find_weights(const PixelSamples& samples, const uint32_t* firs
   }
 }
 
-/// Such samples become zeros of no weight. False: values are so large that sums may overflow.
+/// Sets samples that aren't finite to 0, with weight 0. Returns false if values are so large that
+/// sums may overflow.
 bool FilmSamples::leave_out_non_finite(size_t count, const std::vector<float*>& columns,
                                        FilmTile& film) {
   size_t dropped = 0;
   bool small = true;
-  // What lies beyond the samples becomes zeros, too: a pixel's last vector may reach there.
+  // Values beyond the samples become 0, too, because a pixel's last vector may reach there.
   for_lanes(count + kBlockLanes, [&](size_t i) {
     const Mask inside = first_lanes(std::min(count - std::min(i, count), kLanes));
     Float largest = 0.f;
@@ -75,7 +75,7 @@ bool FilmSamples::leave_out_non_finite(size_t count, const std::vector<float*>& 
     }
     const Mask kept = finite & inside;
     select(kept, Float(1.f)).store(kept_ + i);
-    small = small && none(kept & (largest > kLargest));
+    small = small && none(kept & (largest > kMaxSummed));
     if (all(kept)) return;
     dropped += wide::count(inside & !finite);
     for (float* column : columns) select(kept, Float::load(column + i)).store(column + i);
@@ -84,7 +84,7 @@ bool FilmSamples::leave_out_non_finite(size_t count, const std::vector<float*>& 
   return small;
 }
 
-/// Of samples first … end - 1, to the pixels that the filter reaches from (x, y).
+/// Adds samples first … end - 1 to the pixels that the filter reaches from (x, y).
 void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
                             const std::vector<float*>& columns, float weight, FilmTile& film) {
   for (int j = -reach_; j <= reach_; ++j) {
@@ -92,7 +92,7 @@ void FilmSamples::add_pixel(int x, int y, size_t first, size_t end,
       const float* const wx = wx_[static_cast<size_t>(k + reach_)];
       const float* const wy = wy_[static_cast<size_t>(j + reach_)];
       Float weights = 0.f;
-      Float values[kMostColumns] = {0.f, 0.f, 0.f, 0.f};
+      Float values[kMaxColumns] = {0.f, 0.f, 0.f, 0.f};
       for (size_t i = first; i < end; i += kLanes) {
         const Mask kept = first_lanes(std::min(end - i, kLanes)) & (Float::load(kept_ + i) > 0.f);
         const Float w = select(kept, weight * Float::load(wx + i) * Float::load(wy + i));

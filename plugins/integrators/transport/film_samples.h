@@ -7,23 +7,23 @@
 
 namespace kinome::transport {
 
-/// True if a sample's weight depends on its position in its pixel, or if it counts for other pixels,
-/// too: for all filters but a box of one pixel.
+/// True if a sample's weight depends on its position in its pixel, or if it also contributes to
+/// other pixels: for all filters except a box of one pixel.
 bool weighs_positions(const ReconstructionFilter& filter);
 
-/// Adds the samples of a block to a tile of the film, a pixel's at a time: each pixel that the
-/// filter reaches from there gets their weighted sum. One per thread.
+/// Adds the samples of a block to a tile of the film, one pixel at a time. Each pixel within reach
+/// of the filter gets one weighted sum of this pixel's samples. One per thread.
 class FilmSamples {
  public:
-  /// `values` a sample, as Film::value_count says.
-  /// `exact`: sums are of double precision throughout, which takes many times as long. For numbers
-  /// of things: the mean of equal ones is to be that number. And for
-  /// layers of which powers are asked for (Film::has_powers).
+  /// `values`: number of values of a sample (Film::value_count).
+  /// `exact`: all sums have double precision, which takes many times as long. Needed if the mean of
+  /// equal values must be exactly that value, such as an index, and for layers with powers
+  /// (Film::has_powers).
   FilmSamples(const ReconstructionFilter& filter, int values, size_t samples, bool exact = false);
 
-  /// `columns`: each value of the samples; a vector more than padded() can be written. Samples that
-  /// are no number are counted and dropped, as FilmTile::add does. `weight` multiplies the filter's;
-  /// it must be 1 if `exact`.
+  /// `columns`: the values of the samples. They may be overwritten, up to a vector beyond padded().
+  /// Samples that aren't finite are counted and dropped, as in FilmTile::add. `weight` multiplies
+  /// the filter's weight; it must be 1 if `exact`.
   void add(const PixelSamples& samples, const Columns2& position,
            const std::vector<float*>& columns, FilmTile& film, float weight = 1);
 
@@ -36,11 +36,11 @@ class FilmSamples {
 
   const ReconstructionFilter& filter_;
   bool exact_;
-  int reach_;  ///< pixels to each side
+  int reach_;  ///< pixels that the filter reaches to each side
   Arena arena_;
   float* offset_;
-  float* kept_;                      ///< 1, or 0 where a sample is dropped
-  std::vector<float*> wx_, wy_;      ///< of the pixels -reach_ … reach_
+  float* kept_;                  ///< 1, or 0 if a sample is dropped
+  std::vector<float*> wx_, wy_;  ///< filter weights for the pixels -reach_ … reach_
   std::vector<float> sums_;
 };
 

@@ -12,7 +12,7 @@ using namespace wide;
 
 namespace {
 
-/// Points of emitters or of surfaces.
+/// Maximum number of points on emitters or on surfaces.
 size_t most_points(const SceneTable& scene, size_t samples) {
   return std::max(Emission::most_rays(scene, samples), Surfaces::most_points(scene, samples));
 }
@@ -47,7 +47,7 @@ LightPaths::LightPaths(const SceneTable& scene, const Sensor& sensor, const Path
       sort_(arena_.capacity()),
       traced_(arena_.ray_hits()) {}
 
-/// The light that leaves emitting surfaces straight toward the lens.
+/// Connects points on surfaces that emit to the lens.
 void LightPaths::connect_emitters(const PixelSamples& samples, RenderCounters& counters) {
   splats_.choose_lens(samples, emission_.owner(), emission_.count(), Emission::kDimensions,
                       numbers_);
@@ -87,7 +87,7 @@ void LightPaths::connect_emitter(const Emission::Range& range, RenderCounters& c
   }
 }
 
-/// First edges.
+/// Samples the first edges.
 void LightPaths::emit(const PixelSamples& samples) {
   emission_.sample(sensor_.sampler(), samples, numbers_);
   std::copy_n(emission_.owner(), emission_.count(), from_.owner);
@@ -107,7 +107,7 @@ void LightPaths::emit(const PixelSamples& samples) {
   });
 }
 
-/// What the sorted rays come to.
+/// Traces the sorted rays and finds the points that they hit.
 void LightPaths::find_points(Tile& tile) {
   const size_t on = sort_.on();
   clear_hits(traced_, on);
@@ -125,7 +125,7 @@ void LightPaths::find_points(Tile& tile) {
   });
 }
 
-/// The light that surface points scatter toward the lens.
+/// Connects surface points to the lens.
 void LightPaths::connect_points(const PixelSamples& samples, uint32_t dimension,
                                 RenderCounters& counters) {
   const SurfaceBlock& points = met_.points();
@@ -154,7 +154,7 @@ void LightPaths::connect_points(const PixelSamples& samples, uint32_t dimension,
   });
 }
 
-/// The next edges.
+/// Sets the rays of the next edges.
 void LightPaths::put_rays(const BsdfAnswer& sampled, bool plays_roulette) {
   const SurfaceBlock& points = met_.points();
   for_lanes(met_.reflecting(), [&](size_t i) {

@@ -9,30 +9,30 @@
 
 namespace kinome::transport {
 
-/// Paths from the emitters, every surface point of which is connected to the camera (Veach 1997,
-/// 10.1; see adjoint.h). The paths of a block go on together, one edge at a time, and those
-/// that go on move together after each. One per thread.
+/// Paths from the emitters. Each of their surface points is connected to the camera (Veach 1997,
+/// 10.1; see adjoint.h). The paths of a block advance together, one edge at a time; after each
+/// edge, the remaining paths are compacted. One per thread.
 class LightPaths {
  public:
   /// For blocks of at most `samples` samples. The scene must have emitters. `hide_emitters`: light
-  /// that comes straight from a surface is left out.
+  /// from surfaces that emit directly to the camera is left out.
   LightPaths(const SceneTable& scene, const Sensor& sensor, const PathLength& length,
              bool hide_emitters, size_t samples);
 
-  /// Traces one path for each sample. A path has nothing to do with the pixel that numbers it.
+  /// Traces one path for each sample. The sample's pixel only selects the path's random numbers.
   void trace(const PixelSamples& samples, Tile& tile);
 
  private:
-  /// Dimensions of the sampler: beside the emission the lens; then for each surface point the lens,
-  /// the lobe, whereto, the roulette.
+  /// Dimensions of the sampler: emission and lens; then for each surface point the lens, the lobe,
+  /// the direction and the roulette.
   static constexpr uint32_t kEmissionDimensions = Emission::kDimensions + 2;
   static constexpr uint32_t kPointDimensions = 6;
 
-  /// What belongs to paths.
+  /// State of paths.
   struct State {
-    uint32_t* owner;         ///< the sample
-    Columns3 power;          ///< that arrives at the next point [W]
-    float* inverse_emitted;  ///< 1 / the largest channel of what it began with
+    uint32_t* owner;         ///< sample of each path
+    Columns3 power;          ///< power that arrives at the next point [W]
+    float* inverse_emitted;  ///< 1 / the largest channel of the emitted power
   };
   static State make_state(Arena& arena);
 
@@ -53,14 +53,14 @@ class LightPaths {
   Surfaces met_;
   Arena arena_;
   Splats splats_;
-  SurfaceBlock emitting_;  ///< points of emitters
-  Columns3 light_;         ///< that they emit toward the camera
-  Columns3 seen_from_;     ///< where points are seen from, in their frames
+  SurfaceBlock emitting_;  ///< points on emitters
+  Columns3 light_;         ///< radiance that they emit toward the camera
+  Columns3 seen_from_;     ///< directions from points to the camera, in their frames
   float* u1_;
   Columns2 u2_;
   AdjointSamples next_;
   BsdfAnswer seen_;
-  /// Of rays that may go on, and of the points that they have come to.
+  /// State of rays to be traced, and of the points that they hit.
   State from_, at_;
   Ray16* rays_;
   DirectionSort sort_;

@@ -8,7 +8,7 @@ using namespace wide;
 
 namespace {
 
-/// Points that are so few of a block's samples ask for their numbers one by one.
+/// True if it is cheaper to compute the points' numbers one by one than those of the whole block.
 bool are_few(size_t count, const PixelSamples& samples) {
   constexpr size_t kShare = 16;
   return count * kShare < samples.count();

@@ -5,16 +5,17 @@
 
 namespace kinome::transport {
 
-/// Of sample number `sample` of a block.
+/// Returns the key of sample number `sample` of a block.
 SampleKey key_of(const PixelSamples& samples, uint32_t sample);
 
-/// Random numbers for points: each has those of the sample of the block that it belongs to. One per
+/// Random numbers for points. Each point gets those of the sample that it belongs to. One per
 /// thread.
 class Numbers {
  public:
   explicit Numbers(size_t samples);
 
-  /// For `count` points, whose samples are `owner`, in a dimension (or two) of the sampler.
+  /// Sets the numbers of `count` points, whose samples are `owner`, in one dimension of the sampler
+  /// (fill_1d) or two (fill_2d).
   void fill_1d(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
                const uint32_t* owner, size_t count, float* out);
   void fill_2d(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,

@@ -5,18 +5,17 @@
 
 namespace kinome::transport {
 
-/// Traces the shadow rays of a block for occlusion, in the order of their directions. One per
-/// thread.
+/// Traces the shadow rays of a block for occlusion, sorted by direction. One per thread.
 class Occlusion {
  public:
-  /// For rays at `places` places, of which no more than `rays` are on.
+  /// For arrays of at most `places` rays, of which no more than `rays` are on.
   Occlusion(size_t places, size_t rays);
   explicit Occlusion(size_t rays) : Occlusion(rays, rays) {}
 
-  /// Sets tmax of each ray that is on and meets anything to -infinity.
+  /// Sets tmax of each ray that is on and occluded to -infinity.
   void trace(const Scene& scene, Ray16* rays, size_t count, RenderCounters& counters);
-  /// The same for rays whose neighbours are near already, as they stand. Those of the last block
-  /// behind `count` must be off.
+  /// The same without sorting, for rays whose neighbours are similar already. Rays of the last
+  /// block behind `count` must be off.
   static void trace_in_place(const Scene& scene, Ray16* rays, size_t count,
                              RenderCounters& counters);
 

@@ -6,7 +6,7 @@
 
 namespace kinome::transport {
 
-/// Path tracing from the camera: what the plugin `path` is, and what others leave a scene to.
+/// Path tracing from the camera: the plugin `path`, also used by other integrators.
 class PathIntegrator : public Integrator {
  public:
   explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}

@@ -26,7 +26,7 @@ Paths::Paths(const SceneTable& scene, const Sampler& sampler, const PathSettings
   }
 }
 
-/// From points that lie `depth` edges from the camera to the next ones.
+/// Adds direct light at points that are `depth` edges from the camera, and traces the next edges.
 void Paths::extend(const PixelSamples& samples, const Vertices& vertices, uint32_t depth,
                    const RadianceByLength& light, RenderCounters& counters) {
   const Scene& scene = scene_.scene();
@@ -78,7 +78,7 @@ Origins Paths::first_origins(const Vertices& vertices, int buffer) const {
   return origins;
 }
 
-/// The points that the BSDF samples of `vertices` have come to.
+/// Returns the points that the BSDF samples of `vertices` hit.
 Vertices Paths::next(const Vertices& vertices, int buffer) {
   const Surfaces& met = light_.met();
   const uint32_t* const ray = met.points().ray;

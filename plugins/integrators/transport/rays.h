@@ -8,9 +8,9 @@
 
 namespace kinome::transport {
 
-/// Shadow rays from points i … toward light at `distance` along the unit vectors d, as
-/// SurfaceInteraction::shadow_ray makes them; off where `on` is false. `finite`: some may be near.
-/// The rays' tmin is to be 0, as arenas have it.
+/// Sets shadow rays from points i … toward light at `distance` along the unit vectors d, like
+/// SurfaceInteraction::shadow_ray. Rays are off where `on` is false. `finite`: some distances may
+/// be finite. tmin of the rays must be 0, as in new arenas.
 KINOME_WIDE void put_shadow_rays(const SurfaceBlock& points, size_t i, const wide::Vec3& d,
                                  wide::Float distance, wide::Mask on, bool finite, Ray16* rays) {
   using namespace wide;
@@ -24,8 +24,8 @@ KINOME_WIDE void put_shadow_rays(const SurfaceBlock& points, size_t i, const wid
   select(on, shadow.tmax, -1.f).store(out.tmax + lane);
 }
 
-/// Adds light to the radiance of the samples owner[0], owner[1] ... where `on`. What is on has
-/// samples that differ.
+/// Adds light to the radiance of the samples owner[0], owner[1] ... where `on`. These samples must
+/// be distinct.
 KINOME_WIDE void add_to_owners(wide::Rgb light, wide::Mask on, const uint32_t* owner,
                                const Columns3& radiance) {
   using namespace wide;
@@ -45,7 +45,7 @@ KINOME_WIDE void add_to_owners(wide::Rgb light, wide::Mask on, const uint32_t* o
   }
 }
 
-/// Before rays are traced: nothing is hit.
+/// Prepares rays for tracing: marks that they hit nothing.
 inline void clear_hits(RayHit16* rays, size_t count) {
   for (size_t k = 0; k < padded(count) / kBlockLanes; ++k) {
     std::fill_n(rays[k].shape, kBlockLanes, kNoHit);

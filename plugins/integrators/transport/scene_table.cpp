@@ -17,8 +17,8 @@ bool scatters(const Bsdf& bsdf) {
 
 SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
   const auto& shapes = scene.shapes();
-  // Materials in the order in which the scene first names them: that of addresses would differ from
-  // run to run.
+  // Materials in the order of their first use in the scene. An order by address would differ
+  // between runs.
   std::map<const Bsdf*, uint32_t> order;
   for (const auto& shape : shapes) {
     order.try_emplace(&shape->bsdf(), static_cast<uint32_t>(order.size()));

@@ -6,11 +6,11 @@ namespace kinome::transport {
 
 BsdfAnswer make_answer(Arena& arena);
 
-/// Asks each material once for all points on its surfaces; those that don't scatter, whose values
-/// are zero, for samples alone.
+/// Calls each BSDF once for all points on its surfaces. BSDFs that don't scatter have zero values;
+/// they are called only for samples.
 void shade(const Surfaces& surfaces, const BsdfQuery& query, const BsdfAnswer& answer);
-/// The same, as seen from `wi` in place of where the rays came from: of points that reflect, unit,
-/// in their shading frames.
+/// The same for points seen from `wi` instead of the rays' origins. `wi`: unit vectors in the
+/// shading frames of the points that reflect.
 void shade(const Surfaces& surfaces, const Columns3& wi, const BsdfQuery& query,
            const BsdfAnswer& answer);
 

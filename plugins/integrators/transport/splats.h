@@ -7,25 +7,25 @@
 
 namespace kinome::transport {
 
-/// Points that are connected to the camera: what each of a block would add to the picture, and the
-/// shadow ray to the lens that finds out whether it does. One per thread.
+/// Connections of a block's points to the camera: the value that each adds to the image if it is
+/// visible, and the shadow ray to the lens. One per thread.
 class Splats {
  public:
   Splats(const Sensor& sensor, size_t points);
 
-  /// Points of the lens, for `count` points of the samples `owner`: by `dimension` of the sampler
-  /// and the next one.
+  /// Chooses a point of the lens for each of `count` points, which belong to the samples `owner`.
+  /// Uses `dimension` of the sampler and the next one.
   void choose_lens(const PixelSamples& samples, const uint32_t* owner, size_t count,
                    uint32_t dimension, Numbers& numbers);
-  /// How the camera sees points first … first + count - 1 of the columns p, `first` being a
+  /// Connects points first … first + count - 1 of the columns p to the camera. `first` must be a
   /// multiple of 16.
   void connect(const Columns3& p, size_t first, size_t count);
   const ConnectionBlock& seen() const { return connection_; }
-  /// What each of them adds; to be set where its ray is on.
+  /// Value that each point adds to the image; must be set where its ray is on.
   const Columns3& value() const { return value_; }
   Ray16* rays() { return rays_; }
-  /// Traces `count` rays, all of which are set, and adds to the picture what arrives: in the order
-  /// of the points.
+  /// Traces `count` rays, all of which must be set, and adds the values of those that arrive to the
+  /// image, in the order of the points.
   void trace(const Scene& scene, size_t count, Tile& tile);
 
  private:

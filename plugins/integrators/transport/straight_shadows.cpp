@@ -12,14 +12,14 @@ using namespace wide;
 
 namespace {
 
-/// Errors of a point by which a ray goes on behind it, along the normal: one for the surface, one for
-/// the point of the ray next to it.
+/// Distance from a point, along the normal, at which a ray continues, as a multiple of the point's
+/// error: one error for the surface, one for the point of the ray next to it.
 constexpr float kErrors = 2;
-/// Rays at flatter angles go on as far behind a surface as at this cosine.
+/// Minimum cosine: rays at grazing angles continue as far behind a surface as at this one.
 constexpr float kMinCosine = 1e-3f;
 
-/// Distance along a ray at which it goes on behind a point that it met. The ray stays on its line:
-/// origins off the surfaces would move its end sideways, and toward the emitter that it aims at.
+/// Returns the distance along a ray at which it continues behind a point that it hit. The ray stays
+/// on its line; origins off the surfaces would move its end sideways, and toward the emitter.
 float distance_behind(const Ray& ray, const kinome::Vec3& p, const kinome::Vec3& n, float error) {
   const float cosine = std::max(std::abs(glm::dot(n, ray.d)), kMinCosine);
   return glm::dot(p - ray.o, ray.d) + kErrors * error / cosine;
@@ -56,7 +56,7 @@ void StraightShadows::trace(const Ray16* rays, size_t count, const float* max_pa
   }
 }
 
-/// Makes the first wave; returns the number of its rays.
+/// Makes the first wave and returns the number of its rays.
 size_t StraightShadows::begin(const Ray16* rays, size_t count) {
   for_lanes(count, [&](size_t i) { wide::Vec3(0.f).store(transmittance_, i); });
   const size_t on = sort_.sort(rays, count);
@@ -80,8 +80,8 @@ void StraightShadows::arrive(const Wave& wave, float passes) {
   }
 }
 
-/// Makes the next wave, of the rays that go straight on after `passes` surfaces; returns their
-/// number.
+/// Makes the next wave from the rays that go straight on after `passes` surfaces. Returns the
+/// number of its rays.
 size_t StraightShadows::pass(const Ray16* rays, const float* max_passes, float passes,
                              const Wave& wave, const Wave& next) {
   const SurfaceBlock& points = met_.points();
@@ -104,7 +104,7 @@ size_t StraightShadows::pass(const Ray16* rays, const float* max_passes, float p
       const size_t lane = count++ % kBlockLanes;
       Columns3{to.ox, to.oy, to.oz}.set(lane, from.o + distance * from.d);
       Columns3{to.dx, to.dy, to.dz}.set(lane, from.d);
-      // To where the whole ray ends.
+      // Ends where the whole ray ends.
       to.tmax[lane] = std::max(from.tmax - distance, 0.f);
     }
   }

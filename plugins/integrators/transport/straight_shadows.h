@@ -6,8 +6,8 @@
 
 namespace kinome::transport {
 
-/// Traces the shadow rays of a block through surfaces that pass light straight (Lobe::kNull), in
-/// the order of their directions. All other surfaces stop them. One per thread.
+/// Traces the shadow rays of a block through surfaces that pass light straight (Lobe::kNull),
+/// sorted by direction. All other surfaces stop them. One per thread.
 class StraightShadows {
  public:
   /// For rays of at most `points` points, of which no more than `rays` are on.
@@ -17,18 +17,18 @@ class StraightShadows {
   /// maximum number of surfaces that each ray passes. Segments behind the first count as shadow rays.
   void trace(const Ray16* rays, size_t count, const float* max_passes, RenderCounters& counters);
 
-  /// Of each ray of the last trace(): the product of transmittances along it; 0 if it is off or
+  /// Product of the transmittances along each ray of the last trace(); 0 if the ray is off or
   /// stopped.
   const Columns3& transmittance() const { return transmittance_; }
-  /// Of each ray that arrives: the product of the probabilities of BSDF samples to go straight
+  /// For each ray that arrives: the product of the probabilities that BSDF samples go straight
   /// through the surfaces, and the number of surfaces.
   const float* probability() const { return probability_; }
   const float* passes() const { return passes_; }
 
  private:
-  /// Rays that have not arrived yet, without those that have been stopped.
+  /// Rays that have neither arrived nor been stopped yet.
   struct Wave {
-    uint32_t* from;  ///< number of the ray
+    uint32_t* from;  ///< index of the ray in trace()
     Columns3 transmittance;
     float* probability;
   };
@@ -44,7 +44,7 @@ class StraightShadows {
   Arena per_point_, per_ray_, per_met_;
   Columns3 transmittance_;
   float *probability_, *passes_;
-  RayHit16* rays_;  ///< of the wave
+  RayHit16* rays_;  ///< rays of the current wave
   Wave waves_[2];
   NullTransmissionBlock through_;
 };

@@ -23,7 +23,7 @@ Surfaces::Surfaces(const SceneTable& scene, size_t rays)
       missed_(per_ray_.indices()),
       next_(scene.rows().size()) {}
 
-/// By counting: how many hits each row has, where its range begins, then each ray to its place.
+/// Counting sort: counts the hits of each row, sets where its range begins, then places each ray.
 void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
   find_rows(rays, count, which);
   ranges_.clear();
@@ -47,8 +47,8 @@ void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
   }
 }
 
-/// Of each ray: rows().size() where it hit nothing that is asked for, one more where it hit nothing
-/// at all. Most vectors hit but one shape, or nothing.
+/// Sets the row of each ray: rows().size() if it hit a surface that isn't requested, one more if it
+/// hit nothing. Most vectors of rays hit a single shape or nothing.
 void Surfaces::find_rows(const RayHit16* rays, size_t count, Which which) {
   const uint32_t* const rows = which == Which::kAll        ? scene_.row_of()
                                : which == Which::kEmitting ? scene_.emitting_row_of()
@@ -80,7 +80,7 @@ void Surfaces::place_rays(size_t count) {
     Mask left = first_lanes(count - i);
     const Mask missed = left & (row == no_row + 1);
     missed_count_ += store_selected(missed, ray, missed_ + missed_count_);
-    left &= row < no_row;  // A row at a time: there are few.
+    left &= row < no_row;  // One row at a time, because a vector has few.
     while (any(left)) {
       const uint32_t one = row_[i + first_true(left)];
       const Mask of_row = left & (row == one);
@@ -104,8 +104,8 @@ void Surfaces::find(const RayHit16* rays, size_t count, Which which) {
   }
 }
 
-/// Points of one material are asked for together, with what lies between their ranges: that must be
-/// points, too.
+/// Fills the padding with valid points, because BSDFs are called for all ranges of one material at
+/// once, with the padding between them.
 void Surfaces::repeat_last(const Range& range) {
   const size_t end = range.first + range.count, last = range.first + padded(range.count);
   const auto repeat = [&](auto* column) { std::fill(column + end, column + last, column[end - 1]); };

@@ -9,12 +9,12 @@
 
 namespace kinome::transport {
 
-/// What the rays of a block hit: points sorted by material and shape. The points of a shape are a
-/// range that begins at a multiple of 16; the rest of its last vector repeats its last point. Keeps
-/// its memory from block to block: make one per thread. Not thread-safe.
+/// Hits of the rays of a block: points sorted by material and shape. The points of a shape are a
+/// range that begins at a multiple of 16; the rest of its last vector repeats its last point.
+/// Reuses its memory from block to block: make one per thread. Not thread-safe.
 class Surfaces {
  public:
-  /// Points first … first + count - 1, of one shape.
+  /// Points first … first + count - 1, all on one shape.
   struct Range {
     const SceneTable::Row* row;
     size_t first;
@@ -22,29 +22,30 @@ class Surfaces {
   };
   enum class Which { kAll, kEmitting, kPassing };
 
-  /// Points that `rays` rays may make, padding included: where each hits a shape of its own.
-  /// Columns of so many take memory only as far as blocks come to fill them (arena.h).
+  /// Maximum number of points of `rays` rays, padding included: if each hits a different shape.
+  /// Columns of this length take memory only as far as blocks use them (arena.h).
   static size_t most_points(const SceneTable& scene, size_t rays);
 
   /// For blocks of at most `rays` rays.
   Surfaces(const SceneTable& scene, size_t rays);
 
-  /// Of `count` rays that have been traced: those that hit any surface, one that emits, or one that
-  /// passes light straight.
+  /// Finds the points of `count` traced rays on all surfaces, on those that emit, or on those that
+  /// pass light straight.
   void find(const RayHit16* rays, size_t count, Which which);
 
-  /// All points, count including the padding between ranges.
+  /// All points; `count` includes the padding between ranges.
   const SurfaceBlock& points() const { return points_; }
   std::span<const Range> ranges() const { return ranges_; }
-  /// Of points that scatter light: a prefix of those that reflect; a multiple of 16.
+  /// Number of points that scatter light, a multiple of 16. They are the first points.
   size_t scattering() const { return scattering_; }
-  /// Of points that reflect: a prefix of all; a multiple of 16.
+  /// Number of points that reflect light, a multiple of 16. They are the first points, and include
+  /// those that scatter.
   size_t reflecting() const { return reflecting_; }
-  /// 1 where a point is one, 0 where it is padding.
+  /// 1 for points, 0 for padding.
   const float* live() const { return live_; }
-  /// How many of the points that reflect are no padding.
+  /// Number of points that reflect, without padding.
   size_t live_reflecting() const { return live_reflecting_; }
-  /// Numbers of the rays that left the scene; padded with the last.
+  /// Indices of the rays that left the scene; padded with the last.
   std::span<const uint32_t> missed() const { return {missed_, missed_count_}; }
 
  private:
@@ -57,13 +58,13 @@ class Surfaces {
   Arena per_ray_;
   SurfaceBlock points_;
   float* live_;
-  uint32_t* row_;  ///< of each ray
+  uint32_t* row_;  ///< row of each ray's shape
   uint32_t* missed_;
   size_t missed_count_ = 0;
   size_t scattering_ = 0;
   size_t reflecting_ = 0;
   size_t live_reflecting_ = 0;
-  BucketCounts next_;  ///< of each row: hits, then the place of the next
+  BucketCounts next_;  ///< for each row: number of hits, then the position of the next
   std::vector<Range> ranges_;
 };
 
