@@ -11,7 +11,7 @@
 
 namespace kinome {
 
-/// What a pass renders of, the same for all threads. All must outlive it.
+/// Input of a pass, shared by all threads. All references must outlive it.
 struct PassView {
   const Scene& scene;
   Primaries::View primaries;
@@ -23,22 +23,24 @@ struct PassView {
   const CellLight& light;
 };
 
-/// Renders the pixels of a block by what is known of its tiles. Keeps its memory: one per thread.
-/// Not thread-safe.
+/// Renders the pixels of a block with the learned visibility of its tiles. Reuses its memory; one
+/// per thread. Not thread-safe.
 class BlockRenderer {
  public:
   explicit BlockRenderer(const PassView& view);
 
   using IsWanted = std::function<bool(const TileGrid::Tile&)>;
-  /// `plan`: of all pixels of the picture. Without `is_wanted`, all tiles of the block are.
+  /// Renders the tiles of the block that `is_wanted` accepts (all tiles if it is empty). `plan` has
+  /// an entry for each pixel of the image.
   void render(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
               RenderCounters& counters, const IsWanted& is_wanted = nullptr);
 
-  /// Of what was rendered last, pixel by pixel: tile by tile (TileGrid::for_each_tile), row by row.
+  /// Number of pixels rendered last. Pixels are in the order of tiles (TileGrid::for_each_tile),
+  /// row by row within a tile.
   size_t size() const { return pixels_.size(); }
-  /// Mean over the pixel's samples, which are spread evenly over the pixel.
+  /// Returns the mean over the pixel's samples, which are spread evenly over the pixel.
   Rgb colour(size_t pixel) const;
-  /// kProductChannels, if the settings ask for them.
+  /// Returns the values of kProductChannels. Valid only if PassView::settings.diagnostics is set.
   const Vec3& diagnostics(size_t pixel) const { return diagnostics_[pixel]; }
 
   /// Adds the pixels of the block rendered last to a tile of the film, each with the same total
@@ -49,7 +51,7 @@ class BlockRenderer {
   /// A pixel of the block rendered last.
   struct Pixel {
     int x, y;
-    size_t first;  ///< index of its first sum in sums_ and, if is_split(), in samples_
+    size_t first;  ///< index of the first sum in sums_ and, if is_split(), in samples_
     uint32_t samples;
     float alpha;  ///< mean over the samples
   };
@@ -79,13 +81,13 @@ class BlockRenderer {
   TileTracer tracer_;
   VisibilityLearner learner_;
   Estimator estimator_;
-  // Of the tile at work:
+  // Current tile:
   std::vector<Patch> patches_;
   std::vector<Visibility> visibility_;
-  std::vector<float> mean_visibility_;  ///< of the patches
-  std::vector<Unit> units_;             ///< a unit per pixel
-  // Of the block:
-  std::vector<Rgb> sums_;  ///< of the samples if is_split(), else of the pixels
+  std::vector<float> mean_visibility_;  ///< of each patch
+  std::vector<Unit> units_;             ///< one per pixel
+  // Current block:
+  std::vector<Rgb> sums_;  ///< one per sample if is_split(), else one per pixel
   std::vector<Pixel> pixels_;
   Samples samples_;  ///< if is_split()
   std::vector<Vec3> diagnostics_;

@@ -14,26 +14,28 @@ namespace {
 
 /// Paths of one call to Embree.
 constexpr uint32_t kBatch = 1024;
-/// Random numbers of one path, beside those of its lamp.
+/// Random numbers of one path, in addition to those of its source.
 enum Number : uint32_t { kLobe, kLobeX, kLobeY, kLensX, kLensY, kSurvival };
-/// Of the paths that only teach: half as many as there are light points, which go with the budget.
-constexpr uint32_t kLeastPathsOfRound = 512, kMostPathsOfRound = 8192;
-/// Of those by which rays a path and shares are told, no more than of a round.
-constexpr uint32_t kMostPathsToTell = 2048;
-/// First to mirrors, then to where these send light that is seen.
+/// Bounds of the number of paths of a learning round. It is half the number of light points, which
+/// depends on the budget.
+constexpr uint32_t kMinPathsPerRound = 512, kMaxPathsPerRound = 8192;
+/// Maximum number of paths for estimates of the rays per path and of shares.
+constexpr uint32_t kMaxPathsToEstimate = 2048;
+/// Number of learning rounds. The first learns which light reaches mirrors; the others learn which
+/// of their light is seen.
 constexpr uint64_t kRounds = 3;
-/// Paths for each primary of a pixel, about: both go with the budget.
+/// Assumed number of paths per primary. Both depend on the budget.
 constexpr double kPathsPerPrimary = 0.5;
-/// Light that rays can meet is left to them where paths from the emitters have less than this share
-/// of it: that of large lamps, or of the sky.
-constexpr double kLeastShare = 0.7;
-/// Of chains of mirrors that lose nothing.
-constexpr float kMostSurvival = 0.95f;
+/// Light of emitting surfaces and the sky is left to EyeChains if the balance weight of paths from
+/// the emitters is below this value on average. This is so for large emitters.
+constexpr double kMinLightShare = 0.7;
+/// Maximum survival probability of roulette, so that chains of lossless mirrors end.
+constexpr float kMaxSurvival = 0.95f;
 enum Seed : uint64_t { kSeedOfRounds = 0x6361756c };
 
 }  // namespace
 
-/// On their way.
+/// Paths that are being traced.
 struct Caustics::Paths {
   struct Path {
     uint32_t index = 0;
@@ -41,24 +43,24 @@ struct Caustics::Paths {
     Rgb power{0.f};  ///< that arrives at the next point [W]
     bool is_lamps = false;
     bool is_direct = true;     ///< no lobe has turned it; see LocalLight::passing
-    bool is_chain = true;      ///< of delta lobes alone
-    bool is_mirrored = false;  ///< the last of its lobes was one
-    float density = 0;         ///< light_density
-    uint32_t edges = 1;        ///< with the one that it is on
+    bool is_chain = true;      ///< delta lobes alone have turned it
+    bool is_mirrored = false;  ///< the last lobe was a delta lobe, or the light is a lamp's
+    float density = 0;         ///< light_density()
+    uint32_t edges = 1;        ///< including the current one
   };
   std::vector<Path> paths;
-  std::vector<RayHit> rays;  ///< of each path, to its next point
+  std::vector<RayHit> rays;  ///< next edge of each path
   std::vector<Ray> shadow_rays;
-  std::vector<LightGuide::Use> reflected;  ///< [W], of those that a mirror has sent on
+  std::vector<LightGuide::Use> reflected;  ///< [W], paths that a mirror has sent on
   struct Splat {
     Vec2 position;
     Rgb value;
-    LightGuide::Use use;  ///< [W], where it starts from
+    LightGuide::Use use;  ///< [W], source and random numbers of the path
     float guided;         ///< LightOrigin::guided
-    float share;          ///< of paths from the emitter, which `value` has
-    bool is_chain;        ///< of delta lobes alone
+    float share;          ///< balance weight, already a factor of `value`
+    bool is_chain;        ///< Path::is_chain
   };
-  std::vector<Splat> splats;  ///< what arrives if nothing is in the way
+  std::vector<Splat> splats;  ///< contributions if the shadow rays are unoccluded
 };
 
 bool Caustics::serves(const Sensor& sensor) {
@@ -85,7 +87,7 @@ Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& l
   }
 }
 
-/// fn(splat) for those that arrive.
+/// Traces `count` paths and calls fn(splat) for each unoccluded splat.
 template <class Function>
 void Caustics::for_each_splat(uint64_t seed, uint32_t count, RenderCounters& counters,
                               const Function& fn) const {
@@ -97,14 +99,14 @@ void Caustics::for_each_splat(uint64_t seed, uint32_t count, RenderCounters& cou
 }
 
 uint32_t Caustics::paths_of_round() const {
-  return std::clamp(light_.points_of_pass() / 2, kLeastPathsOfRound, kMostPathsOfRound);
+  return std::clamp(light_.points_of_pass() / 2, kMinPathsPerRound, kMaxPathsPerRound);
 }
 
-uint32_t Caustics::paths_to_tell() const {
-  return std::min(paths_of_round(), kMostPathsToTell);
+uint32_t Caustics::paths_to_estimate() const {
+  return std::min(paths_of_round(), kMaxPathsToEstimate);
 }
 
-/// What there is to know before any pass.
+/// Learns shares, guide and rates, and measures the rays per path.
 void Caustics::learn(uint64_t seed, RenderCounters& counters) {
   shares_ = light_.caustic_shares(finds_extended_);
   ends_.clear();
@@ -129,12 +131,12 @@ void Caustics::learn(uint64_t seed, RenderCounters& counters) {
   const auto rays = [&] { return counters[RayKind::kLight] + counters[RayKind::kShadow]; };
   const auto before = rays();
   std::vector<double> used(shares_.size()), unguided(shares_.size());
-  for_each_splat(hash_words(seed, kRounds), paths_to_tell(), counters,
+  for_each_splat(hash_words(seed, kRounds), paths_to_estimate(), counters,
                  [&](const Paths::Splat& splat) {
                    used[splat.use.source] += static_cast<double>(splat.use.use);
                    unguided[splat.use.source] += static_cast<double>(splat.use.use / splat.guided);
                  });
-  rays_per_path_ = static_cast<double>(rays() - before) / paths_to_tell();
+  rays_per_path_ = static_cast<double>(rays() - before) / paths_to_estimate();
   const double pixels = sensor_.film().crop().area();
   for (size_t s = 0; s < shares_.size(); ++s) {
     const double gain = unguided[s] > 0 ? used[s] / unguided[s] : 1.;
@@ -142,21 +144,22 @@ void Caustics::learn(uint64_t seed, RenderCounters& counters) {
   }
 }
 
-/// Of light of sources that rays can meet.
+/// Returns true if paths from the emitters find enough of the light of emitting surfaces and the
+/// sky; see kMinLightShare.
 bool Caustics::is_worth_finding(uint64_t seed, RenderCounters& counters) const {
   double all = 0, by_light = 0;
-  for_each_splat(seed, paths_to_tell(), counters, [&](const Paths::Splat& splat) {
+  for_each_splat(seed, paths_to_estimate(), counters, [&](const Paths::Splat& splat) {
     if (light_.is_lamp(splat.use.source) || !splat.is_chain) return;
     const auto value = static_cast<double>(mean_of(splat.value));
     all += value / static_cast<double>(splat.share);
     by_light += value;
   });
-  return by_light > kLeastShare * all;
+  return by_light > kMinLightShare * all;
 }
 
 float Caustics::eye_density(const SurfaceInteraction& x, const Vec3& d) const {
   if (!finds_extended_) return kInfinity;
-  // Not where in the lens: the rays of a pixel are all over it.
+  // The position on the lens is fixed, because the rays of a pixel cover the whole lens.
   const auto connection = sensor_.connect(x.p, Vec2(0.5f));
   if (!connection) return kInfinity;
   SurfaceInteraction seen = x;
@@ -185,13 +188,13 @@ float Caustics::share_of_eye(float eye_density, float light_density) {
   return light_density > 0 ? eye_density / (eye_density + light_density) : 1.f;
 }
 
-/// Of lamps, from the first place, if it mirrors. Of other sources, by a delta lobe first, and then
-/// by any.
+/// Samples the next edge of each path. Paths of lamps continue only from the first surface, if it
+/// mirrors. Paths of other sources continue by a delta lobe first, then by any lobe.
 void Caustics::go_on(uint64_t seed, Paths& paths) const {
   size_t count = 0;
   for (size_t k = 0; k < paths.paths.size(); ++k) {
     Paths::Path path = paths.paths[k];
-    // With the next edge, and the one to the camera.
+    // The path will have two more edges: the next one and that to the camera.
     const bool may_go_on = path.is_lamps ? path.edges == 1 : path.edges + 2 <= light_.max_depth();
     if (!may_go_on || !paths.rays[k].hit.valid()) continue;
     const SurfaceInteraction si = scene_.interaction(paths.rays[k]);
@@ -216,7 +219,7 @@ void Caustics::go_on(uint64_t seed, Paths& paths) const {
     }
     if (!path.is_chain || path.edges >= std::min(light_.length().rr_depth, kMostSureEdges)) {
       const float survival = std::min(
-          kMostSurvival, max_component(path.power * sample->weight) / max_component(path.power));
+          kMaxSurvival, max_component(path.power * sample->weight) / max_component(path.power));
       if (!(random_float(own, kSurvival) < survival)) continue;
       path.power /= survival;
     }
@@ -232,7 +235,7 @@ void Caustics::go_on(uint64_t seed, Paths& paths) const {
   paths.rays.resize(count);
 }
 
-/// Where they have come to by a mirror.
+/// Connects the paths that came by a mirror to the sensor.
 void Caustics::connect(uint64_t seed, Paths& paths) const {
   for (size_t k = 0; k < paths.paths.size(); ++k) {
     const Paths::Path& path = paths.paths[k];

@@ -8,28 +8,27 @@
 
 namespace kinome {
 
-/// Cells of distant light by what a glossy lobe may show of them: what candidates are drawn by.
-/// Keeps its memory: one per thread. `light` must outlive it.
+/// Importance of each cell of distant light for a glossy lobe, from which candidates are drawn.
+/// Reuses its memory; one per thread. `light` must outlive it.
 class CellImportance {
  public:
   explicit CellImportance(const CellLight& light);
 
-  /// The points that are lit: unit mean normal and direction toward the viewer, the cosine of a
-  /// cone around `normal` that holds all normals, and the lobe's squared roughness.
+  /// Lobe of a group of points.
   struct Lobe {
-    Vec3 normal, viewer;
-    float cosine;
-    float alpha2;
+    Vec3 normal, viewer;  ///< unit means; `viewer` points toward the viewer
+    float cosine;         ///< of the cone around `normal` that contains all normals
+    float alpha2;         ///< squared roughness
   };
   void find(const Lobe& lobe);
 
-  /// Of the lobe that was found last. 0: it shows no cell.
+  /// Total importance for the lobe of the last find(); 0 if it reflects no cell.
   float total() const { return total_; }
   float inverse_total() const { return total_ > 0 ? 1 / total_ : 0.f; }
-  /// Of each cell.
+  /// Importance of each cell.
   const float* values() const { return values_.data(); }
-  /// About `count` cells by a comb whose random number is `offset`, in their order; valid until the
-  /// next call. Their points are on their way to the cache.
+  /// Draws about `count` cells, in order, with a comb whose random number is `offset`. Prefetches
+  /// their points. The result is valid until the next call.
   std::span<const Comb::Hit> draw(uint32_t count, float offset);
 
  private:

@@ -8,24 +8,24 @@ namespace kinome {
 
 class Caustics;
 
-/// Light of one pass: its cells and the points drawn of them. Cells of distant light are numbered
-/// first, those of local light from first_local() on. Immutable; thread-safe. What it is made of
-/// must outlive it.
+/// Light of one pass: all cells, and the points drawn in them. Indices of cells of local light
+/// start at first_local(), after the cells of distant light. Immutable; thread-safe. Arguments
+/// passed by reference or pointer must outlive it.
 struct CellLight {
-  /// Points that do for so many rays: fewer would be noise that rays share. The most fit a core's
-  /// own cache, and more do no better.
+  /// Returns a sufficient number of points for this number of rays. Fewer points would add noise
+  /// that all rays share. The maximum fits the cache of a core; more points gain nothing.
   static uint32_t points_for(double rays);
   const DistantCells& cells;
-  const Emitter* environment;  ///< nullptr: there is none
+  const Emitter* environment;  ///< nullptr if there is none
   CellPoints points;
-  const LocalLight* local;  ///< nullptr: there is none
+  const LocalLight* local;  ///< nullptr if there is none
   LocalPoints local_points;
   simd::CellColumns columns;
-  const Caustics* caustics = nullptr;  ///< that have a share in what chains of mirrors show
-  /// Whether cells at the horizon of a flat surface have control terms.
+  const Caustics* caustics = nullptr;  ///< shares the light of chains of mirrors with EyeChains
+  /// True if cells at the horizon of a flat surface have control terms.
   bool horizon_terms = true;
-  PathSettings paths{{2, 5}, false};  ///< of those that are followed from the camera on
-  /// The scene, if it has surfaces that light passes straight; nullptr: it has none.
+  PathSettings paths{{2, 5}, false};  ///< for camera rays that continue as paths
+  /// The scene; nullptr if it has no surfaces that light passes straight.
   const transport::SceneTable* passing() const { return local ? local->passing() : nullptr; }
   CellLight(const DistantCells& cells, const Emitter* environment, CellPoints points,
             const LocalLight* local = nullptr, LocalPoints local_points = {});

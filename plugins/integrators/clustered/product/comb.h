@@ -11,11 +11,11 @@
 
 namespace kinome {
 
-/// Systematic sampling: `count` points at equal distances along the line of all strata, laid end to
-/// end with their weights as lengths. Points keep their order along the line, and what is left of
-/// each within its stratum is as uniform as a random number: neighbours in the list of strata are
-/// sampled as one stratified set (Åkerlund 2008, 6.1.1 asks for such numbers; Deville and Tillé
-/// 1998 for the method's variance).
+/// Systematic sampling: `count` equally spaced points on a line. The strata lie on this line end to
+/// end, and the weight of each is its length. Points are in order along the line. The position of a
+/// point within its stratum serves as a uniform random number, so that neighbouring strata are
+/// sampled as one stratified set. Åkerlund 2008, 6.1.1 requires such numbers; Deville and Tillé
+/// 1998 derive the method's variance.
 class Comb {
  public:
   struct Hit {
@@ -23,20 +23,21 @@ class Comb {
     float remainder;  ///< in [0, 1)
   };
 
-  /// `total`: of all weights that will be passed; `offset` in [0, 1) is the one random number.
+  /// `total`: sum of all weights that will be passed. `offset`: the random number, in [0, 1).
   Comb(double total, size_t count, double offset)
       : step_(total / static_cast<double>(count)), next_(offset * step_), left_(count) {}
 
-  /// Points at a given distance, as many as there will be: a stratum that is as long as the step is
-  /// hit exactly once.
+  /// Returns a comb with a given distance between points and no limit to their number. A stratum as
+  /// long as `step` is hit exactly once.
   static Comb by_step(double step, double offset) {
     Comb comb(step, 1, offset);
     comb.left_ = std::numeric_limits<size_t>::max();
     return comb;
   }
 
-  /// Appends the points that fall on the next `size` (padded) strata, whose weights are summed in
-  /// blocks of simd::kCellLanes. A stratum of weight 0 is never hit.
+  /// Appends the points on the next `size` strata to `hits`. `size` is a multiple of
+  /// simd::kCellLanes; `block_sums` has the sum of each simd::kCellLanes weights. A stratum of
+  /// weight 0 is never hit.
   void pass(const float* weights, const float* block_sums, size_t size, std::vector<Hit>& hits) {
     for (size_t block = 0; block < size / simd::kCellLanes; ++block) {
       const double end = position_ + block_sums[block];
@@ -48,21 +49,21 @@ class Comb {
  private:
   static constexpr float kBelowOne = 0x1.fffffep-1f;
 
-  /// Where each stratum of a block ends: four runs of four, which are summed side by side, each
-  /// from where the one before ends, so that ends never go down, and don't move where a weight is
-  /// 0.
+  /// End of each stratum of a block: prefix sums of four runs of four, computed side by side. Each
+  /// run starts at the end of the previous one. So the ends never decrease, and are equal if a
+  /// weight is 0.
   struct Ends {
     static constexpr size_t kRuns = 4, kOfRun = 4;
     static_assert(kRuns * kOfRun == simd::kCellLanes);
     using Floats = float __attribute__((vector_size(16)));
     using Doubles = double __attribute__((vector_size(32)));
     using Integers = int64_t __attribute__((vector_size(32)));
-    Doubles of[kOfRun];  ///< [place in the run], run by run
+    Doubles of[kOfRun];  ///< [index within the run], one element per run
 
     Ends(const float* weights, double begin) {
       Floats runs[kRuns];
       std::memcpy(runs, weights, sizeof runs);
-      // Transposed: the first of each run, the second ...
+      // Transpose: of[i] gets element i of each run.
       const Floats a = __builtin_shufflevector(runs[0], runs[1], 0, 4, 1, 5);
       const Floats b = __builtin_shufflevector(runs[2], runs[3], 0, 4, 1, 5);
       const Floats c = __builtin_shufflevector(runs[0], runs[1], 2, 6, 3, 7);
@@ -78,7 +79,7 @@ class Comb {
       for (Doubles& ends : of) ends += begins;
     }
     double operator[](size_t i) const { return of[i % kOfRun][i / kOfRun]; }
-    /// How many strata end at or before a point.
+    /// Returns the number of strata that end at or before a point.
     size_t before(double point) const {
       const Doubles points = {point, point, point, point};
       const Integers minus = ((of[0] <= points) + (of[1] <= points)) +
@@ -89,7 +90,7 @@ class Comb {
 
   void pass_block(const float* weights, size_t first, double end, std::vector<Hit>& hits) {
     const Ends ends(weights + first, position_);
-    // Whether there is another point isn't asked of the ends, which take longer to be known.
+    // The loop condition uses `end` rather than `ends`, which are available later.
     for (; next_ < end && left_ > 0; next_ += step_, --left_) {
       size_t i = ends.before(next_);
       float share = kBelowOne;
@@ -97,7 +98,7 @@ class Comb {
         const double begin = i > 0 ? ends[i - 1] : position_;
         share = std::min(static_cast<float>((next_ - begin) / weights[first + i]), kBelowOne);
       } else {
-        // The block's sum, rounded otherwise, may reach a little further than its weights.
+        // Because of rounding, the block's sum can exceed the last end slightly.
         while (i > 0 && !(weights[first + --i] > 0)) {
         }
         if (!(weights[first + i] > 0)) continue;

@@ -20,53 +20,53 @@
 
 namespace kinome {
 
-/// Estimates the light that surface points reflect from cells of distant and local light, by
+/// Estimates the light that surface points reflect from cells of distant and local light:
 ///
 ///     sum over cells of v_c A_c + (1 / n) sum over rays of (f V - v_c A_c q_c) / (P_c q_c)
 ///
-/// A_c is the unshadowed reflected light of cell c, v_c a visibility that was learned earlier, q_c
-/// the density within the cell. Of diffuse light A_c is known without rays; of glossy light it is
-/// estimated by many unshadowed candidates, and so is that of local light, whose candidates are a
-/// choice of the pass's points. What rays of the BSDF would find as well shares its light with
-/// them, and is found by a few of these (eye rays). Shadow rays correct the control terms, and go
-/// where the visibility is uncertain: P_c ~ A_c sigma_c, by one comb for all points of a unit.
+/// A_c is the unshadowed reflected light of cell c, v_c its learned visibility, and q_c the density
+/// within the cell (see PRODUCT.md). For diffuse light, A_c is known without rays. For glossy and
+/// local light, it is estimated from many candidates; those of local light are selected points of
+/// the pass. A few rays sampled by the BSDF (eye rays) find part of the local light as well;
+/// balance weights divide it between the two. Shadow rays correct the control terms. One comb
+/// distributes them over all points of a unit to where visibility is uncertain: P_c ~ A_c sigma_c.
 ///
-/// Here is which stages do that, and in which order; each is a class of its own, which keeps its
-/// buffers and is told what it needs of the others':
+/// The stages run in this order. Each is a class with its own buffers:
 ///
-///     Groups         a unit's points, divided into those that share strata
+///     Groups         divides a unit's points into groups that share strata
 ///     DiffuseStrata, GlossyStrata, LocalStrata
-///                    of each group, strata and control terms
+///                    add strata and control terms of each group
 ///     SharedCandidates
-///                    directions that GlossyStrata takes for pixels that reflect alike
-///     RayComb        strata that get the shadow rays, which the three make of its hits
-///     EyeRays        rays by BSDFs, and what they find
-///     ShadowRays     rays that wait, and what their answers go to
+///                    provides directions to GlossyStrata for pixels that reflect alike
+///     RayComb        selects the strata that get shadow rays; DiffuseStrata etc. make the rays
+///     EyeRays        sends rays sampled by BSDFs, and adds the light that they find
+///     ShadowRays     collects and traces shadow rays, and adds the results
 ///
-/// Unbiased whatever v, sigma and the patches are, as long as they were fixed before the rays were
-/// drawn. One per thread; not thread-safe.
+/// Unbiased for any v, sigma and patches that were fixed before the rays were drawn. One per
+/// thread; not thread-safe.
 class Estimator {
  public:
   explicit Estimator(const CellLight& light);
 
-  /// The tile whose units follow; primaries, patches and the `visibility` of each patch must stay
-  /// as they are until the last of them. A patch's visibility is asked for when the first unit
-  /// needs it. `units`: those that may share candidates, in any order.
+  /// Begins the tile of the next units. Primaries, patches and the `visibility` of each patch must
+  /// not change before the tile's last unit. `units` are those that may share candidates, in any
+  /// order.
   void begin_tile(const Scene& scene, const TilePrimaries& primaries, std::span<Patch> patches,
                   std::span<const Visibility> visibility, uint64_t seed, RenderCounters& counters,
                   std::span<const Unit> units = {});
 
-  /// Adds the reflected light of the unit's points to `sums`: control terms at once, results of rays
-  /// when they are traced. The sums must stay where they are until flush().
+  /// Adds the reflected light of the unit's points to `sums`: control terms immediately, results of
+  /// rays after they are traced. The sums must not move before flush().
   void estimate(const Unit& unit, const UnitSums& sums);
 
-  /// The same without an estimate: rays find out visibilities, and what they find is kept for each
-  /// patch, with what the plan needs to know of patches and points (PointPlan, of each primary of
-  /// the tile). All must stay where they are until flush(). Its time is counted to no stage until
-  /// the next begin_tile(): all stages here are parts of the main pass.
+  /// Traces the unit's shadow rays for the pilot, without an estimate. Appends their visibilities
+  /// to the `records` of each patch. Also stores the plan's input in the patches and in `points`
+  /// (one per primary of the tile). `points` and `records` must not move before flush(). The time
+  /// isn't added to any stage until the next begin_tile(), because all stages belong to the main
+  /// pass.
   void probe(const Unit& unit, std::span<PointPlan> points,
              std::span<std::vector<VisibilityRecord>> records);
-  /// Traces the rays that wait.
+  /// Traces all waiting rays.
   void flush();
 
  private:
@@ -103,7 +103,7 @@ class Estimator {
   LocalStrata local_;
   RayComb comb_;
   EyeRays eye_rays_;
-  std::optional<EyePaths> paths_;  ///< of primaries, where a surface asks for them
+  std::optional<EyePaths> paths_;  ///< for primaries that continue as paths
   ShadowRays shadow_rays_;
 };
 

@@ -7,25 +7,25 @@
 
 namespace kinome {
 
-/// Light of emitters that chains of delta lobes (mirrors, smooth glass) show to what the camera
-/// sees, found from there: rays that go on by delta lobes alone and count what they meet of
-/// emitters. Where paths from the emitters find the same light, too, they have but their share of
-/// it (Caustics). Rays wait until trace(). One per thread; not thread-safe.
+/// Emitters seen through chains of delta lobes (mirrors, smooth glass) from the surface points that
+/// the camera sees. Rays follow delta lobes alone, and add the light of emitters that they hit. If
+/// paths from the emitters (Caustics) find the same light, balance weights divide it. Rays wait
+/// until trace(). One per thread; not thread-safe.
 class EyeChains {
  public:
-  /// `light`, which has local light, must outlive this.
+  /// `light` must have local light, and outlive this object.
   explicit EyeChains(const CellLight& light) : light_(light) {}
 
   struct Begin {
-    Rgb weight{0.f};  ///< of the radiance that y sends on
-    /// Caustics::eye_density of the chain; infinite: nothing else finds its light.
+    Rgb weight{0.f};  ///< factor of the radiance that y reflects or transmits
+    /// Caustics::eye_density of the chain; infinity if nothing else finds its light.
     float density = kInfinity;
-    uint64_t seed = 0;  ///< of the random numbers
+    uint64_t seed = 0;
     Rgb* sum = nullptr;
-    uint32_t edges = 2;  ///< from the camera to where the chain begins
+    uint32_t edges = 2;  ///< from the camera to the start of the chain
   };
-  /// From y, which has delta lobes. If light passes surfaces straight, others follow what goes
-  /// straight on from y.
+  /// Starts a chain at y, which has delta lobes. Straight transmission at y is left out if the
+  /// scene has surfaces that light passes straight, because other rays follow it.
   void push(const SurfaceInteraction& y, const Begin& begin);
   void trace(const Scene& scene, RenderCounters& counters);
 
@@ -36,7 +36,7 @@ class EyeChains {
 
   const CellLight& light_;
   std::vector<RayHit> rays_;
-  std::vector<Begin> chains_;  ///< of the rays; `edges` with the ray
+  std::vector<Begin> chains_;  ///< of each ray; `edges` includes the ray
 };
 
 }  // namespace kinome

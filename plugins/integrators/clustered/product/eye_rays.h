@@ -14,64 +14,64 @@
 
 namespace kinome {
 
-/// Rays that each primary of the patch sends by its BSDF toward local light, on average; at most 1.
+/// Returns the expected number of eye rays of each primary of the patch; at most 1.
 float expected_eye_rays(const Patch& patch, const LocalLight& light);
 
-/// A direction that the delta lobes of a point mirror to the viewer.
+/// A direction from which delta lobes reflect or transmit light to the viewer.
 struct MirroredDirection {
   Vec3 d;
-  Rgb weight;  ///< of the radiance from there
+  Rgb weight;  ///< factor of the radiance from d
 };
-/// Nothing if the BSDF has no delta lobes, or those no direction. u1 chooses between mirroring and
-/// what goes through.
+/// Samples such a direction. Returns nullopt if the BSDF has no delta lobes or sampling fails. u1
+/// selects reflection or transmission.
 std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, float u1,
                                                     const Vec2& u);
 
-/// Rays that primaries send by their BSDFs: to local light that light points are too near to, and
-/// to what mirrors, and lobes too narrow for light points, show. What they find counts by the share
-/// of eye rays among all that could have found it. They wait until trace(). One per thread; not
-/// thread-safe. `light`, which has local light, must outlive it.
+/// Eye rays: rays that primaries sample by their BSDFs. They find local light that is too near for
+/// light points, and light that arrives by mirrors or by lobes too narrow for light points. Balance
+/// weights divide light that other techniques find as well. Rays wait until trace(). One per
+/// thread; not thread-safe. `light` must have local light and outlive it.
 class EyeRays {
  public:
   explicit EyeRays(const CellLight& light) : light_(light), chains_(light), points_(light) {}
 
-  /// The tile that rays to come are sent from, and what it looks at.
+  /// Begins the tile from which the next rays are sent. `choice` is that of the tile.
   void begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t seed,
                   RenderCounters& counters);
 
-  /// False where no such rays are sent.
+  /// False if the group sends no such rays.
   bool applies(const GroupView& group) const;
-  /// Some members of the group send a ray, `expected` on average. Random numbers are those of
-  /// `seed` and the primaries.
+  /// Sends a ray from each member of the group with probability `expected`. Random numbers depend
+  /// on `seed` and the primary.
   void send(const GroupView& group, float expected, uint64_t seed, const UnitSums& sums);
-  /// The delta lobes of a primary send one, which finds all of their light.
+  /// Sends a ray by the delta lobes of a primary. It finds all of their light.
   void send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint64_t seed, Rgb& sum);
 
   bool empty() const { return rays_.empty(); }
-  /// Traces the rays that wait, and the paths that go on from what they meet, and adds what they
-  /// find.
-  /// Light that arrives where they end is asked for by shadow rays, which are left to wait.
+  /// Traces the waiting rays and the paths that continue at their hits, and adds the light that
+  /// they find. Shadow rays for light that arrives at the hits are added to `shadow_rays`, not
+  /// traced.
   void trace(ShadowRays& shadow_rays);
 
  private:
   struct EyeRay {
-    Rgb weight;     ///< of the radiance that it finds
-    float density;  ///< expected number of such rays, per solid angle; 0: of a delta lobe
-    uint32_t tile;  ///< in tiles_
+    Rgb weight;     ///< factor of the radiance that it finds
+    float density;  ///< expected number of such rays, per solid angle; 0 for a delta lobe
+    uint32_t tile;  ///< index in tiles_
     uint64_t seed;
     Rgb* sum;
     float chain_density = kInfinity;  ///< EyeChains::Begin::density
-    uint32_t passes = 0;  ///< surfaces that it has passed straight, and the distance to the last
-    float before = 0;
+    uint32_t passes = 0;              ///< number of surfaces that it has passed straight
+    float before = 0;                 ///< distance to the last of these
   };
-  /// A tile that rays wait for.
+  /// A tile with waiting rays.
   struct Tile {
-    size_t rates;  ///< of its choice: where they begin in rates_
+    size_t rates;  ///< index of the first of its rates in rates_
     PointChoice::Block points;
   };
-  /// An emitter that a ray from a surface meets.
+  /// An emitter that a ray from a surface hits.
   struct Met {
-    std::optional<SurfaceInteraction> x;  ///< nullopt: the sky
+    std::optional<SurfaceInteraction> x;  ///< nullopt for the sky
     float distance = 0;
     Rgb radiance{0.f};
   };
@@ -104,14 +104,14 @@ class EyeRays {
   LobeValues values_;
   std::vector<RayHit> hits_;
   std::vector<EyeRay> rays_;
-  std::vector<RayHit> traced_hits_;  ///< of trace()
+  std::vector<RayHit> traced_hits_;  ///< rays that trace() processes
   std::vector<EyeRay> traced_;
   EyeChains chains_;
-  std::optional<EyePaths> paths_;  ///< where light comes by more than a bounce
-  std::vector<Tile> tiles_;        ///< that rays wait for; the last is this one
+  std::optional<EyePaths> paths_;  ///< if light bounces several times
+  std::vector<Tile> tiles_;        ///< the last is the current tile
   std::vector<float> rates_;
-  PointChoice points_;  ///< a block for each tile
-  // Of the group that sends:
+  PointChoice points_;  ///< one block per tile
+  // Group of the last send():
   Candidates directions_;
   std::vector<uint32_t> chosen_, numbers_[2];
 };

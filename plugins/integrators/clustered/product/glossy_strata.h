@@ -11,25 +11,25 @@
 
 namespace kinome {
 
-/// Distant light that glossy lobes reflect, estimated from many unshadowed candidates: directions
-/// drawn from the lobe, and from the cells by what the lobe may show of them, weighed by the
-/// balance heuristic. Its strata are the candidates. One per thread; not thread-safe. `light` must
-/// outlive it.
+/// Estimates the distant light that glossy lobes reflect, from many unshadowed candidates. Some are
+/// drawn from the lobe, others from the cells by CellImportance; the balance heuristic weights
+/// both. The candidates are the strata. One per thread; not thread-safe. `light` must outlive it.
 class GlossyStrata {
  public:
   explicit GlossyStrata(const CellLight& light);
 
-  /// Candidates of a group.
+  /// Numbers of candidates of a group.
   struct Counts {
-    uint32_t lobe_log2;
+    uint32_t lobe_log2;  ///< log2 of the number from the lobe
     uint32_t from_cells;
   };
-  /// About so many in all, by the patch's cell_share.
+  /// Divides about `candidates` candidates between lobe and cells by the patch's cell_share.
   static Counts counts(const Patch& patch, float candidates);
-  /// Of a pilot's group: enough to tell variances.
+  /// Returns the counts for a group of the pilot, enough to estimate variances.
   static Counts pilot_counts(const Patch& patch);
 
-  /// See SharedCandidates. Where none has begun, or after share_nothing(), nothing is shared.
+  /// See SharedCandidates. Nothing is shared before the first begin_tile() or after
+  /// share_nothing().
   void begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
                   std::span<const Visibility> visibility, std::span<const Unit> units,
                   uint64_t seed) {
@@ -37,31 +37,32 @@ class GlossyStrata {
   }
   void share_nothing() { shared_.clear(); }
   void begin_unit() { candidates_.resize(0); }
-  /// False where there is no such light.
+  /// False if the group reflects no such light.
   bool applies(const GroupView& group) const {
     return light_.has_distant() && group.has(Lobe::kGlossy);
   }
-  /// About so many candidates, shared ones where the group may share, appended to the strata.
-  /// Returns what learned visibilities say that its points reflect, summed.
+  /// Appends about `candidates` candidates to the strata, shared ones if the group may share.
+  /// Returns their control terms, summed over the group's points.
   Rgb add(const GroupView& group, float candidates, uint64_t seed, Strata& strata);
-  /// The same with candidates of the group's own.
+  /// Does the same without shared candidates.
   Rgb add(const GroupView& group, const Counts& counts, uint64_t seed, Strata& strata);
-  /// Adds the value that the last add() for the group returned, `control`, to `sums`, each member's
-  /// part to its own sum.
+  /// Adds `control`, the result of the last add() for the group, to `sums`, each member's part to
+  /// its own sum.
   void split(const GroupView& group, const Rgb& control, const UnitSums& sums) const {
     split_control(group, candidates_, first_, control, sums);
   }
-  /// For the plan, from the candidates that were added last: mean and variance of the unshadowed
-  /// light of the group's `points` (of the tile), which is also added to `patch`, and the share of
-  /// candidates from the cells that would have had the least second moment.
+  /// Computes the plan's input from the candidates of the last add(). Sets mean and variance of the
+  /// unshadowed light of the group's points; `points` has all points of the tile. Adds the group's
+  /// part of the mean to `patch`, and of the share of candidates from the cells that minimises the
+  /// second moment.
   void plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const;
-  /// Makes shadow rays of the comb's hits on the segment that add() appended for the group, and
-  /// takes what add() counted on from the sum of the answers.
+  /// Makes shadow rays from the comb's hits on the segment that add() appended for the group, and
+  /// subtracts their control terms from `answers.sums`.
   void shoot(const GroupView& group, const SegmentHits& hits, const Answers& answers,
              ShadowRays& rays) const;
 
  private:
-  /// The candidates that were added last.
+  /// Candidates of the last add().
   struct Drawn {
     size_t first = 0;
     uint32_t from_lobe = 0, from_cells = 0;

@@ -12,19 +12,19 @@
 
 namespace kinome {
 
-/// What a draw was made of.
+/// Source and random numbers of a light point or light path.
 struct LightOrigin {
   uint32_t source = 0;
-  LightGuide::Numbers numbers{};  ///< that the source is given
-  float guided = 1;               ///< density by the guide over that without
-  /// Density with aims over that without, times the share of the source's flux that is emitted
-  /// toward them: about 1 for light that is aimed, small for other light.
+  LightGuide::Numbers numbers{};  ///< random numbers for the source
+  float guided = 1;               ///< density with the guide / density without
+  /// Density with aim / density without, times the fraction of the source's flux that is emitted
+  /// toward the spheres: about 1 for light that is aimed, small for other light.
   float aimed = 1;
   Vec2 position() const { return {numbers[0], numbers[1]}; }
   Vec2 direction() const { return {numbers[2], numbers[3]}; }
 };
 
-/// Numbers of the light points of one source: Owen-scrambled Sobol points.
+/// Random numbers for the light points of one source: Owen-scrambled Sobol points.
 class LightNumbers {
  public:
   explicit LightNumbers(uint64_t seed) : seed_(seed) {}
@@ -38,21 +38,21 @@ class LightNumbers {
  private:
   Vec2 number(uint64_t purpose, uint32_t i) const {
     const uint64_t key = hash_words(seed_, purpose);
-    // Without an order of its own, each purpose would draw the same point of the sequence.
+    // The index is scrambled, because both purposes would use the same Sobol point otherwise.
     return owen_sobol_point(owen_scramble(i, hash_words(key, 2)), key, hash_words(key, 1));
   }
   uint64_t seed_;
 };
 
-/// Whose turn it is: sources in proportion to their shares, as evenly as whole numbers allow, each
-/// with an expectation of share x count.
+/// Divides `count` draws among sources in proportion to their shares, by systematic sampling. The
+/// expected number of draws of a source is share x count.
 class Turns {
  public:
   struct Turn {
     uint32_t source;
-    uint32_t number;  ///< among the points of the source
+    uint32_t number;  ///< index among the draws of the source
   };
-  /// `ends`: running sums of the shares.
+  /// `ends`: running sums of the shares. Must outlive this object.
   Turns(const std::vector<double>& ends, uint32_t count, uint64_t seed)
       : ends_(ends),
         scale_(ends.empty() ? 0 : ends.back() / count),
@@ -70,19 +70,20 @@ class Turns {
   double scale_, offset_;
 };
 
-/// A ray of a source's light.
+/// A light ray from a source.
 struct LeavingLight {
   EmissionSample sample;
-  std::optional<SurfaceInteraction> x;  ///< where it starts, if on a surface
+  std::optional<SurfaceInteraction> x;  ///< origin, if on a surface
 };
 
-/// Density of the directions that leave_light draws at a point of an emitting surface, per solid
-/// angle: by the cosine with the shading normal, where that is the geometric one. Elsewhere flux
-/// goes with one cosine and ends at the horizon of the other; a density by either would be nearly
-/// zero where there is light.
+/// True if the shading normal differs from the geometric normal.
 inline bool has_bent_normal(const SurfaceInteraction& x) {
   return glm::dot(x.n, x.frame.n) < 1 - 1e-5f;
 }
+/// Returns the density, per solid angle, of the directions that leave_light samples at a point of
+/// an emitting surface. It is proportional to the cosine if the normals are equal, else uniform.
+/// With a bent normal, flux is proportional to one cosine, but ends at the horizon of the other. A
+/// density proportional to either would be nearly 0 in some directions with light.
 inline float surface_emission_pdf(const SurfaceInteraction& x, const Vec3& d) {
   const float cosine = glm::dot(x.frame.n, d);
   if (!(cosine > 0)) return 0;
@@ -90,7 +91,7 @@ inline float surface_emission_pdf(const SurfaceInteraction& x, const Vec3& d) {
 }
 
 /// Samples light that leaves point x of an emitting surface, and sets x.wi. Returns nullopt if
-/// there is none.
+/// sampling fails.
 inline std::optional<EmissionSample> leave_surface(const Emitter& emitter, SurfaceInteraction& x,
                                                    Vec2 direction, const AimCones& cones = {}) {
   const int aimed = pick_aim(cones.count(), direction.x);
@@ -114,7 +115,7 @@ inline std::optional<EmissionSample> leave_surface(const Emitter& emitter, Surfa
   return sample;
 }
 
-/// Light that leaves an emitter: nullopt where none does.
+/// Samples light that leaves an emitter. Returns nullopt if sampling fails.
 inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec2& position,
                                                const Vec2& direction) {
   LeavingLight leaving;
@@ -133,41 +134,41 @@ inline std::optional<LeavingLight> leave_light(const Emitter& emitter, const Vec
   return leaving;
 }
 
-/// Density of d from y, toward light at x or, if that is nullptr, in the sky, the emitter being
-/// given.
+/// Density of direction d from y for light sampling, given the emitter. The light is at x; nullptr
+/// for the sky.
 inline float arrival_density(const Emitter& emitter, const SurfaceInteraction* x,
                              const SurfaceInteraction& y, const Vec3& d) {
   return x ? x->shape->pdf_solid_angle(y.p, *x) : emitter.pdf_environment(d);
 }
 
-/// A path of light on its way to the next surface, where it leaves a light point.
+/// A light path on its way to the next surface, where it leaves a light point.
 struct LightWalk {
   LightOrigin origin;
-  uint64_t seed = 0;                    ///< of what it does at surfaces
-  uint32_t edges = 1;                   ///< with the one that it is on
+  uint64_t seed = 0;                    ///< for its random numbers at surfaces
+  uint32_t edges = 1;                   ///< including the current one
   Vec3 d{0, 0, 1};                      ///< unit
-  Rgb power{0.f};                       ///< EmissionSample::power, less what surfaces have taken
+  Rgb power{0.f};                       ///< EmissionSample::power x the weights at all surfaces
   /// True while no surface has turned the light. Surfaces that it has passed straight don't count
   /// (LocalLight::passing).
   bool is_direct = true;
   float before = 0;                     ///< distance along d to the last surface that was passed
-  std::optional<SurfaceInteraction> x;  ///< where the path starts, if on a surface and direct
-  /// By mirrors alone, from a source that no ray can find: neither can paths from the eye.
+  std::optional<SurfaceInteraction> x;  ///< origin of the path, if on a surface and direct
+  /// True if the light has come from a lamp by delta lobes alone. Paths from the eye can't find it.
   bool is_hidden = false;
   bool is_shown = false;  ///< LightPoint::is_shown
 };
 
-/// What one thread draws.
+/// Light points drawn by one thread.
 struct LocalLight::Drawn {
   std::vector<LightPoint> points;
-  std::vector<LightOrigin> origins;  ///< of the points
-  std::vector<uint8_t> is_deep;      ///< of the points: their light has come by more than an edge
+  std::vector<LightOrigin> origins;  ///< of each point
+  std::vector<uint8_t> is_deep;      ///< for each point, 1 if its light has come by several edges
   std::vector<Reflection> reflections;
-  std::vector<uint64_t> walk_of;     ///< of the points: seeds of their walks; 0 on emitters
-  std::vector<LightWalk> walks;      ///< whose next edge isn't traced yet
-  /// Parts of split walks that don't fit among the walks yet, and their rays.
+  std::vector<uint64_t> walk_of;  ///< for each point, seed of its walk; 0 on emitters
+  std::vector<LightWalk> walks;   ///< walks whose next edge isn't traced yet
+  /// Parts of split walks that don't fit into `walks` yet, with their rays.
   std::vector<std::pair<LightWalk, Ray>> parts;
-  /// A kMirroring lobe was met by light of a source that has an extent, or of a lamp.
+  /// True if light of a surface or sky has hit a kMirroring lobe; the same for light of a lamp.
   bool meets_mirroring = false, lamp_meets_mirroring = false;
   RenderCounters counters;
 };

@@ -5,20 +5,20 @@
 
 namespace kinome {
 
-/// Directions at members of a group, world space; arrays padded to simd::kLobeLanes.
+/// Directions at members of a group, in world space. Arrays are padded to simd::kLobeLanes.
 struct Directions {
   const uint32_t* member;
   const float *dx, *dy, *dz;
   size_t count;
 };
-/// What BSDFs say of each direction.
+/// BSDF values for each direction.
 struct LobeColumns {
   float* f[3];     ///< BSDF x cosine
-  float* density;  ///< by which rays are drawn from the BSDF, per solid angle
+  float* density;  ///< density of sampling the direction by the BSDF, per solid angle
 };
 
-/// Of the rays that a patch's points send by their BSDFs, the share that goes by the cosine rather
-/// than by the glossy lobe.
+/// Returns the fraction of a patch's BSDF samples that are drawn by the cosine. The rest are drawn
+/// from the glossy lobe.
 float diffuse_share(const Patch& patch);
 
 /// wide::turned_factor at a primary whose form is_turned.
@@ -30,18 +30,18 @@ inline float turned_factor_at(const TilePrimaries& primaries, uint32_t primary, 
   return wide::turned_factor(cosine, turned.bump_alpha2[i]);
 }
 
-/// Evaluates BSDFs for directions at members of a group: by kernels where the patch is_described,
-/// elsewhere by asking them, which is slower. Keeps its memory: one per thread.
+/// Evaluates BSDFs for directions at members of a group. Uses kernels if the patch is_described,
+/// else Bsdf::shade_block, which is slower. Reuses its memory; one per thread.
 class LobeValues {
  public:
   LobeValues();
 
-  /// Of the glossy lobe; density: that of the patch's lobe, simd::sample_lobe.
+  /// Evaluates the glossy lobe. The density is that of simd::sample_lobe for the patch's lobe.
   void glossy(const GroupView& group, const Directions& directions, const LobeColumns& out);
-  /// Of all lobes but delta; density: that of rays which go by the cosine or by the glossy lobe,
-  /// see diffuse_share.
+  /// Evaluates all lobes except delta lobes. The density is that of the mixture of cosine and
+  /// glossy lobe; see diffuse_share.
   void all(const GroupView& group, const Directions& directions, const LobeColumns& out);
-  /// f cos alone, from the BSDFs. The arrays need no padding.
+  /// Evaluates f alone with Bsdf::shade_block. The arrays need no padding.
   void ask(const GroupView& group, Lobe lobes, const Directions& directions, float* const f[3]);
 
  private:
@@ -49,7 +49,7 @@ class LobeValues {
                         const LobeColumns& out);
 
   transport::Arena arena_;
-  SurfaceBlock points_;  ///< where BSDFs are asked, one for each direction
+  SurfaceBlock points_;  ///< copy of the surface point, for each direction
   Columns3 wo_;
   BsdfAnswer answer_;
 };

@@ -12,37 +12,38 @@
 
 namespace kinome {
 
-/// Light points of a pass that a tile connects to. Rates of cells depend on what the tile's patches
-/// may see of them, and a quarter on their guided flux alone, so that no light is left out. Rates
-/// depend on cells and on what was learned earlier, not on the points: so balance weights of eye
-/// rays can be computed from them anywhere. Within these rates, points are chosen one by one, by
-/// the light that the patches reflect of each (TriedPoints).
+/// Selects the light points of a pass that a tile connects to. Each cell has a rate: three quarters
+/// depend on the light that the tile's patches may get from it, a quarter on its guided flux alone.
+/// So no light is left out. Rates depend on cells and on learned visibility, not on the points.
+/// Balance weights of eye rays can therefore be computed from them at any point. Within these
+/// rates, points are selected in proportion to the light that the patches reflect from each
+/// (TriedPoints).
 ///
-/// Keeps its memory: one per thread.
+/// Reuses its memory; one per thread.
 class LocalChoice {
  public:
-  /// A tile's points are dealt, in the order of the cells, into blocks of about kBlockSize: each a
-  /// sample of all cells. A primary looks at one of them. A point that matters much may be in
-  /// several, or in all.
+  /// Size of a block. A tile's points are dealt into blocks in the order of the cells, so that each
+  /// block is a sample of all cells. A primary uses one block. An important point may be in several
+  /// blocks, or in all.
   static constexpr uint32_t kBlockSize = 32;
-  /// There is a block for every other primary or fewer, within these bounds: a power of two.
+  /// Bounds of the number of blocks. It is a power of two, about half the number of primaries.
   static constexpr uint32_t kLeastBlocks = 16, kMostBlocks = 64;
 
-  /// `visibility` of each patch; local cells begin at `first_cell` there. `primaries`: number of
-  /// them in the tile.
+  /// Selects points and lamps for a tile with this number of primaries. `visibility` has an entry
+  /// for each patch, in which local cells start at `first_cell`.
   void choose(const LocalLight& light, const LocalPoints& points, std::span<const Patch> patches,
               std::span<const Visibility> visibility, uint32_t first_cell, size_t primaries,
               uint64_t seed);
 
-  /// A block of points, padded, for a primary that looks at one block taken at random. Powers are
-  /// multiplied by `weight`, eye ratios by 1 / rate of the cell.
+  /// A padded block of points, for a primary that uses a random block. Powers are multiplied by
+  /// `weight`, eye ratios by 1 / rate of the cell.
   struct Block {
     simd::LightPointColumns columns;
     const uint32_t* cell;
-    const uint32_t* point;       ///< in LocalPoints
+    const uint32_t* point;       ///< index in LocalPoints
     const uint32_t* reflection;  ///< LightPoint::reflection
-    const float* weight;         ///< 1 / expected number of times that the point is looked at; 0: padding
-    uint32_t size = 0;           ///< padded
+    const float* weight;         ///< 1 / expected number of uses of the point; 0 for padding
+    uint32_t size = 0;           ///< including padding
     Vec3 geometric(uint32_t i) const {
       const float* const (&normal)[3] = columns.geometric;
       return {normal[0][i], normal[1][i], normal[2][i]};
@@ -53,12 +54,12 @@ class LocalChoice {
   struct Lamp {
     const Emitter* emitter;
     uint32_t cell;
-    float weight;  ///< 1 / probability of being looked at
+    float weight;  ///< 1 / probability that a primary uses the lamp
   };
   std::span<const Lamp> lamps(uint32_t index) const;
 
-  /// Expected number of times that a primary looks at a point of the cell, on average over the
-  /// points that a pass may draw there.
+  /// For each cell, the expected number of times that a primary uses one of its points: the mean
+  /// over the points that a pass may draw there.
   const std::vector<float>& rates() const { return rates_; }
 
  private:
@@ -70,7 +71,7 @@ class LocalChoice {
   void pick_points(const LocalPoints& points);
   void pick_lamps(const LocalLight& light, double offset);
 
-  std::vector<float> importance_;  ///< of each cell, summed over patches; padded
+  std::vector<float> importance_;  ///< for each cell, summed over patches; padded
   std::vector<float> of_patch_, believed_;
   std::vector<double> shares_;
   std::vector<float> rates_;

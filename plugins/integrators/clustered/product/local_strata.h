@@ -11,45 +11,45 @@
 
 namespace kinome {
 
-/// Local light that diffuse and glossy lobes reflect: each point connects to some of the light
-/// points that its tile has chosen, and to its lamps; these connections are the strata. What rays
-/// sent by the BSDF (EyeRays) find as well shares its light with them, by the balance heuristic.
-/// One per thread; not thread-safe. `light`, which has local light, and `choice` must outlive it.
+/// Estimates the local light that diffuse and glossy lobes reflect. Each surface point connects to
+/// one block of the light points that its tile has selected, and to a block of lamps. These
+/// connections are the strata. The balance heuristic divides light that eye rays find as well. One
+/// per thread; not thread-safe. `light` must have local light; `light` and `choice` must outlive
+/// it.
 class LocalStrata {
  public:
   LocalStrata(const CellLight& light, const LocalChoice& choice) : light_(light), choice_(choice) {}
 
   void begin_unit() { candidates_.resize(0); }
-  /// False where there is nothing to reflect it.
+  /// False if the BSDF has neither a diffuse nor a glossy lobe.
   static bool applies(const GroupView& group) { return group.has(Lobe::kDiffuse | Lobe::kGlossy); }
 
-  /// Random numbers of a unit: a primary's block of light points is that of `block` + its number.
+  /// Random numbers of a unit.
   struct Numbers {
-    uint32_t block;
-    uint64_t lamps;
+    uint32_t block;  ///< primary i uses block `block` + i of the light points
+    uint64_t lamps;  ///< seed for lamps
   };
-  /// Connects the group's points and appends the connections to the strata. eye_rays: rays that
-  /// each point sends by its BSDF, on average. Returns what learned visibilities say that the
-  /// points reflect, summed.
+  /// Connects the group's points and appends the connections to the strata. `eye_rays` is the
+  /// expected number of eye rays of each point. Returns the control terms, summed over the points.
   Rgb add(const GroupView& group, float eye_rays, const Numbers& numbers, Strata& strata);
-  /// Adds the value that the last add() for the group returned, `control`, to `sums`, each member's
-  /// part to its own sum.
+  /// Adds `control`, the result of the last add() for the group, to `sums`, each member's part to
+  /// its own sum.
   void split(const GroupView& group, const Rgb& control, const UnitSums& sums) const {
     split_control(group, candidates_, first_, control, sums);
   }
-  /// For the plan, from the connections that were added last, if there are any: adds mean and
-  /// variance of the unshadowed light to the group's `points` (of the tile) and to `patch`, and how
-  /// many eye rays are called for.
+  /// Computes the plan's input from the connections of the last add(), if any: mean and variance of
+  /// the unshadowed light, and the number of eye rays. Adds them to the group's points in `points`
+  /// (all points of the tile) and to `patch`.
   void plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const;
-  /// Makes shadow rays of the comb's hits on the segment that add() appended for the group, and
-  /// subtracts the control terms of these from the sum of the answers.
+  /// Makes shadow rays from the comb's hits on the segment that add() appended for the group, and
+  /// subtracts their control terms from `answers.sums`.
   void shoot(const GroupView& group, const SegmentHits& hits, const Answers& answers,
              ShadowRays& rays) const;
 
  private:
   struct Columns : Candidates {
-    std::vector<uint32_t> point;   ///< of LocalPoints, or LightPoint::kLambertian: a lamp
-    std::vector<float> distance;   ///< to the light
+    std::vector<uint32_t> point;   ///< index in LocalPoints; LightPoint::kLambertian for a lamp
+    std::vector<float> distance;   ///< to the light point or lamp
     std::vector<float> eye_ratio;  ///< ConnectionColumns::eye_ratio
     void resize(size_t size);
   };
@@ -64,7 +64,8 @@ class LocalStrata {
   const LocalChoice& choice_;
   LobeValues values_;
   Columns candidates_;
-  size_t first_ = 0, end_points_ = 0;  ///< of those added last; lamps are from end_points_ on
+  /// Candidates of the last add(): light points are [first_, end_points_), lamps follow.
+  size_t first_ = 0, end_points_ = 0;
 };
 
 }  // namespace kinome
