@@ -1,6 +1,7 @@
-/// Alpha of the background and of transparent surfaces, and the colour in front of a hidden
-/// background, by every integrator, as Mitsuba 3.9.1's `path` defines them. Its colours lose the
-/// direct light of samples that go straight through, see docs/limits.md; these are closed forms.
+/// Alpha of the background and of transparent surfaces, and colours in front of a hidden
+/// background, for every integrator. Alpha is that of Mitsuba 3.9.1's `path`. Its colours lack the
+/// direct light of samples that go straight through, see docs/limits.md; expected colours are
+/// closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,17 +14,17 @@ namespace {
 constexpr int kSide = 16;
 constexpr uint32_t kSamples = 16;
 constexpr int kRenders = 16;
-/// Standard deviations that a mean may be off, which are known, or, by Student's distribution of 15
-/// degrees of freedom, those that the renders tell: each time 4e-7 of false alarms, which makes 1e-4
-/// for the 250 means of this file.
+/// Maximum standard deviations of a mean. The first is for known standard deviations, the second
+/// for those estimated from the renders (Student's t with 15 degrees of freedom). Each has a false
+/// alarm rate of 4e-7, which makes 1e-4 for the 250 means of this file.
 constexpr double kMaxDeviations = 5.1, kMaxMeasuredDeviations = 8.3;
 const double kIor = 1.5046 / 1.000277;
 const double kReflectance = std::pow((kIor - 1) / (kIor + 1), 2);
-/// Of a pane, with all reflections between its faces.
+/// Reflectance of a pane, with all reflections between its faces.
 const double kPaneReflectance = 2 * kReflectance / (1 + kReflectance);
 
-/// An orthographic camera that looks straight down the z axis at [-1, 1]², so that all rays meet
-/// surfaces of z at the same angle.
+/// An orthographic camera that looks straight down the z axis at [-1, 1]². All rays therefore meet
+/// horizontal surfaces at the same angle.
 std::string scene_xml(const std::string& integrator, const std::string& body) {
   const auto integer = [](const char* name, uint32_t value) {
     return std::string("<integer name=\"") + name + "\" value=\"" + std::to_string(value) + "\"/>";
@@ -65,7 +66,7 @@ std::string blend(const char* weight, const std::string& first, const std::strin
 struct Method {
   const char* type;
   const char* parameters;
-  double tolerance = 0;  ///< of the light points' colours; negative: no colour is compared
+  double tolerance = 0;  ///< for the colours of light points; negative: colours aren't compared
 };
 const Method kMethods[] = {
     {"path", ""},
@@ -83,7 +84,7 @@ const Method kMethods[] = {
     {"groundtruth", "<integer name=\"max_depth\" value=\"2\"/>"
                     "<integer name=\"light_samples\" value=\"512\"/>",
      0.01},
-    // Shows neither the sky nor what is behind masks and panes.
+    // Shows neither the sky nor surfaces behind masks and panes.
     {"ptracer", "", -1},
 };
 
@@ -136,7 +137,7 @@ const Case kCases[] = {
      true, 0.4, 0},
 };
 
-/// Each of `rays` rays has an alpha of 1 or of 0. Means of ones are rounded.
+/// Each of `rays` rays has an alpha of 1 or 0. Means of ones have rounding errors.
 void expect_share(double mean, double expected, double rays, const std::string& what) {
   EXPECT_NEAR(mean, expected,
               kMaxDeviations * std::sqrt(expected * (1 - expected) / rays) + 2e-6)
@@ -155,7 +156,7 @@ TEST(Alpha, IsThatOfMitsubasPathByEveryIntegrator) {
         color.add(mean_of(image, 0));
         alpha.add(mean_of(image, 3));
       }
-      // At least one camera ray for three samples, by product sampling.
+      // Product sampling uses at least one camera ray per three samples.
       expect_share(alpha.mean(), c.alpha, kRenders * kSide * kSide * kSamples / 3., what);
       if (c.color < 0 || method.tolerance < 0) continue;
       EXPECT_NEAR(color.mean(), c.color,
@@ -179,7 +180,7 @@ TEST(Alpha, IsOneBehindAMaskWherePathsFindASurface) {
   for (const char* type : {"path", "clustered"}) {
     EXPECT_EQ(mean_of(render(integrator_xml({type, ""}, true), body), 3), 1) << type;
   }
-  // To depth 2, the surface behind isn't rendered, and has no alpha, either, as in Mitsuba.
+  // With depth 2, the surface behind isn't rendered, and has no alpha, either, as in Mitsuba.
   expect_share(mean_of(render(integrator_xml({"direct", ""}, true), body), 3), 0.4,
                kSide * kSide * kSamples, "direct");
 }
@@ -208,7 +209,7 @@ TEST(Alpha, OfNestedIntegratorsIsTheirs) {
   }
 }
 
-/// As of Mitsuba's `depth`, which shows what is hit first.
+/// As for Mitsuba's `depth`, which shows the first hit.
 TEST(Alpha, OfDepthIsOneForAllHits) {
   const std::string depth = "<integrator type=\"depth\"/>";
   EXPECT_EQ(mean_of(render(depth, kSky + card(mask("0"))), 3), 1);

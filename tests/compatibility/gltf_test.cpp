@@ -1,5 +1,5 @@
-/// glTF files whose meshes depend on extensions, skins, morph targets and missing normals. What
-/// would be lost is read, refused or reported.
+/// glTF files whose meshes depend on extensions, skins, morph targets and missing normals. Such
+/// data are read, refused or reported, but never lost silently.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,8 +13,8 @@
 namespace kinome::test {
 namespace {
 
-/// Builds a file: arrays become accessors, in the order in which they are added. The first is that
-/// of the positions of a right triangle of legs 1.
+/// Builds a file: arrays become accessors in the order in which they are added. The first contains
+/// the positions of a right triangle with legs of length 1.
 class GltfFile {
  public:
   GltfFile() { add<float>("VEC3", 5126, {0, 0, 0, 1, 0, 0, 0, 1, 0}); }
@@ -45,7 +45,7 @@ class GltfFile {
   std::string more;  ///< members of the file or, after "meshes", of its only mesh
   std::string of_mesh;
 
-  /// As a .gltf whose buffer is the file `buffer_name`.
+  /// Returns the .gltf file whose buffer is the file `buffer_name`.
   std::string json(const std::string& buffer_name) const {
     return R"({"asset":{"version":"2.0"},)" + more + R"("buffers":[{"byteLength":)" +
            std::to_string(buffer_.size()) + R"(,"uri":")" + buffer_name + R"("}],"bufferViews":[)" +
@@ -96,7 +96,8 @@ std::string instancing(int translation, int rotation, int scale) {
          R"(,"SCALE":)" + std::to_string(scale) + "}}}";
 }
 
-/// Rotations as floats, and as bytes and shorts of which 1/sqrt(2) is not exactly of length 1.
+/// Rotations as floats, and as bytes and shorts, in which 1/sqrt(2) makes the length slightly
+/// different from 1.
 TEST_F(GltfMeshes, InstancesAreCopiesOfTheirNodesMesh) {
   for (const int type : {5126, 5122, 5120}) {
     GltfFile file;
@@ -172,7 +173,7 @@ TEST_F(GltfMeshes, CompressedBuffersAreNamedAsSuch) {
   }
 }
 
-/// Integers that are not normalised are coordinates as they are.
+/// Integers that aren't normalised are used as coordinates directly.
 TEST_F(GltfMeshes, QuantisedPositions) {
   GltfFile file;
   const int positions = file.add<int16_t>("VEC3", 5122, {-100, 0, 0, 300, 0, 0, 0, 200, 50});
@@ -195,7 +196,8 @@ TEST_F(GltfMeshes, MorphTargetsByTheWeightsOfTheMeshOrOfTheNode) {
   expect_positions(file, {{0, 0, 0}, {9, 0, 0}, {0, 1, 0}});
 }
 
-/// The transform of a skinned mesh's node has no effect; its joints' have, in the pose of the file.
+/// The transform of a skinned mesh's node has no effect. Those of its joints have, in the file's
+/// pose.
 TEST_F(GltfMeshes, SkinsInThePoseOfTheNodes) {
   GltfFile file;
   const int joints = file.add<uint8_t>("VEC4", 5121, {0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0});
@@ -205,7 +207,7 @@ TEST_F(GltfMeshes, SkinsInThePoseOfTheNodes) {
                                      1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1});
   file.primitives = R"({"attributes":{"POSITION":0,"JOINTS_0":)" + std::to_string(joints) +
                     R"(,"WEIGHTS_0":)" + std::to_string(weights) + "}}";
-  // Joint 1 is at (1, 0, 0) of joint 0 in the bind pose, and at (1, 0, 7) now.
+  // Joint 1 is at (1, 0, 0) of joint 0 in the bind pose, and at (1, 0, 7) in the file's pose.
   file.nodes = R"({"children":[1,2]},{"mesh":0,"skin":0,"translation":[50,50,50]},)"
                R"({"translation":[0,0,3],"children":[3]},{"translation":[1,0,7]})";
   file.more =

@@ -1,4 +1,4 @@
-/// Image files as public scenes have them: a scene shows the colour that the file's maker meant.
+/// Image files as in public scenes: a scene shows the colour that the file's author intended.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace kinome::test {
 namespace {
 
-/// A 4x4 film of `pixel_format` before a rectangle that fills it.
+/// A 4x4 film with `pixel_format` in front of a rectangle that fills the image.
 std::string card_xml(const std::string& content, const std::string& pixel_format = "rgb") {
   return "<integrator type='direct'><integer name='emitter_samples' value='0'/><integer "
          "name='bsdf_samples' value='1'/></integrator><sensor type='orthographic'><transform "
@@ -57,7 +57,7 @@ TEST(ImageFiles, AFilmOfXyzIsReadAsItsColours) {
   expect_color(sky->eval_environment(Vec3(0, 0, 1)), color, 1e-5f);
 }
 
-/// Reflectances of 1.002 and 20 are those of white paper in a white furnace, NaN is black.
+/// Reflectances of 1.002 and 20 render as white paper in a white furnace, NaN as black.
 TEST(ImageFiles, ReflectancesThatAreNoneRender) {
   const TemporaryFolder folder;
   const std::string path = folder.path("paper.exr");
@@ -73,7 +73,7 @@ TEST(ImageFiles, ReflectancesThatAreNoneRender) {
   expect_color(first_pixel(*scene), Rgb(1, 1, 0), 1e-5f);
 }
 
-/// A warning of an image's values appears once, however many plugins use it.
+/// A warning about an image's values appears once, even if several plugins use it.
 TEST(ImageFiles, NegativeTexelsAreReportedOnce) {
   const TemporaryFolder folder;
   const std::string path = folder.path("sky.exr");

@@ -1,4 +1,4 @@
-/// Scenes that leave their integrator, or how long its paths get, to the program.
+/// Scenes without an integrator, or without a maximum path depth.
 #include <gtest/gtest.h>
 
 #include "support/render.h"
@@ -6,7 +6,7 @@
 namespace kinome::test {
 namespace {
 
-/// Two diffuse walls of a corner under a small lamp: much of the light comes by several bounces.
+/// Two diffuse walls of a corner under a small lamp: much of the light takes several bounces.
 const std::string kCorner =
     "<sensor type=\"perspective\"><transform name=\"to_world\"><lookat origin=\"3,2,3\" "
     "target=\"0,0.5,0\" up=\"0,1,0\"/></transform><film type=\"hdrfilm\">"
@@ -29,7 +29,7 @@ TEST(NoIntegrator, IsPathWithOneWarning) {
             render_scene(*scene_from("<integrator type=\"path\"/>" + kCorner)).data);
 }
 
-/// What `-D integrator=path` renders is what Python's `integrator="path"` does.
+/// `-D integrator=path` renders the same image as Python's `integrator="path"`.
 TEST(ScenesIntegrators, HaveAllBouncesUnlessTheyAreAskedForLess) {
   for (const std::string& type : std::vector<std::string>{"path", "ptracer", "clustered"}) {
     const std::string included = "<include filename=\"" + std::string(KINOME_TEST_SOURCE) +

@@ -1,5 +1,5 @@
 /// Meshes as exporters write them: OBJ and PLY files that Mitsuba 3.9.1 reads, and some that it
-/// refuses although their meaning is clear. Expected values are Mitsuba's unless a test says
+/// refuses although they are unambiguous. Expected values are Mitsuba's unless a test states
 /// otherwise.
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ class MeshFiles : public testing::Test {
     warnings_ = testing::internal::GetCapturedStderr();
     return shape ? shape : make<Shape>("<shape type='rectangle'/>");
   }
-  /// Expects triangles of these vertices, each by its position.
+  /// Expects triangles with these vertex positions.
   void expect_triangles(const std::string& name, const std::string& contents,
                         const std::vector<std::vector<Vec3>>& expected) {
     const auto shape = load(name, contents);
@@ -106,8 +106,8 @@ TEST_F(MeshFiles, ObjStatementsThatAreSkippedAreReported) {
   EXPECT_NE(warnings_.find("words after the corners of a face"), std::string::npos) << warnings_;
 }
 
-/// Normals that are zero, missing or not finite, which Mitsuba refuses or makes NaN, are those of
-/// the faces; texture coordinates that are not finite are 0.
+/// Normals that are zero, missing or not finite are replaced by those of the faces; Mitsuba refuses
+/// them or makes them NaN. Texture coordinates that aren't finite become 0.
 TEST_F(MeshFiles, NormalsAndTextureCoordinatesThatAreNoNumbers) {
   const std::string points = kObjPoints;
   for (const char* normal : {"0 0 0", "nan nan nan", "-nan(ind) 0 0", "1.#QNAN -1.#IND00 0"}) {
@@ -171,7 +171,7 @@ TEST_F(MeshFiles, PlyFacesOfFewerThanThreeVerticesAreSkipped) {
                            ": faces of fewer than three vertices are skipped (3 of them)\n");
 }
 
-/// Hair often ends in a radius of 0.
+/// Hair often ends with a radius of 0.
 TEST_F(MeshFiles, CurvesWithPointedTips) {
   for (const char* type : {"linearcurve", "bsplinecurve"}) {
     const auto scene = scene_from(
@@ -208,7 +208,7 @@ TEST_F(MeshFiles, PlyTextureCoordinatesOfCorners) {
                                        "3 3 1 0 6 .9 .6 .3 .4 nan 0 0\n");
   const TriangleMesh& mesh = *shape->mesh();
   ASSERT_EQ(mesh.triangles.size(), 3u);
-  EXPECT_EQ(mesh.positions.size(), 6u);  // two corners differ from those before
+  EXPECT_EQ(mesh.positions.size(), 6u);  // two corners differ from earlier ones
   const std::vector<std::vector<Vec2>> expected = {{{.1f, .2f}, {.3f, .4f}, {.5f, .6f}},
                                                    {{.1f, .2f}, {.5f, .6f}, {.7f, .8f}},
                                                    {{.9f, .6f}, {.3f, .4f}, {0, 0}}};
@@ -222,7 +222,7 @@ TEST_F(MeshFiles, PlyTextureCoordinatesOfCorners) {
   EXPECT_EQ(mesh.positions[mesh.triangles[2].x], Vec3(1, 1, 0));
 }
 
-/// As files of the Stanford repository and of VTK have them; Mitsuba refuses them.
+/// As in files of the Stanford repository and of VTK; Mitsuba refuses them.
 TEST_F(MeshFiles, PlyTriangleStrips) {
   expect_triangles("a.ply",
                    kPlyVertices +
@@ -233,7 +233,7 @@ TEST_F(MeshFiles, PlyTriangleStrips) {
                     {{1, 0, 0}, {1, 1, 0}, {0, 1, 0}}});
 }
 
-/// Point clouds and files whose faces are all skipped are invisible, wherever they are in a scene.
+/// Point clouds, and files whose faces are all skipped, are invisible anywhere in a scene.
 TEST_F(MeshFiles, MeshesWithoutFacesAreInvisible) {
   const std::string points = kObjPoints;
   const std::string empty_ply = shape_xml("a.ply", kPlyVertices + "end_header\n" + kPlyPoints);

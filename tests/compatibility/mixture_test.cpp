@@ -1,6 +1,6 @@
-/// Smooth glass in blends and masks, and indices of conductors that are negative in part. Mitsuba
-/// 3.9.1 renders blends with smooth parts too dark (docs/limits.md): these are closed forms, and
-/// comparisons of paths from both ends.
+/// Smooth glass in blends and masks, and conductors with negative parts of the index. Mitsuba 3.9.1
+/// renders blends with smooth parts too dark (docs/limits.md). Expected values are therefore closed
+/// forms, or come from paths traced from the other end.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ std::string sensor_xml(const char* type, const char* lookat, int samples, int si
          "</sensor>";
 }
 
-/// Of the mean over a picture's red.
+/// Estimates the mean of an image's red channel.
 Estimate mean_over_renders(const Scene& scene, int renders) {
   Moments means;
   for (int seed = 1; seed <= renders; ++seed) {
@@ -51,12 +51,13 @@ Estimate mean_over_renders(const Scene& scene, int renders) {
 }
 
 constexpr int kRenders = 16;
-/// Student's t of 15 degrees of freedom, beyond which are 1e-5.
+/// Student's t with 15 degrees of freedom, which is exceeded with probability 1e-5.
 constexpr double kMaxDeviations = 6.5;
 
 TEST(Mixture, OfSmoothGlassIsTheSumOfItsParts) {
   const double eta = 1.5046 / 1.000277, reflected = std::pow((eta - 1) / (eta + 1), 2);
-  // Seen straight on, under a sky of 1; radiance from inside is divided by the squared index.
+  // Seen at normal incidence, under a sky of 1. Radiance from inside is divided by the squared
+  // index.
   const double glass = reflected + (1 - reflected) / (eta * eta);
   const struct {
     std::string bsdf;
@@ -82,7 +83,7 @@ TEST(Mixture, OfSmoothGlassIsTheSumOfItsParts) {
   }
 }
 
-/// Light paths know which delta lobes bend their light, and which let it straight through.
+/// Light paths distinguish delta lobes that refract from those that transmit straight through.
 TEST(Mixture, OfSmoothGlassIsTheSameFromBothEnds) {
   const std::string rest =
       sensor_xml("perspective", "origin=\"0,0.5,1\" target=\"0,-1,0\" up=\"0,1,0\"", 256, 8) +
@@ -113,7 +114,7 @@ TEST(Mixture, OfTwoIndicesOfSmoothGlassIsAnError) {
   EXPECT_NE(error.find("different indices of refraction"), std::string::npos) << error;
 }
 
-/// Fresnel's reflectance depends on the squares of the index's parts alone.
+/// Fresnel reflectance depends only on the squares of the index's parts.
 TEST(Conductor, SignsOfTheIndexHaveNoEffect) {
   for (const char* type : {"conductor", "roughconductor"}) {
     const auto picture = [&](const char* eta, const char* k) {

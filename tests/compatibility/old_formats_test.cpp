@@ -1,4 +1,4 @@
-/// Files of Mitsuba 0.4 to 0.6: parameters, units, axes and defaults of that time.
+/// Files of Mitsuba 0.4 to 0.6: parameters, units, axes and defaults of these versions.
 #include <cmath>
 #include <fstream>
 #include <string>
@@ -60,7 +60,7 @@ TEST(OldFormats, UnusedParametersWarn) {
   const std::string film = "<film type='hdrfilm'><float name='gamma' value='2.2'/></film>";
   EXPECT_NE(warnings_of(film).find("'gamma'"), std::string::npos);
   EXPECT_THROW(object_of<Object>(film, "3.0.0"), Error);
-  // Also of the scene itself.
+  // The same holds for the scene itself.
   EXPECT_NO_THROW(old_scene("<integer name='some' value='1'/><shape type='sphere'/>"));
 }
 
@@ -71,7 +71,7 @@ TEST(OldFormats, TheLastOfTwoValuesCounts) {
   expect_near(texture->mean(), Rgb(.25f));
 }
 
-/// +y is up, the sun is in the south west of Tokyo at 3 PM: east is +x, north -z.
+/// +y is up; the sun is in the south-west of Tokyo at 3 PM: east is +x, north -z.
 TEST(OldFormats, TheSunStandsWhereItStoodInMitsuba06) {
   const auto sun = old<Emitter>("<emitter type='sun'/>");
   const auto sample = sun->sample_direct(Vec3(0), Vec2(.5f));
@@ -86,7 +86,7 @@ TEST(OldFormats, TheSunStandsWhereItStoodInMitsuba06) {
   EXPECT_GT(glm::dot(d, glm::normalize(Vec3(.3f, .8f, .5f))), .9999f);
 }
 
-/// The same sky as Mitsuba 3's, but for the axes and the ground's albedo.
+/// The same sky as Mitsuba 3's, except for the axes and the ground's albedo.
 TEST(OldFormats, TheSkyIsTurned) {
   const auto turned = old<Emitter>("<emitter type='sky'/>");
   const auto sky = object_of<Emitter>(
@@ -124,7 +124,7 @@ TEST(OldFormats, ScalesOfTheSun) {
   expect_near(tenth->eval_environment(Vec3(0, 1, 0)), .1f * both->eval_environment(Vec3(0, 1, 0)));
 }
 
-/// One number is a grey, also as light; Mitsuba 3 takes it for a spectrum.
+/// A single number is grey, also as light; Mitsuba 3 reads it as a spectrum.
 TEST(OldFormats, ConstantSpectraAreGrey) {
   const auto lamp = old<Emitter>(
       "<emitter type='constant'><spectrum name='radiance' value='2'/></emitter>");
@@ -205,12 +205,13 @@ TEST(OldFormats, Roughdiffuse) {
   }
 }
 
-/// A black coat of index 1 has no effect; one of glass takes Fresnel's shares and spreads what is inside.
+/// A black coat of index 1 has no effect. A glass coat reflects and transmits by Fresnel, and
+/// spreads the transmitted light.
 TEST(OldFormats, Coating) {
   const auto bsdf = old<Bsdf>(
       "<bsdf type='coating'><float name='intIOR' value='1.5'/><float name='extIOR' value='1'/>"
       "<bsdf type='diffuse'><float name='reflectance' value='.5'/></bsdf></bsdf>");
-  // Fresnel's reflectance at the normal is 0.04.
+  // Fresnel reflectance at normal incidence is 0.04.
   const SurfaceInteraction si = seen_from(Vec3(0, 0, 1));
   const double expected = .96 * .96 * .5 / (1.5 * 1.5) / M_PI;
   EXPECT_NEAR(bsdf->eval_pdf(si, Lobe::kAll, Vec3(0, 0, 1)).f.x, expected, 1e-5);
@@ -298,7 +299,7 @@ TEST(OldFormats, FilmsAndSensors) {
   EXPECT_GT(direction("0.3.0").x, .1f);
 }
 
-/// Names with capital letters only, which aren't camel case.
+/// Names in capital letters only, which aren't camel case.
 TEST(OldFormats, CapitalLetters) {
   const auto at_centre = [](const std::string& version, const std::string& parameters) {
     return object_of<ReconstructionFilter>("<rfilter type='mitchell'>" + parameters + "</rfilter>",
@@ -326,7 +327,8 @@ TEST(OldFormats, Integrators) {
             "integrator/aov");
 }
 
-/// Mitsuba 3's differentiable integrators render the same images as others; `prb` stops at 6 edges.
+/// Mitsuba 3's differentiable integrators render the same images as the others; `prb` stops at 6
+/// edges.
 TEST(Integrators, DifferentiableOnes) {
   const auto plugin_of = [](const std::string& type) {
     return object_of<Object>("<integrator type='" + type + "'><integer name='sppc' value='4'/>"
@@ -341,7 +343,7 @@ TEST(Integrators, DifferentiableOnes) {
   EXPECT_THROW(plugin_of("prb_unknown"), Error);
 }
 
-/// Half of the sky over a floor is hidden by a wall that touches it.
+/// A wall that touches the floor hides half of the sky.
 TEST(OldFormats, AmbientOcclusion) {
   const auto scene = old_scene(
       "<integrator type='ao'><integer name='shadingSamples' value='4'/></integrator>"
@@ -361,7 +363,7 @@ TEST(OldFormats, AmbientOcclusion) {
   EXPECT_NEAR(mean, .5, .02);
 }
 
-/// The constructions that only old files have.
+/// Elements that only old files have.
 TEST(OldFormats, OtherElements) {
   const auto scene = old_scene(
       "<shape type='sphere'><subsurface type='dipole'/><animation name='toWorld'>"
@@ -384,7 +386,7 @@ TEST(OldFormats, VertexColorsOfShapesWithoutColoursAreBlack) {
   }
 }
 
-/// The same holds for PLY files; one with colours keeps them, although both refer to the same BSDF.
+/// The same holds for PLY files. A file with colours keeps them, although both use the same BSDF.
 TEST(OldFormats, VertexColorsOfPly) {
   const auto write = [](const std::string& name, const std::string& properties,
                         const std::string& values) {
@@ -426,7 +428,7 @@ TEST(OldFormats, LenientlyUnknownPluginsAreLeftOut) {
   EXPECT_EQ(scene->integrator().plugin(), "integrator/path");
 }
 
-/// Objects that need what was left out are reduced, or left out, too.
+/// Objects that need an omitted object are reduced, or omitted, too.
 TEST(OldFormats, LenientlyParentsAreReduced) {
   LoadOptions options;
   options.lenient = true;
@@ -456,7 +458,7 @@ TEST(OldFormats, LenientlyParentsAreReduced) {
   expect_bsdf(bsdf_of("<bsdf type='diffuse'><texture type='scale' name='reflectance'>"
                       "<texture type='sorcery'/></texture></bsdf>"),
               "bsdf/diffuse", .5f);
-  // By references, whose names stay valid.
+  // With references, whose names remain valid.
   const std::string texture = "<texture type='sorcery' id='t'/>";
   const std::string named = "<bsdf type='diffuse' id='d'><float name='reflectance' value='.2'/>"
                             "</bsdf>";

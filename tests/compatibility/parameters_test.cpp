@@ -1,4 +1,4 @@
-/// Every parameter of every plugin, and those that Mitsuba 3.9.1 accepts without effect.
+/// Tests all parameters of all plugins, and parameters that Mitsuba 3.9.1 accepts without effect.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -15,7 +15,7 @@ using Names = std::vector<std::string>;
 constexpr const char* kOnePixel =
     "<film type='hdrfilm'><integer name='width' value='1'/><integer name='height' value='1'/></film>";
 
-/// A triangle; its positions and indices are in the file.
+/// A triangle whose positions and indices are in the file.
 constexpr const char* kGltf = R"({"asset": {"version": "2.0"}, "scene": 0,
   "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
   "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
@@ -24,7 +24,7 @@ constexpr const char* kGltf = R"({"asset": {"version": "2.0"}, "scene": 0,
   "bufferViews": [{"buffer": 0, "byteLength": 36}],
   "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
 
-/// A triangle in the format of version 4, of which zlib has compressed nothing.
+/// A triangle in version 4 of the format, in a zlib stream without compression.
 std::string serialized_triangle() {
   std::string body;
   const auto add = [](std::string& to, const auto& value) {
@@ -35,7 +35,7 @@ std::string serialized_triangle() {
   add(body, uint64_t{3}), add(body, uint64_t{1});
   for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f}) add(body, x);
   for (const uint32_t vertex : {0, 1, 2}) add(body, vertex);
-  uint32_t a = 1, b = 0;  // Adler's checksum
+  uint32_t a = 1, b = 0;  // Adler-32 checksum
   for (const char c : body) {
     a = (a + static_cast<unsigned char>(c)) % 65521;
     b = (b + a) % 65521;
@@ -50,7 +50,7 @@ std::string serialized_triangle() {
   return file;
 }
 
-/// Parameters that plugins can't be built without, by "category/name".
+/// Parameters without which plugins can't be built, by "category/name".
 std::map<std::string, std::map<std::string, std::string>> needed(const TemporaryFolder& folder) {
   const std::string curve = folder.write("curves.txt", "-1 0 0 1\n0 0 0 1\n1 0 0 1\n2 0 0 1\n");
   const std::string map =
@@ -90,7 +90,7 @@ TEST(Parameters, OfAllTablesAreReadOrIgnored) {
   for (int i = 0; i < kCategoryCount; ++i) {
     const auto category = static_cast<Category>(i);
     for (const std::string& name : registry().names(category)) {
-      if (name != registry().find(category, name).name) continue;  // another name
+      if (name != registry().find(category, name).name) continue;  // an alias
       const std::string title = std::string(to_string(category)) + "/" + name;
       check::Request request;
       request.plugin = title;
@@ -100,7 +100,7 @@ TEST(Parameters, OfAllTablesAreReadOrIgnored) {
       }
       const check::ParameterUse use = check::parameter_use(request);
       EXPECT_EQ(use.unread, Names()) << title;
-      // Pixels are given by programs, not by scene files.
+      // Programs pass pixels, scene files don't.
       const bool takes_pixels = title == "emitter/envmap" || title == "texture/bitmap";
       EXPECT_EQ(use.unknown, takes_pixels ? Names{"data"} : Names()) << title;
       ++plugins;
@@ -109,7 +109,7 @@ TEST(Parameters, OfAllTablesAreReadOrIgnored) {
   EXPECT_GT(plugins, 60);
 }
 
-/// The warnings while a scene is loaded from these elements.
+/// Returns the warnings from loading a scene with these elements.
 Names warnings_of(const std::string& xml) {
   Names warnings;
   const LogListener listener([&](const std::string& warning) { warnings.push_back(warning); });
@@ -130,7 +130,7 @@ TEST(Parameters, WithoutEffectGiveOneWarning) {
   EXPECT_EQ(warnings_of(sphere + sphere + sphere).size(), 1u);
 }
 
-/// Each loads in Mitsuba 3.9.1, and has no effect there or none on what an image converges to.
+/// Each loads in Mitsuba 3.9.1, without effect on the image to which renders converge.
 TEST(Parameters, ThatMitsubaAcceptsWithoutEffectLoad) {
   const std::string transform = "<transform name='to_world'><translate x='1'/></transform>";
   const Names accepted = {

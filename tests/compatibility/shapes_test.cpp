@@ -1,5 +1,5 @@
-/// Shapes that shadow themselves by rounding, instances too small to trace, and spheres and
-/// cylinders under uneven scales, as Mitsuba 3.9.1 renders them.
+/// Shapes that shadow themselves because of rounding, instances too small to trace, and spheres and
+/// cylinders under nonuniform scales, as Mitsuba 3.9.1 renders them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +16,8 @@ std::string number(double v) {
   return text;
 }
 
-/// A picture of `size` units a side around the point (x, 0, 0), in a sky of 1. Its samples are those
-/// of BSDFs alone: a diffuse surface of reflectance 0.5 that nothing shadows is 0.5 in each.
+/// An image of `size` x `size` units around the point (x, 0, 0), under a sky of 1. All samples are
+/// BSDF samples: a diffuse surface of reflectance 0.5 without shadows is 0.5 in each.
 std::string close_up_xml(double size, double x) {
   return "<integrator type=\"direct\"><integer name=\"emitter_samples\" value=\"0\"/>"
          "<integer name=\"bsdf_samples\" value=\"1\"/></integrator><emitter type=\"constant\"/>"
@@ -47,7 +47,7 @@ TEST(ThinCurve, DoesNotShadowItself) {
             *scene_from(close_up_xml(3 * radius, x) + "<shape type=\"" + type +
                         "\"><string name=\"filename\" value=\"" + file +
                         "\"/><bsdf type=\"diffuse\"/></shape>"));
-        // Here and there, rays slip through very thin curves, and see the sky.
+        // Some rays pass through very thin curves because of rounding, and see the sky.
         for (const float value : image.data) {
           ASSERT_GE(value, 0.5f - 1e-6f) << type << ' ' << radius << ' ' << x;
         }
@@ -75,11 +75,11 @@ TEST(SmallInstance, IsRenderedOrAnError) {
     const std::string error = error_of([&] { scene(scale); });
     EXPECT_NE(error.find(expected), std::string::npos) << scale << ": " << error;
   };
-  // The determinant leaves the range of float.
+  // The determinant exceeds the range of float.
   for (const char* scale : {"1e-13", "1e-17", "1e-30", "1e13"}) {
     expect_error(scale, "scales by too much");
   }
-  // Rays from the camera leave that of the ray tracer.
+  // Rays from the camera exceed that of the ray tracer.
   expect_error("1e-18, 1, 1", "scaled down too far: rays from 6 units away");
 }
 
@@ -90,7 +90,7 @@ std::string shape_xml(const std::string& type, const std::string& to_world,
 }
 const std::string kShear = "<matrix value=\"1 .5 0 0  0 1 0 0  0 0 1 0  0 0 0 1\"/>";
 
-/// The radius is scaled as the x axis is.
+/// The radius is scaled like the x axis.
 TEST(UnevenScale, LeavesASphereASphere) {
   const struct {
     std::string shape;
@@ -115,7 +115,7 @@ TEST(UnevenScale, LeavesASphereASphere) {
   }
 }
 
-/// Where Mitsuba meets them, with its normals.
+/// The hits and normals are those of Mitsuba.
 TEST(UnevenScale, MakesCylindersEllipticOrOblique) {
   const auto hit = [](const std::string& shape, const Vec3& o, const Vec3& d) {
     const auto scene = scene_from(shape);
@@ -138,8 +138,8 @@ TEST(UnevenScale, MakesCylindersEllipticOrOblique) {
   expect_near(b.n, glm::normalize(Vec3(2, -1, 0)));
 }
 
-/// The perimeter of an ellipse of half axes 2 and 1 is 9.68844822. The mean of x² over the area is
-/// computed by quadrature; that of samples, evenly spaced, agrees but for rounding.
+/// The perimeter of an ellipse with half axes 2 and 1 is 9.68844822. The mean of x² over the area
+/// is computed by quadrature. Evenly spaced samples agree except for rounding.
 TEST(UnevenScale, LeavesCylindersSampledByArea) {
   const auto shape = make<Shape>(shape_xml("cylinder", "<scale x=\"2\" y=\"1\" z=\"3\"/>"));
   EXPECT_NEAR(shape->area(), 3 * 9.68844822f, 1e-4f);

@@ -1,13 +1,13 @@
-"""Runs a test program with the copies that hold the defects in place of what they are copies of:
+"""Runs a test program with the copies that contain the defects, instead of the originals:
 
   expect_failure.py CORE PLUGINS PROGRAM NAME...
 
-CORE: the library of the core's copies, which is preloaded, so that its functions replace the core's.
+CORE: the library of the core's copies. It is preloaded, so that its functions replace the core's.
 PLUGINS: folder of the plugins' copies, which are found before the real ones. With the name of a
-defect, the tests that are to notice it must fail (not crash) while it is planted; without one, all
-that the program's defects name must pass, so that it is the defect that they notice.
+defect, the defect is planted, and the tests that must notice it must fail (not crash). Without a
+name, the tests of all of the program's defects must pass, which shows that they notice the defects.
 
-The first assertion that fails ends the program, by SIGTRAP: what comes after it proves no more.
+The first assertion that fails ends the program, by SIGTRAP: later ones prove no more.
 """
 import os
 import resource

@@ -1,6 +1,6 @@
-"""Writes a copy of a source file that holds all of its defects, each of them asleep until the
-environment's KINOME_DEFECT names it: plant.py ROOT SOURCE COPY. One copy a file, since compiling is
-what defects take time for.
+"""Writes a copy of a source file that contains all of its defects: plant.py ROOT SOURCE COPY. A
+defect is inactive unless the environment's KINOME_DEFECT names it. One copy per file contains all
+defects, because compiling takes most of their time.
 """
 import pathlib
 import re
@@ -27,7 +27,7 @@ inline bool is_planted(std::string_view name) {{
 
 
 def planted(defects, old):
-    """What stands in the place of `old`, where one or more defects may be planted."""
+    """Returns the replacement of `old`, in which one or more defects may be planted."""
     text = old
     for defect in defects:
         switch = f"::kinome_defects::{defect.name}"

@@ -1,10 +1,10 @@
-"""The defects: each is one place of the code, changed, that a test must notice.
+"""The defects: each changes the code in one location, and a test must notice it.
 
-`source` is a file of the core or of a plugin, and `old` a piece of it that occurs there exactly once
-(any run of white space matches any other). `new` is what stands in its place while the defect is
-planted: an expression for an expression that may have parentheses around it or, where that won't do,
-the whole piece anew, in which DEFECT is true while the defect is planted, and false otherwise. `test`
-and `pattern`: the test program and GoogleTest's filter that must fail then.
+`source` is a file of the core or of a plugin. `old` is a part of it that occurs exactly once (any
+run of white space matches any other). `new` replaces it while the defect is planted. `new` is an
+expression if `old` is one that may be put in parentheses. Otherwise it is the whole part in its new
+form, in which DEFECT is true while the defect is planted, and false otherwise. `test` is a test
+program, and `pattern` a GoogleTest filter: these tests must fail then.
 """
 import dataclasses
 
@@ -95,7 +95,7 @@ DEFECTS = [Defect(*row) for row in (
      "share * v.pdf", "v.pdf",
      "roughdielectric", "RoughDielectric.DensityIsTheInverseJacobian*"),
 
-    # What integrators share.
+    # Code that integrators share.
     ("emitter_weight_without_bsdf", TRANSPORT + "direct_light.cpp",
      "power_heuristic(pdf, bsdf_pdf)", "Float(1.f)",
      "closed_form", "ClosedForm.FurnaceShowsTheAlbedo"),
@@ -213,7 +213,7 @@ DEFECTS = [Defect(*row) for row in (
      "sample->power = 0.99f * irradiance_ / sample->pdf_position",
      "emitters", "Emitters.SendTheirWholePower"),
 
-    # What goes through surfaces.
+    # Light that goes through surfaces.
     ("radiance_through_glass_as_if_it_were_power", "plugins/bsdfs/dielectric.cpp",
      "transmittance * sqr(boundary.eta_ti)", "transmittance",
      "transmission", "Transmission.LightTracingAgreesWithPathsUnderWater"),
@@ -326,8 +326,8 @@ DEFECTS = [Defect(*row) for row in (
      "query.from_lobe * from_lobe", "1.02f * query.from_lobe * from_lobe",
      "product", "Lights/*/GradientOnMetal"),
 
-    # Product sampling of local light: weights that don't sum to 1, light that nothing finds, control
-    # that isn't the rays'.
+    # Product sampling of local light: weights that don't sum to 1, light that no method finds,
+    # control variates that don't match the rays.
     ("density_of_points_as_drawn", CLUSTERED + "kernels/local_kernels.cpp",
      "Float::load(picks.eye_weight + i)", "Float(1.f)",
      "product_local", "Bounce/*/Corner"),
@@ -440,7 +440,7 @@ DEFECTS = [Defect(*row) for row in (
      "static_cast<float>(std::max(1u, sensor.sampler().sample_count()))", "1.f",
      "aov", "Aov.TellsHowUvChangesFromPixelToPixel"),
 
-    # What makes images of single seeds wrong, though their expectation is right.
+    # Defects that make images of single seeds wrong, though their expectation is right.
     ("unknown_light_taken_for_none", CLUSTERED + "product/local_light.cpp",
      "deep_ratios_.push_back(kUnknownRatio)", "deep_ratios_.push_back(0.f)",
      "light_points", "LightPoints.LeaveUnknownLightToPaths"),

@@ -7,8 +7,7 @@
 #include "kinome/film.h"
 #include "kinome/render_context.h"
 
-/// A checkpoint but for its checksum, which is made right: nothing behind it is to be trusted,
-/// either.
+/// A checkpoint without its checksum, which is added: the data behind it can't be trusted, either.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace kinome;
   static const fuzz::InputFile file(".checkpoint");
@@ -27,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     Checkpoint checkpoint({.path = path, .every = 1e9, .resume = true});
     checkpoint.set_identity({{"seed", "7"}});
     checkpoint.begin(*film);
-    // A render that is resumed from there.
+    // Resume a render from the checkpoint.
     RenderContext context({.threads = 1});
     context.set_checkpoint(&checkpoint);
     for (int pass = 0; pass < 2; ++pass) {

@@ -1,4 +1,4 @@
-// Any bytes as a file of curves, of either kind.
+// Reads any bytes as a file of curves, of either type.
 
 #include "fuzz.h"
 #include "kinome/shape.h"

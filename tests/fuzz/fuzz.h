@@ -16,25 +16,24 @@
 #include "kinome/properties.h"
 #include "kinome/scene_loader.h"
 
-/// What each target defines: one input, whatever bytes they are. An Error is as good as success
-/// (it is left in `refusal`); any other exception, a crash or a report of the sanitizers is a
-/// finding.
+/// Function that each target defines: reads one input of arbitrary bytes. An Error is a success
+/// (its message is in `refusal`). Any other exception, a crash or a sanitizer report is a finding.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
 namespace kinome::fuzz {
 
-/// The Error that the input was refused with; empty: it was accepted. libFuzzer needs none of it,
-/// but the replay must know whether any seed still gets past the door.
+/// Message of the Error that refused the input; empty if it was accepted. libFuzzer ignores it. The
+/// replay uses it to test that some seeds are still accepted.
 inline std::string refusal;
 
-/// Of this build, without a word on stderr.
+/// Returns the plugins of this build, and turns messages off.
 inline PluginRegistry& registry() {
   set_log_level(LogLevel::kQuiet);
   static PluginRegistry instance({KINOME_FUZZ_PLUGINS});
   return instance;
 }
 
-/// The input as a file of its own, in TMPDIR. It stays open: there are millions of inputs.
+/// The input as a file in TMPDIR. The file stays open, because there are millions of inputs.
 class InputFile {
  public:
   explicit InputFile(const std::string& extension)
@@ -62,8 +61,8 @@ class InputFile {
   int file_;
 };
 
-/// The plugin's object with that file, or nullptr where it is an Error. Made without XML, which
-/// has a target of its own and would take most of the time here.
+/// Returns the plugin's object with that file, or nullptr after an Error. It doesn't use XML, which
+/// has its own target and would take most of the time here.
 inline std::shared_ptr<Object> load_file(Category category, const std::string& type,
                                          const std::string& path) {
   const Location where{"fuzz.xml", 1, 1};

@@ -1,4 +1,4 @@
-// Any bytes as a glTF file.
+// Reads any bytes as a glTF file.
 
 #include "mesh.h"
 

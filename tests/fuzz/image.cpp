@@ -1,7 +1,7 @@
 #include "fuzz.h"
 
-/// PNG, JPEG and Radiance, as a texture. Inputs of other formats are left out: OpenImageIO's readers
-/// are not ours.
+/// Reads PNG, JPEG and Radiance files as textures. Other formats are skipped, because OpenImageIO
+/// reads them.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const kinome::fuzz::InputFile file(".image");
   const std::string bytes(reinterpret_cast<const char*>(data), size);

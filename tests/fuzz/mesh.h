@@ -5,7 +5,7 @@
 
 namespace kinome::fuzz {
 
-/// Loads the input as a mesh, and looks at what came out.
+/// Loads the input as a mesh, and checks the result.
 inline void load_mesh(const std::string& type, const uint8_t* data, size_t size) {
   static const InputFile file("." + type);
   const auto shape =

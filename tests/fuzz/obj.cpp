@@ -1,4 +1,4 @@
-// Any bytes as an OBJ file.
+// Reads any bytes as an OBJ file.
 
 #include "mesh.h"
 

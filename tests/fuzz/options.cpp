@@ -6,9 +6,9 @@
 
 #include "fuzz.h"
 
-/// Command lines: arguments with a line break after each.
+/// Parses command lines: arguments with a line break after each.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  std::cout.setstate(std::ios::failbit);  // --help speaks
+  std::cout.setstate(std::ios::failbit);  // --help prints text
   std::vector<std::string> arguments = {"kinome"};
   std::string argument;
   for (size_t i = 0; i < size; ++i) {
@@ -24,7 +24,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   for (const std::string& text : arguments) argv.push_back(text.c_str());
   argv.push_back(nullptr);
   try {
-    // Kept, for it takes longer to make than to use; but CLI11's remembers each option that it met.
+    // The parser is reused, because building it takes longer than using it. It is rebuilt from time
+    // to time, because CLI11 stores each option that it parsed.
     static std::unique_ptr<kinome::app::OptionsParser> parser;
     static unsigned runs = 0;
     if (runs++ % 100'000 == 0) parser = std::make_unique<kinome::app::OptionsParser>();

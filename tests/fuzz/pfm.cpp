@@ -1,6 +1,6 @@
 #include "fuzz.h"
 
-/// As light from all around, and as a texture.
+/// Reads the input as an environment map and as a texture.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const kinome::fuzz::InputFile file(".pfm");
   const std::string& path = file.write(data, size);

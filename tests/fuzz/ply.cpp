@@ -1,4 +1,4 @@
-// Any bytes as a PLY file.
+// Reads any bytes as a PLY file.
 
 #include "mesh.h"
 

@@ -1,9 +1,9 @@
-/// Runs a target on files, and on all files of folders: what libFuzzer found once, without it.
+/// Runs a target on files, and on all files of folders: repeats inputs of libFuzzer without it.
 ///
-/// An Error is no failure of an input that was made to be refused. But where all were refused at
-/// the door (a format's version changed, or a plugin isn't there), nothing behind it would be
-/// tested, by the fuzzer neither: of a folder at least one input must be accepted, and all those
-/// whose names begin with "good".
+/// An Error is no failure for most inputs. But if a target refused all inputs (for example because
+/// a format's version changed, or a plugin is missing), neither the replay nor the fuzzer would
+/// test more than the first checks. Therefore each folder must contain at least one accepted input,
+/// and all inputs whose names begin with "good" must be accepted.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -30,7 +30,7 @@ void replay(const fs::path& path, Tally& tally) {
     return;
   }
   std::printf("%s: ", path.c_str());
-  std::fflush(stdout);  // what a crash is to blame on
+  std::fflush(stdout);  // shows which input caused a crash
   kinome::fuzz::refusal.clear();
   LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
   const std::string& refusal = kinome::fuzz::refusal;
@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
     for (const fs::path& path : paths) replay(path, all);
     if (all.accepted == accepted_before) {
       ++all.failed;
-      std::printf("%s: no input is accepted, so that nothing behind the door is tested\n", argv[i]);
+      std::printf("%s: no input is accepted, so that only the first checks are tested\n", argv[i]);
     }
   }
   std::printf("%d inputs, %d accepted, %d failed\n", all.inputs, all.accepted, all.failed);

@@ -1,5 +1,5 @@
-// Any bytes as a file of serialized meshes; or, behind an odd byte, as what one mesh of it holds
-// before that is compressed, as mutations of what is compressed hardly ever get that far.
+// Reads any bytes as a file of serialized meshes. After an odd first byte, the rest is the content
+// of one mesh before compression, because mutations of compressed data hardly ever decompress.
 
 #include <zlib.h>
 

@@ -2,7 +2,7 @@
 
 #include "fuzz.h"
 
-/// A whole scene. What it may include or read is what lies beside it: nothing.
+/// Reads a whole scene, which has no other files to include or read.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace kinome;
   const std::string xml(reinterpret_cast<const char*>(data), size);

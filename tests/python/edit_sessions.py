@@ -1,4 +1,4 @@
-"""A scene of files for edit sessions by traverse(), and a test case that has it open."""
+"""A scene with several files for edit sessions by traverse(), and a test case that opens it."""
 import os
 import pathlib
 import random
@@ -95,7 +95,7 @@ MATERIALS = """\
 
 
 def write_mesh(path, seed=0):
-    """A grid of 5 x 5 vertices, with normals and texture coordinates."""
+    """Writes a grid of 5 x 5 vertices, with normals and texture coordinates."""
     dice = np.random.default_rng(seed)
     lines, faces = [], []
     for j in range(5):
@@ -143,7 +143,8 @@ class SessionTest(unittest.TestCase):
         self.parameters = kinome.traverse(self.scene)
 
     def expect_saved(self, path, may_be_black=False):
-        """The picture of the saved scene: that of the edited one."""
+        """Saves the scene and tests that it renders the same image as the edited one. Returns it.
+        """
         self.parameters.save(path)
         saved = kinome.load_file(path)
         if not may_be_black:

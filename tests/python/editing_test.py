@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""Edit sessions by traverse(): after any number of random edits the picture is the one of the saved
-scene, to the bit; refused edits leave no trace; memory doesn't grow.
+"""Tests of edit sessions by traverse(). After any number of random edits, the image is
+bit-identical to that of the saved scene. Refused edits change nothing, and memory doesn't grow.
 
-Of the build folder KINOME_BUILD. KINOME_EDITS=2000 makes longer sessions, KINOME_SEED=5 another one.
+KINOME_BUILD is the build folder. KINOME_EDITS=2000 makes sessions longer, KINOME_SEED=5 changes
+them.
 """
 import ctypes
 import os
@@ -20,7 +21,7 @@ SEED = int(os.environ.get("KINOME_SEED", 1))
 
 
 class RandomEdits:
-    """Values of all types, some of which can't be."""
+    """Random edits with values of all types, some of which are invalid."""
 
     def __init__(self, parameters, parts, seed):
         self.parameters = parameters
@@ -47,7 +48,7 @@ class RandomEdits:
             limits = {"width": (8, 24), "height": (8, 16), "sample_count": (1, 4)}
             return dice.randint(*limits.get(name, (-1, 6))) if "crop" not in name else None
         if name in ("near_clip", "far_clip"):
-            return None  # nothing would be seen any more
+            return None  # the image might be black
         if row.type in ("float", "float or name"):
             usual = row.value if isinstance(row.value, (int, float)) else 1.0
             return dice.choice([usual * dice.uniform(0.7, 1.4), dice.uniform(0, 1), -1.0])
@@ -77,7 +78,7 @@ class RandomEdits:
             {"type": "ref", "id": "wood"}])
 
     def put_or_take(self):
-        """Textures, maps around BSDFs, and what is taken back or away."""
+        """Sets textures and maps around BSDFs, or reverts and removes them."""
         dice = self.dice
         rows = self.parameters.parameters()
         slots = [row.path for row in rows if "texture" in row.type] + list(self.parameters.textures())
@@ -92,13 +93,13 @@ class RandomEdits:
         elif do < 0.7:
             self.parameters.unset(dice.choice(bsdfs))
         elif do < 0.85:
-            large = (".width", ".height", ".sample_count")  # by default
+            large = (".width", ".height", ".sample_count")  # their defaults are large
             self.parameters.unset(dice.choice([r.path for r in rows if not r.path.endswith(large)]))
         else:
             self.parameters.revert(dice.choice([row.path for row in rows if row.type != "array"]))
 
     def step(self):
-        """One to three values, then an update."""
+        """Sets one to three values and updates the scene."""
         rows = self.parameters.parameters()
         try:
             if self.dice.random() < 0.25:
@@ -111,7 +112,7 @@ class RandomEdits:
             self.done += 1
         except kinome.Error:
             self.refused += 1
-            # What was noted before the one that can't be noted is for this update.
+            # Apply the values that were set before the invalid one.
             try:
                 self.parameters.update()
             except kinome.Error:
@@ -138,7 +139,7 @@ class EditingTest(SessionTest):
         self.assertGreater(edits.done, EDITS / 3)
         self.assertGreater(edits.refused, EDITS / 20)
         saved = self.expect_saved(self.folder / "elsewhere/last.xml", may_be_black=True)
-        # And what is saved of what was saved.
+        # A saved scene that is saved again stays the same.
         self.parameters = kinome.traverse(saved)
         self.scene = saved
         self.expect_saved(self.folder / "elsewhere/again.xml", may_be_black=True)
@@ -152,7 +153,7 @@ class EditingTest(SessionTest):
                 kinome.render(self.scene, spp=1)
             if i + 1 in (200, 1000):
                 sizes.append(resident_bytes())
-        # 800 edits that kept but a mesh's arrays, or an update's objects, would keep some 8 MB.
+        # Keeping a mesh's arrays, or the objects of an update, for 800 edits would take about 8 MB.
         self.assertLess(sizes[1] - sizes[0], 4 << 20)
 
     def test_arrays_of_meshes_stay_when_their_shape_is_made_again(self):
@@ -165,7 +166,7 @@ class EditingTest(SessionTest):
         np.testing.assert_array_equal(self.parameters["meter.vertex_positions"], edited)
         np.testing.assert_array_equal(kinome.render(self.scene), before)
         self.expect_saved(self.folder / "new.xml")
-        # Until a parameter of its own says what it is.
+        # A parameter of the mesh itself rebuilds it from its file.
         self.parameters.update({"meter.face_normals": True})
         self.assertFalse(np.array_equal(self.parameters["meter.vertex_positions"], edited))
 
@@ -187,13 +188,13 @@ class EditingTest(SessionTest):
             pictures.append(kinome.render(self.scene))
             self.assertFalse(np.array_equal(*pictures[-2:]), path)
             self.expect_saved(self.folder / "new.xml")
-        # The one around it has its path: what was in it is one step further in.
+        # A map takes the path of the BSDF that it encloses; that BSDF's path gets one level longer.
         self.assertEqual(self.parameters.textures()["shiny.normalmap.value"], "shiny.normalmap")
         self.assertEqual(self.parameters.textures()["shiny.bsdf.alpha.value"], "shiny.bsdf.alpha")
         self.parameters.update({"shiny.bsdf.alpha.wrap_mode": "mirror", "shiny.normalmap.raw": False})
         self.expect_saved(self.folder / "new.xml")
         self.assertIn('<bsdf type="normalmap" id="shiny">', (self.folder / "new-materials.xml").read_text())
-        # What was put is as good as what was read.
+        # Objects that were added are saved like those that were loaded.
         saved = kinome.load_file(self.folder / "new.xml")
         self.assertEqual(sorted(path for path, _ in kinome.traverse(saved).objects()),
                          sorted(path for path, _ in self.parameters.objects()))
@@ -282,7 +283,7 @@ class EditingTest(SessionTest):
                 self.parameters.update({"camera.fov": 70.0, **wrong})
             self.assertEqual(self.parameters["camera.fov"], 45)
             self.assertEqual(self.parameters.update(), ([], 0, False))
-        # What was noted before goes on being noted.
+        # Values that were set before the failed update remain set.
         self.parameters["camera.fov"] = 60.0
         with self.assertRaises(kinome.Error):
             self.parameters.update({"camera.fov": 70.0, "shiny.alphaa": 1.0})

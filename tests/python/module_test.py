@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""The Python module: the program's pictures, edits, callbacks, Ctrl-C and errors.
+"""Tests of the Python module: the program's images, edits, callbacks, Ctrl-C and errors.
 
-Of the build folder KINOME_BUILD, or, where KINOME_PACKAGE says so, as it is installed.
+KINOME_BUILD is the build folder. With KINOME_PACKAGE, the installed module is tested.
 """
 import contextlib
 import copy
@@ -47,7 +47,7 @@ SCENE = """\
 </scene>
 """
 
-# The same as a dict in Mitsuba's form, its values being the ones that the text stands for.
+# The same scene as a dict in Mitsuba's form, with the values of the text.
 DICT = {
     "type": "scene",
     "integrator": {"type": "path"},
@@ -81,7 +81,7 @@ class ModuleTest(unittest.TestCase):
         return kinome.load_file(self.path, **defines)
 
     def program(self, *arguments):
-        """The colour of its picture, as PFM, which both can read without other packages."""
+        """Returns the colour of the program's image."""
         output = self.folder / "program.exr"
         subprocess.run([sys.executable, "-m", "kinome", "-q", self.path, "-o", output, *arguments],
                        check=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
@@ -93,7 +93,7 @@ class ModuleTest(unittest.TestCase):
         self.assertEqual(ours.channels, ["R", "G", "B"])
         self.assertTrue(ours.stats["complete"])
         np.testing.assert_array_equal(ours, self.program("-D", "spp=9", "--seed", "3"))
-        # Without a copy of what the core has made.
+        # The array is a view of the core's memory.
         self.assertIsNotNone(ours.base)
         self.assertFalse(ours.flags.owndata)
         np.testing.assert_array_equal(kinome.render(self.load(), spp=9, seed=3, threads=1), ours)
@@ -103,7 +103,8 @@ class ModuleTest(unittest.TestCase):
                                       kinome.render(self.load()))
 
     def test_a_dict_in_the_manner_of_a_cornell_box(self):
-        """With all that Mitsuba's own has: references by id, matrices, and what has no effect."""
+        """Tests features of Mitsuba's dicts: references by id, matrices, and parameters without
+        effect."""
         def wall(color, *rows):
             return {"type": "rectangle", "to_world": np.array([*rows, [0, 0, 0, 1]], float),
                     "bsdf": {"type": "ref", "id": color}}
@@ -191,7 +192,8 @@ class ModuleTest(unittest.TestCase):
         self.assertAlmostEqual(float(linear[0, 0, 0]), ((188 / 255 + 0.055) / 1.055) ** 2.4, 5)
 
     def test_pixels_of_integers(self):
-        """As mi.Bitmap of Mitsuba 3.9.1: only bytes are encoded, and the largest value is 1."""
+        """Follows mi.Bitmap of Mitsuba 3.9.1: only bytes are encoded, and the largest value is 1.
+        """
         def first_texel(value, kind, raw=False):
             pixels = np.full((1, 1), value, kind)
             scene = kinome.load_dict(with_parts(DICT, red={
@@ -235,7 +237,7 @@ class ModuleTest(unittest.TestCase):
         picture = kinome.render(scene, progress=fractions.append)
         self.assertEqual(fractions, sorted(fractions))
         self.assertEqual(fractions[-1], 1)
-        # With a callback or without one: the same bits.
+        # A callback must not change any bit.
         for options in ({}, {"spp": 10}, {"variance": 8}, {"error": 3e-3},
                         {"integrator": "clustered", "error": 1e-2}):
             seen = []
@@ -259,7 +261,7 @@ class ModuleTest(unittest.TestCase):
             kinome.render(scene, error=1e-9, on_pass=lambda picture, samples: fail(samples))
 
     def test_a_render_that_fails_has_no_end_to_tell(self):
-        # A film that there is no memory for.
+        # The memory limit is too small for this film.
         self.path.write_text(SCENE.replace('"40"', '"16000"').replace('"30"', '"16000"'))
         self.said_by("import resource\n"
                      "scene = kinome.load_file(sys.argv[1]); seen = []\n"
@@ -280,11 +282,12 @@ class ModuleTest(unittest.TestCase):
             seen.append(samples)
             time.sleep(0.05)
         picture = kinome.render(scene, time=0.6, on_pass=look)
-        # How often depends on the machine; tests/unit/progressive_test.cpp has a clock of its own.
+        # The number of calls depends on the machine; tests/unit/progressive_test.cpp uses a
+        # simulated clock.
         self.assertTrue(seen)
         self.assertGreaterEqual(picture.stats["samples"], seen[-1])
         self.assertGreater(picture.stats["seconds"], 0.2)
-        # Whatever time there is: a picture, and a warning where it was too little.
+        # Any time limit gives an image, and a warning if the time was too short.
         said = self.said_by("scene = kinome.load_file(sys.argv[1]); seen = []\n"
                             "picture = kinome.render(scene, time=1e-6, integrator='clustered',\n"
                             "    on_pass=lambda p, n: (seen.append(n), time.sleep(0.2)))\n"
@@ -294,7 +297,7 @@ class ModuleTest(unittest.TestCase):
         self.assertRegex(said, "error=1e-12 was not reached: .* when time was up")
 
     def said_by(self, code):
-        """What a process of its own says on stderr."""
+        """Runs code in its own process and returns its stderr."""
         result = subprocess.run([sys.executable, "-c", "import sys, time, kinome\n" + code, self.path],
                                 env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
                                 check=False, text=True, capture_output=True, timeout=120)
@@ -322,7 +325,7 @@ class ModuleTest(unittest.TestCase):
             self.assertTrue(list(kinome.traverse(scene)))
         kinome.render(scene, on_pass=look)
         self.assertTrue(refused)
-        kinome.render(scene, spp=1)  # and it is free again
+        kinome.render(scene, spp=1)  # it can be used again
 
     def test_ctrl_c_gives_what_there_is(self):
         scene = self.load()
@@ -346,7 +349,7 @@ class ModuleTest(unittest.TestCase):
         seconds = kinome.render(self.load(), time=0.5).stats["seconds"]
         done.set()
         counter.join()
-        # With the lock it would have been a handful.
+        # If the render held the lock, there would be only a handful.
         self.assertGreater(steps[0], 50 * seconds)
 
     def test_no_file_that_a_scene_reads_is_written_over(self):
@@ -381,7 +384,7 @@ class ModuleTest(unittest.TestCase):
                                        alpha=1e-6).passed)
         by_error = kinome.render(scene, error=1e-3)
         self.assertLess(by_error.stats["relmse"], 1e-3)
-        # What is written is what kinome-compare reads.
+        # `kinome-compare` reads the written files.
         for picture, name in ((a, "a.exr"), (b, "b.exr")):
             picture.write(self.folder / name)
             picture.write(self.folder / name.upper())
@@ -405,7 +408,7 @@ class ModuleTest(unittest.TestCase):
             self.assertEqual(part.shape[2], len(expected))
             for i, name in enumerate(expected):
                 np.testing.assert_array_equal(part[..., i], np.asarray(picture)[key][..., i])
-        # Numbers of one channel, of one row, of another order: plain arrays, or without names.
+        # A single channel, a row or another order gives a plain array, or one without names.
         for key in (0, (0, 0), (Ellipsis, 1), (slice(None), [1, 2]), picture[..., 0] > 0.5, None):
             self.assertIs(type(picture[key]), np.ndarray, key)
         for other in (picture.T, picture.reshape(-1), picture.swapaxes(0, 1)):
@@ -413,7 +416,7 @@ class ModuleTest(unittest.TestCase):
         for other in (picture.mean(axis=2), picture.sum(axis=(0, 1)), np.asarray(picture)):
             self.assertIs(type(other), np.ndarray)
         self.assertIsInstance(picture.mean(), np.floating)
-        # What is told of a whole picture isn't true of a part, nor of twice the picture.
+        # Statistics of a whole image aren't valid for a part of it, nor for twice the image.
         self.assertEqual(picture[...].stats, picture.stats)
         self.assertNotIn("renders", picture[1:].stats)
         self.assertTrue(picture[1:].stats["complete"])
@@ -439,7 +442,7 @@ class ModuleTest(unittest.TestCase):
                 wrong()
 
     def test_arguments(self):
-        """What is wrong is one line, which names the argument and says what it takes."""
+        """An error is one line, which names the argument and states the accepted values."""
         scene, parameters = self.load(), kinome.traverse(self.load())
         pictures = [kinome.render(scene, spp=1) for _ in range(4)]
         whole = "takes a whole number from"
@@ -499,7 +502,8 @@ class ModuleTest(unittest.TestCase):
             self.assertEqual(kinome.render(scene, spp=number).stats["samples"], 4)
 
     def test_who_waits_for_plugins_lets_others_run(self):
-        """One thread loads a scene, another waits for what the first one uses, the third runs."""
+        """One thread loads a scene, a second waits for plugins that the first uses, and a third
+        must keep running."""
         balls = '<shape type="sphere"><ref id="red"/></shape>' * 10000
         self.path.write_text(SCENE.replace("</scene>", balls + "</scene>"))
         loads = threading.Thread(target=self.load)
@@ -508,7 +512,7 @@ class ModuleTest(unittest.TestCase):
             while loads.is_alive():
                 kinome.plugins()
         waits = threading.Thread(target=look)
-        kinome.plugins()  # they are all open then
+        kinome.plugins()  # opens all plugins
         loads.start()
         waits.start()
         steps = 0
@@ -516,7 +520,7 @@ class ModuleTest(unittest.TestCase):
             steps += 1
             time.sleep(0.001)
         waits.join()
-        # With the lock it would have been a handful.
+        # If the waiting thread held the lock, there would be only a handful.
         self.assertGreater(steps, 20)
 
     def test_has_the_programs_version(self):
@@ -567,7 +571,7 @@ class ModuleTest(unittest.TestCase):
 
 class Documentation(unittest.TestCase):
     def test_examples_run(self):
-        """All of the page's, one after the other, of smaller pictures."""
+        """Runs all examples of the page in order, with smaller images."""
         import matplotlib.image
         matplotlib.use("Agg")
         page = pathlib.Path(__file__).resolve().parents[2] / "docs/python.md"
@@ -594,7 +598,7 @@ class Documentation(unittest.TestCase):
 
 
 def read_exr(path):
-    """Its colour, by Debian's OpenImageIO."""
+    """Returns the colour of an image, read by Debian's OpenImageIO."""
     import OpenImageIO as oiio
     return oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT)[:, :, :3]
 

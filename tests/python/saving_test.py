@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Scenes that edit sessions save: their text stays where nothing was edited, what they name is found
-from where they are, and a save that fails writes nothing. Of the build folder KINOME_BUILD.
+"""Tests of scenes that edit sessions save. Text outside of edits stays the same, file names are
+relative to the saved scene, and a failed save writes nothing. KINOME_BUILD is the build folder.
 """
 import re
 import unittest
@@ -23,7 +23,7 @@ class SavingTest(SessionTest):
         self.assertEqual(text, expected)
         self.assertEqual((self.folder / "new-materials.xml").read_text(),
                          MATERIALS.replace('value="0.2"', 'value="0.3"'))
-        # Defines become defaults before all others; files are found from elsewhere.
+        # Defines are written as defaults before all others. Files are found from another folder.
         self.scene = kinome.load_file(self.path, spp=3)
         self.parameters = kinome.traverse(self.scene)
         (self.folder / "far").mkdir()
@@ -108,7 +108,7 @@ class SavingTest(SessionTest):
         self.assertEqual(own.read_text(), lamp.format("own", 3))
         self.assertEqual(other.read_text(), lamp.format("other", 5))
         self.assertIn("room-lights_1.xml", self.path.read_text())
-        # One that is replaced keeps its name.
+        # An include that is replaced keeps its name.
         self.scene = kinome.load_file(self.path)
         self.parameters = kinome.traverse(self.scene)
         self.parameters.update({"other.intensity": 8, "own.intensity": 4})
@@ -131,7 +131,7 @@ class SavingTest(SessionTest):
                                 self.parameters["lamp.vertex_positions"] + np.float32(0.25)})
         self.expect_saved(self.folder / "new.xml")
         first = (self.folder / "new-lamp.ply").read_bytes()
-        # The second session makes a shape of the very file that it would write for its edits.
+        # The second session reads a shape from the file that it would write for its edits.
         self.path = self.folder / "new.xml"
         write_mesh(self.folder / "new-meter.ply", 2)
         before, of_meter, after = self.path.read_text().partition('id="meter"')
@@ -142,13 +142,13 @@ class SavingTest(SessionTest):
             self.parameters.update({"meter.vertex_positions":
                                     self.parameters["meter.vertex_positions"] + np.float32(0.25)})
             self.expect_saved(self.path)
-            # Made once more, of the file that it was read from.
+            # Rebuilds the shape from the file that it was read from.
             self.parameters.update({"meter.sensor.film.compensate": i == 0})
             self.expect_saved(self.path)
         self.assertEqual((self.folder / "new-meter.ply").read_bytes(), own)
         self.assertEqual((self.folder / "new-lamp.ply").read_bytes(), first)
         self.assertTrue((self.folder / "new-meter_1.ply").exists())
-        # A parameter of its own takes the edits away.
+        # A parameter of the mesh itself discards the edits of its arrays.
         self.parameters.update({"meter.face_normals": True})
         np.testing.assert_array_equal(self.parameters["meter.vertex_positions"], vertices)
 
@@ -165,7 +165,7 @@ class SavingTest(SessionTest):
 
     def test_what_a_scene_file_takes_for_a_name_is_refused(self):
         message = "can't write '.*' to a scene file, where a \\$ begins a name"
-        # Where files are, as seen from the saved scene.
+        # Paths of files relative to the saved scene.
         (self.folder / "a$b").mkdir()
         self.path.rename(self.folder / "a$b/scene.xml")
         (self.folder / "parts").rename(self.folder / "a$b/parts")
@@ -176,7 +176,7 @@ class SavingTest(SessionTest):
         # -D
         self.load(SCENE.replace('"camera"', '"camera$x"').replace("$spp", "2"), x="$y")
         self.expect_refused(message, self.path)
-        # A dict's keys.
+        # Keys of a dict.
         said = {"type": "scene", "integrator": {"type": "direct"}, "camera": {"type": "perspective"},
                 "b$ll": {"type": "sphere"}}
         self.parameters = kinome.traverse(kinome.load_dict(said))
@@ -191,7 +191,7 @@ class SavingTest(SessionTest):
         text = text.replace("    <!-- the sky -->", '    <default name="spp" value="5"/>')
         self.load(text, spp=3)
         self.expect_saved(self.folder / "new.xml")
-        # A texture that others refer to, and that stands nowhere any more, uses a default.
+        # A texture that is only referred to, and defined nowhere in the saved text, uses a default.
         text = SCENE.replace('<ref name="reflectance" id="wood"/>',
                              '<default name="mode" value="mirror"/><texture type="bitmap" id="wood" '
                              'name="reflectance"><string name="filename" value="parts/wood.ppm"/>'
@@ -205,7 +205,7 @@ class SavingTest(SessionTest):
         self.assertIn("<!-- A table", (self.folder / "new.xml").read_text())
 
     def test_values_of_an_outer_bsdf_precede_a_bsdf_that_is_put_inside(self):
-        # The inner element begins where the outer one's values are inserted.
+        # The inner element begins where the values of the outer one are inserted.
         self.parameters.update({"sheet.bsdf.allow_transmission": True,
                                 "sheet.bsdf.bsdf": {"type": "bumpmap", "any": {"type": "checkerboard"}}})
         self.expect_saved(self.folder / "new.xml")

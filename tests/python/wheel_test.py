@@ -1,5 +1,5 @@
-"""The wheel and the sdist: made of the build folder KINOME_BUILD, in which all is compiled already,
-installed where there is nothing else, and used there."""
+"""Tests of the wheel and the sdist. They are built from the compiled build folder KINOME_BUILD,
+installed into an empty environment, and used there."""
 import os
 import pathlib
 import subprocess
@@ -32,7 +32,7 @@ class WheelTest(unittest.TestCase):
     def test_wheel_is_whole(self):
         module = next((BUILD / "python/kinome").glob("_kinome*.so"))
         library = (BUILD / "lib/libkinome.so").resolve()
-        # Whoever uses the build folder next is to find it as it was.
+        # Restore the build folder for its next user.
         self.addCleanup(self.run_program, "cmake", "-U", "SKBUILD*", "-U", "CMAKE_INSTALL_PREFIX",
                         "-U", "Python_EXECUTABLE", BUILD)
         before = module.stat().st_mtime_ns, library.stat().st_mtime_ns
@@ -48,7 +48,7 @@ class WheelTest(unittest.TestCase):
             self.assertIn(file, files)
         self.assertFalse([file for file in files if "/include/" in file])
 
-        # With Debian's numpy and no more of what is on this machine than that.
+        # The environment contains only Debian's numpy besides the wheel.
         self.run_program("/usr/bin/python3", "-m", "venv", "--system-site-packages",
                          self.folder / "clean")
         python = self.folder / "clean/bin/python"
@@ -56,7 +56,7 @@ class WheelTest(unittest.TestCase):
                          "--disable-pip-version-check", self.folder / name)
         clean = {key: value for key, value in os.environ.items()
                  if key not in ("PYTHONPATH", "KINOME_PLUGIN_PATH")}
-        # Every test of the module, by the one that is installed.
+        # Run all tests of the module with the installed one.
         self.run_program(python, ROOT / "tests/python/module_test.py", cwd=self.folder,
                          env={**clean, "KINOME_PACKAGE": "installed"})
         used = self.run_program(python, "-c", "import kinome; print(kinome.__file__)",
@@ -73,7 +73,7 @@ class WheelTest(unittest.TestCase):
         self.run_program("cmake", "-G", "Ninja", "-S", source, "-B", self.folder / "build",
                          "-DKINOME_BUILD_TESTS=OFF", "-DKINOME_PYTHON_MODULE=ON",
                          f"-Dnanobind_DIR={self.nanobind()}")
-        # CMake has looked for each source that is named; headers nobody names.
+        # CMake has checked the named sources; headers aren't named anywhere.
         for folder in ("core", "plugins", "python", "validation/compare"):
             for file in (ROOT / folder).rglob("*"):
                 if file.is_file() and "__pycache__" not in file.parts:

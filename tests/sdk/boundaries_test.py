@@ -1,5 +1,6 @@
-"""The core knows no plugin, and a plugin nothing but the SDK and its own category's folder: by the
-include lines, by the names of what plugins are made of, and by the symbols of the built libraries.
+"""Tests that the core refers to no plugin, and that a plugin uses only the SDK and its own
+category's folder. It compares include lines, names of plugin classes, and symbols of the built
+libraries.
 """
 import os
 import pathlib
@@ -17,38 +18,38 @@ REGISTRATION = re.compile(r"\bKINOME_PLUGIN\((?:kinome::)?(\w+),")
 NAME_PART = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
-# Of what two categories share, until the SDK has it.
+# Files that two categories share until the SDK contains them.
 EXCEPTIONS = {
     ("plugins/emitters/envmap.cpp", "../textures/stored_image.h"):
         "an environment map is read from the same image files as a bitmap",
     ("plugins/emitters/projector.cpp", "../sensors/camera.h"):
-        "a projector is a camera the other way round, with a camera's parameters",
+        "a projector has the geometry and the parameters of a camera",
 }
 
 
-# Formulas that plugins of several categories share: the SDK has them for those who write BSDFs or
-# samplers, and for what samples these. To the core a BSDF or a sampler is an interface.
+# Formulas that plugins of several categories share. The SDK has them for authors of BSDFs, samplers
+# and integrators. To the core, a BSDF or a sampler is an interface.
 FOR_PLUGINS = {"kinome/wide/fresnel.h", "kinome/wide/microfacet.h", "kinome/owen.h"}
 
-# Words that no name in the core has a part of: BSDF models, ways to choose among lights, methods of
-# sampling.
+# Words that must not be part of a name in the core: BSDF models, ways to choose among emitters,
+# sampling methods.
 ALGORITHMS = set("""
     phong blinn ward lambert beckmann ggx trowbridge microfacet fresnel conductor dielectric plastic
     tree cut cluster clustered vpl photon product importance strata stratum comb pilot learn
     learned caustic roulette mis
     sobol halton owen latin stratified hilbert metropolis""".split())
 NAMED_IN_CORE = {
-    ("core/include/kinome/bsdf_form.h", "beckmann"): "how BSDFs say which lobe they are made of",
-    ("core/include/kinome/bsdf_form.h", "ggx"): "how BSDFs say which lobe they are made of",
-    ("core/include/kinome/bsdf_form.h", "conductor"): "how BSDFs say which lobe they are made of",
-    ("core/include/kinome/inspection.h", "cluster"): "what `kinome inspect` is told and shows",
-    ("core/include/kinome/inspection.h", "learned"): "what `kinome inspect` is told and shows",
-    ("core/app/inspect.cpp", "cluster"): "what `kinome inspect` is told and shows",
-    ("core/app/inspect.cpp", "learned"): "what `kinome inspect` is told and shows",
-    ("core/drawing/inspection_image.cpp", "cluster"): "what `kinome inspect` is told and shows",
-    ("core/drawing/inspection_image.cpp", "learned"): "what `kinome inspect` is told and shows",
-    ("core/include/kinome/wide/functions.h", "product"): "of numbers",
-    ("core/check/sensor_checks.cpp", "importance"): "of a sensor: how it responds to light",
+    ("core/include/kinome/bsdf_form.h", "beckmann"): "identifies the lobe of a BSDF",
+    ("core/include/kinome/bsdf_form.h", "ggx"): "identifies the lobe of a BSDF",
+    ("core/include/kinome/bsdf_form.h", "conductor"): "identifies the lobe of a BSDF",
+    ("core/include/kinome/inspection.h", "cluster"): "a term in the output of `kinome inspect`",
+    ("core/include/kinome/inspection.h", "learned"): "a term in the output of `kinome inspect`",
+    ("core/app/inspect.cpp", "cluster"): "a term in the output of `kinome inspect`",
+    ("core/app/inspect.cpp", "learned"): "a term in the output of `kinome inspect`",
+    ("core/drawing/inspection_image.cpp", "cluster"): "a term in the output of `kinome inspect`",
+    ("core/drawing/inspection_image.cpp", "learned"): "a term in the output of `kinome inspect`",
+    ("core/include/kinome/wide/functions.h", "product"): "a product of numbers",
+    ("core/check/sensor_checks.cpp", "importance"): "the importance that a sensor emits",
     ("core/loader/text_encoding.cpp", "latin"): "an encoding of text",
 }
 
@@ -58,7 +59,7 @@ def sources(folder):
 
 
 def includes(path):
-    """(is quoted, name) of each."""
+    """Returns (is quoted, name) of each include line."""
     return [(quote == '"', name) for quote, name in INCLUDE.findall(path.read_text("utf-8"))]
 
 
@@ -67,7 +68,7 @@ def is_within(path, folder):
 
 
 def forbidden_includes(root):
-    """(file, what it includes) of all that the rule forbids, relative to the root."""
+    """Returns (file, included name) of all forbidden include lines, relative to the root."""
     core, plugins = root / "core", root / "plugins"
     found = set()
     for path in sources(core):
@@ -97,7 +98,7 @@ def forbidden_includes(root):
 
 
 def names_of_plugins(root):
-    """Classes of the plugins' headers, and those that plugins register."""
+    """Returns the classes of the plugins' headers and those that plugins register."""
     names = set()
     for path in sources(root / "plugins"):
         text = path.read_text("utf-8")
@@ -108,19 +109,21 @@ def names_of_plugins(root):
 
 
 def words_of(path):
-    """Of the names in a file's code, comments and texts aside."""
+    """Returns the words of a file's code, without comments and string literals."""
     return re.findall(r"\w+", NOT_CODE.sub(" ", path.read_text("utf-8")))
 
 
 def named_in_core(root):
-    """(file, name) of the plugins' classes that the core's code names, comments and texts aside."""
+    """Returns (file, name) of plugin classes in the core's code, without comments and string
+    literals."""
     names = names_of_plugins(root)
     return {(str(path.relative_to(root)), word) for path in sources(root / "core")
             for word in words_of(path) if word in names}
 
 
 def algorithms_in_core(root):
-    """(file, word) of the ALGORITHMS that a part of a name in the core's code is, one or several."""
+    """Returns (file, word) of all ALGORITHMS that are part of a name in the core's code, including
+    plurals."""
     found = set()
     for path in sources(root / "core"):
         if any(path == root / "core/include" / name for name in FOR_PLUGINS):
@@ -132,8 +135,8 @@ def algorithms_in_core(root):
 
 
 def symbols(library, *options, kinds=None):
-    """Names, demangled, of what a library defines. Kinds of `nm`: TDBR are what no other may define,
-    too, as it may inline functions."""
+    """Returns the demangled names of the symbols that a library defines. `nm` marks symbols that no
+    other library may define as T, D, B or R; inline functions are allowed in several."""
     result = subprocess.run(["nm", "-C", "--defined-only", *options, library], check=True,
                             capture_output=True, text=True)
     lines = [line.split(" ", 2) for line in result.stdout.splitlines()]
@@ -172,7 +175,7 @@ class Boundaries(unittest.TestCase):
 
 
 class BrokenRules(unittest.TestCase):
-    """That the searches find what they look for."""
+    """Tests that the searches find violations."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

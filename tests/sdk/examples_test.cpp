@@ -1,4 +1,4 @@
-// Pictures by the plugins of tests/sdk/project, one of each kind at least.
+// Renders images with the plugins of tests/sdk/project, at least one of each category.
 
 #include <algorithm>
 #include <cmath>
@@ -14,14 +14,14 @@ namespace {
 /// A parameter of `clustered`.
 const char* const kDirectLight = R"(<integer name="max_depth" value="2"/>)";
 
-/// The scene with another BSDF of the floor: `type`, of albedo .5 and k = 3.
+/// Returns the scene with another BSDF of the floor: `type`, with albedo .5 and k = 3.
 std::string with_bsdf(std::string scene, const std::string& type) {
   const std::string old = R"(<bsdf type="diffuse"><rgb name="reflectance" value=".5"/></bsdf>)";
   return scene.replace(scene.find(old), old.size(),
                        "<bsdf type='" + type + "'><float name='k' value='3'/></bsdf>");
 }
 
-/// Closed form: a floor of reflectance rho under L = h + (z - h) cos theta shows
+/// Closed form: under L = h + (z - h) cos theta, a floor of reflectance rho has the radiance
 /// rho / pi (pi h + 2 pi / 3 (z - h)) = rho (h + 2/3 (z - h)).
 TEST_F(Sdk, SkyGradientLightsAFloorAsDerived) {
   const std::string sky = R"(<emitter type="sky_gradient"><rgb name="zenith" value=".1 .4 2"/>
@@ -29,8 +29,8 @@ TEST_F(Sdk, SkyGradientLightsAFloorAsDerived) {
   const double zenith[3] = {.1, .4, 2};
   const double horizon[3] = {1, .4, .5};
   // direct: 16384 samples of uniform directions and cosine lobes by MIS. Each sample's standard
-  // deviation is below the value itself, so that the mean's is below 1/128 of it; 5 of them:
-  // false alarms of 6e-7. clustered adds the points' own error, of the order of one cell.
+  // deviation is below the value itself, so that the mean's is below 1/128 of it. 5 of these give
+  // false alarms of 6e-7. clustered adds the error of the points, about one cell.
   for (const char* integrator : {"direct", "clustered"}) {
     const std::string depth = std::string(integrator) == "direct" ? "" : kDirectLight;
     const Rgb mean = mean_of(render_text(floor_scene(integrator, sky, depth)));
@@ -41,10 +41,11 @@ TEST_F(Sdk, SkyGradientLightsAFloorAsDerived) {
   }
 }
 
-/// Closed form: at r from below a lamp of intensity I cos at height h, a floor of reflectance rho shows
+/// Closed form: at a distance r from the point below a lamp of intensity I cos at height h, a floor
+/// of reflectance rho has the radiance
 /// rho / pi I h² / (h² + r²)².
 TEST_F(Sdk, DownlightLightsAFloorAsDerived) {
-  const double half = 3 * std::tan(10 * std::numbers::pi / 180);  // of what the camera sees
+  const double half = 3 * std::tan(10 * std::numbers::pi / 180);  // half of the visible width
   constexpr int kSteps = 64;
   double expected = 0;
   for (int i = 0; i < kSteps * kSteps; ++i) {
@@ -52,7 +53,8 @@ TEST_F(Sdk, DownlightLightsAFloorAsDerived) {
     const double z = half * (2 * (i / kSteps + .5) / kSteps - 1);
     expected += .5 * std::numbers::inv_pi * 4 / std::pow(4 + x * x + z * z, 2) / (kSteps * kSteps);
   }
-  // 16384 samples of which each differs by less than 0.1 of the mean; 5 of the mean's deviations.
+  // 16384 samples, each of which differs by less than 0.1 of the mean; 5 standard deviations of the
+  // mean.
   for (const char* integrator : {"direct", "path", "clustered"}) {
     const std::string depth = std::string(integrator) == "direct" ? "" : kDirectLight;
     const Rgb mean =
@@ -61,8 +63,8 @@ TEST_F(Sdk, DownlightLightsAFloorAsDerived) {
   }
 }
 
-/// The sky by cells, which the plugin's emitter offers: all of product sampling's stages run, and
-/// nothing is hidden, so that control terms leave hardly any noise.
+/// The plugin's emitter divides the sky into cells: all stages of product sampling run. Nothing is
+/// occluded, so that the control terms leave hardly any noise.
 TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
   const std::string sky = R"(<emitter type="sky_gradient"><rgb name="zenith" value=".1 .4 2"/>
       <rgb name="horizon" value="1 .4 .5"/></emitter>)";
@@ -82,7 +84,7 @@ TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
     EXPECT_NEAR(mean[c], expected, expected * 2e-3) << c;
   }
 
-  // Light after a bounce takes what this emitter doesn't offer, which is no secret.
+  // Light after a bounce needs functions that this emitter lacks, which the error states.
   const std::string bounce = folder_->write("bounce.xml", floor_scene("clustered", sky));
   const ProcessResult told =
       run_process({program(), bounce, "-o", image, "--plugin-path", plugins()});
@@ -96,7 +98,7 @@ TEST_F(Sdk, IntegratorShowsNormals) {
   ASSERT_EQ(image.width, 16);
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
-      // n = (0, 1, 0) after a rotation by 90 degrees in floats: within a few ulp of it.
+      // n = (0, 1, 0) after a rotation by 90 degrees in floats: accurate within a few ulp.
       EXPECT_NEAR(image.at(x, y, 0), .5f, 1e-6f);
       EXPECT_NEAR(image.at(x, y, 1), 1.f, 1e-6f);
       EXPECT_NEAR(image.at(x, y, 2), .5f, 1e-6f);
@@ -104,7 +106,7 @@ TEST_F(Sdk, IntegratorShowsNormals) {
   }
 }
 
-/// The instruction sets that there are libraries for in `folder`, each of which holds `names`.
+/// Returns the instruction sets with libraries in `folder`, each of which must contain `names`.
 std::vector<std::string> sets_built(const fs::path& folder, const std::vector<std::string>& names) {
   std::vector<std::string> sets = {to_string(least_instruction_set())};
   for (int i = 1; i < kInstructionSetCount; ++i) {
@@ -147,7 +149,7 @@ TEST_F(Sdk, WidePluginsAreBuiltForEachInstructionSet) {
     images.push_back(read_exr(image));
     const Rgb mean = mean_of(images.back()), first = mean_of(images.front());
     EXPECT_NEAR(mean.x, first.x, 1e-4f * first.x) << set;
-    // Whole vectors, and single numbers in the baseline.
+    // Whole vectors, and scalars in the baseline.
     for (int p = 0; p < 16 * 16; ++p) {
       const float expected = images.front().at(p % 16, p / 16, 0);
       EXPECT_NEAR(images.back().at(p % 16, p / 16, 0), expected, 1e-4f * expected) << set;
@@ -155,7 +157,7 @@ TEST_F(Sdk, WidePluginsAreBuiltForEachInstructionSet) {
   }
 }
 
-/// One reflector twice, point by point and by formulas for blocks.
+/// The same reflector twice: point by point, and as formulas for blocks.
 TEST_F(Sdk, WideBsdfShowsWhatPointsDo) {
   const std::string source =
       read_text(std::string(KINOME_TEST_SOURCE) + "/tests/sdk/project/wide_minnaert.cpp");
@@ -165,7 +167,7 @@ TEST_F(Sdk, WideBsdfShowsWhatPointsDo) {
   const std::string light = "<emitter type='constant'/>";
   const std::string bsdf_samples = R"(<integer name="emitter_samples" value="0"/>
       <integer name="bsdf_samples" value="1"/>)";
-  // Under light of 1 from everywhere: the mean of albedo cos_i^(k - 1), k being 3.
+  // Under uniform radiance of 1: the mean of albedo cos_i^(k - 1), with k = 3.
   double expected = 0;
   for (int i = 0; i < 64 * 64; ++i) {
     const double side = std::tan(10 * M_PI / 180) / 32;
@@ -187,27 +189,28 @@ TEST_F(Sdk, WideBsdfShowsWhatPointsDo) {
       ASSERT_EQ(wide.width, 16);
       for (int y = 0; y < 16; ++y) {
         for (int x = 0; x < 16; ++x) {
-          // Formulas differ by some ulp (6e-8); near the horizon by more, of light that is less.
+          // Formulas differ by a few ulp (6e-8), and by more near the horizon, where the light is
+          // weaker.
           EXPECT_NEAR(wide.at(x, y, 0), points.at(x, y, 0), 1e-6f * points.at(x, y, 0)) << set;
         }
       }
-      // All samples of the lobe weigh the same; across a pixel, cos_i^2 has a standard deviation
-      // below .2 %, the mean of 16384 one of 1.6e-5, of which 5 are allowed. With the light's
-      // samples, it is below 1/128, see SkyGradientLightsAFloorAsDerived.
+      // All samples of the lobe have the same weight. Across a pixel, cos_i^2 has a standard
+      // deviation below .2 %, and the mean of 16384 one of 1.6e-5, of which 5 are allowed. With
+      // samples of the emitter, it is below 1/128, see SkyGradientLightsAFloorAsDerived.
       const double tolerance = samples.empty() ? 5. / 128 : 8e-5;
       EXPECT_NEAR(mean_of(wide).x, expected, expected * tolerance) << set << samples;
     }
   }
 }
 
-/// The text, with one part of it replaced.
+/// Returns the text with one part replaced.
 std::string replaced(std::string text, const std::string& part, const std::string& by) {
   const size_t at = text.find(part);
   EXPECT_NE(at, std::string::npos) << part;
   return at == std::string::npos ? text : text.replace(at, part.size(), by);
 }
 
-/// Of square pictures of 16 x 16 pixels by the named sensor and its contents.
+/// Returns a scene of 16 x 16 pixels with the named sensor and its contents.
 std::string scene_of(const std::string& integrator, const std::string& sensor,
                      const std::string& inside, const std::string& rfilter = "box",
                      int samples = 64) {
@@ -223,7 +226,7 @@ std::string scene_of(const std::string& integrator, const std::string& sensor,
 const char* const kSky = R"(<emitter type="sky_gradient"><rgb name="zenith" value="2"/>
     <rgb name="horizon" value="1"/></emitter>)";
 
-/// Even numbers leave less noise than independent ones, of the same mean.
+/// Stratified numbers leave less noise than independent ones, with the same mean.
 TEST_F(Sdk, SamplerSpreadsItsNumbers) {
   const std::string scene = floor_scene("direct", kSky);
   const double expected = .5 * (1 + 2. / 3);
@@ -233,7 +236,7 @@ TEST_F(Sdk, SamplerSpreadsItsNumbers) {
       render_text(replaced(scene, "<sampler type=\"independent\">", "<sampler type=\"golden\">"))};
   for (int i = 0; i < 2; ++i) {
     ASSERT_EQ(images[i].width, 16);
-    // As SkyGradientLightsAFloorAsDerived.
+    // As in SkyGradientLightsAFloorAsDerived.
     EXPECT_NEAR(mean_of(images[i]).x, expected, expected * 5 / 128);
     for (int p = 0; p < 16 * 16; ++p) {
       errors[i] += std::pow(images[i].at(p % 16, p / 16, 0) - expected, 2);
@@ -242,7 +245,7 @@ TEST_F(Sdk, SamplerSpreadsItsNumbers) {
   EXPECT_LT(errors[1], errors[0] / 4);
 }
 
-/// The sky as the camera's formula has it: each pixel's value lies between those of its places.
+/// The sky by the camera's formula: each pixel's value is between those of its positions.
 TEST_F(Sdk, SensorSeesAllOfTheSky) {
   for (const bool looks_up : {true, false}) {
     const std::string to_world =
@@ -260,15 +263,15 @@ TEST_F(Sdk, SensorSeesAllOfTheSky) {
         low = std::min(low, 1 + std::max(up, 0.));
         high = std::max(high, 1 + std::max(up, 0.));
       }
-      // Between the 81 places, it may be beyond them by a little.
+      // Between the 81 positions, the sky may slightly exceed their range.
       EXPECT_GE(image.at(p % 16, p / 16, 0), low - 1e-3) << p;
       EXPECT_LE(image.at(p % 16, p / 16, 0), high + 1e-3) << p;
     }
   }
 }
 
-/// As it is seen, and as it lights a ceiling that is seen through its hole. Closed form: under a
-/// ring of radiance 1 with radii a < b, at distance h from its centre, irradiance is
+/// The ring seen directly, and lighting a ceiling that is visible through its hole. Closed form:
+/// under a ring of radiance 1 with radii a < b, at distance h from its centre, irradiance is
 /// pi (b² / (b² + h²) - a² / (a² + h²)).
 TEST_F(Sdk, ShapeIsSeenAndShines) {
   const std::string ring = R"(<shape type="ring"><float name="radius" value=".8"/>
@@ -277,7 +280,7 @@ TEST_F(Sdk, ShapeIsSeenAndShines) {
       "<transform name='to_world'><lookat origin='0 0 3' target='0 0 0' up='0 1 0'/></transform>";
   const Rgb seen =
       mean_of(render_text(scene_of("normals", "'orthographic'>" + above, ring + "</shape>")));
-  // Of 16384 rays, a share of the picture's area 4, with a standard deviation of .0038.
+  // Fraction of 16384 rays in an image of area 4, with a standard deviation of .0038.
   const double share = M_PI * (.64 - .16) / 4;
   EXPECT_NEAR(seen.z, share, 5 * .0038);
   EXPECT_NEAR(seen.x, share / 2, 5 * .0019);
@@ -293,22 +296,23 @@ TEST_F(Sdk, ShapeIsSeenAndShines) {
       "direct", "'perspective'>" + below,
       ring + "<emitter type='area'><rgb name='radiance' value='1'/></emitter></shape>" + ceiling)));
   const double expected = .5 * (.64 / 1.64 - .16 / 1.16);
-  // Samples vary by less than their mean, which is that of places up to .1 from the axis: there, by
-  // less than 1 %.
+  // Samples vary by less than their mean. The mean is over points up to .1 from the axis, which
+  // differ by less than 1 %.
   EXPECT_NEAR(lit.x, expected, expected * (5. / 128 + .01));
 
-  // It reflects light that others of these plugins send, too: by 'joint', from points on it.
+  // The ring also reflects light of other plugins here: with 'joint', by light points on it.
   const std::string under_sky = ring + "</shape>" + ceiling + "<emitter type='sky_gradient'/>";
   const Rgb direct = mean_of(render_text(scene_of("direct", "'perspective'>" + below, under_sky)));
   const Rgb bounced =
       mean_of(render_text(scene_of("clustered", "'perspective'>" + below, under_sky)));
-  // The ring can't see more of the sky than what is beside the ceiling, a share of 1/17, and is .25
-  // of what the ceiling sees: it adds less than .25 x .5 / 17. Both vary as above, with a standard
-  // deviation of less than their mean.
+  // The ring sees only the fraction 1/17 of the sky that is beside the ceiling, and is .25 of what
+  // the ceiling sees. It therefore adds less than .25 x .5 / 17. Both values vary as above, with a
+  // standard deviation below their mean.
   EXPECT_NEAR(bounced.x, direct.x, direct.x * (.25 * .5 / 17 + 5 * std::sqrt(2.) / 128));
 }
 
-/// By each instruction set: a flat picture stays flat, and an edge becomes the window's integral.
+/// With each instruction set, a constant image stays constant, and an edge becomes the window's
+/// integral.
 TEST_F(Sdk, FilterBlursAnEdge) {
   const std::string above =
       "<transform name='to_world'><lookat origin='0 0 3' target='0 0 0' up='0 1 0'/></transform>";
@@ -329,8 +333,9 @@ TEST_F(Sdk, FilterBlursAnEdge) {
     double columns[16] = {};
     for (int p = 0; p < 16 * 16; ++p) columns[p % 16] += edge.at(p % 16, p / 16, 2) / 16;
     if (columns[0] > columns[15]) std::reverse(columns, columns + 16);
-    // Half a pixel from the edge. Of 16 x 1024 samples in each of three columns, whose weights'
-    // squares have a mean of 3/8: a standard deviation below .5 / sqrt(3 x 16384 / 1.5) = .0028.
+    // Half a pixel from the edge. There are 16 x 1024 samples in each of three columns, and their
+    // squared weights have a mean of 3/8: a standard deviation below .5 / sqrt(3 x 16384 / 1.5) =
+    // .0028.
     const double expected = .5 + .5 / 3 + std::sin(M_PI / 3) / (2 * M_PI);
     EXPECT_NEAR(columns[8], expected, 5 * .0028) << set;
     EXPECT_NEAR(columns[7], 1 - expected, 5 * .0028) << set;
@@ -339,13 +344,13 @@ TEST_F(Sdk, FilterBlursAnEdge) {
   }
 }
 
-/// Of a floor that `normals` shows as (.5, 1, .5), half as bright.
+/// An image of a floor that `normals` shows as (.5, 1, .5), half as bright.
 TEST_F(Sdk, FilmWritesItsFormat) {
   const std::string scene = folder_->write(
       "film.xml", replaced(replaced(floor_scene("normals", ""), "<film type=\"hdrfilm\">",
                                     "<film type='png'><float name='exposure' value='-1'/>"),
                            R"(<string name="component_format" value="float32"/>)", ""));
-  // The extension is the film's.
+  // The film adds its extension.
   expect_success(run_process(
       {program(), "-q", scene, "-o", folder_->path("picture"), "--plugin-path", plugins()}));
   const Png png = read_png(folder_->path("picture.png"));

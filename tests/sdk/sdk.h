@@ -11,8 +11,8 @@
 #include "kinome/image.h"
 #include "support/render.h"
 
-/// Plugins outside the tree, built against the installed package, and pictures that the installed
-/// program makes by them.
+/// Plugins outside the source tree, built against the installed package, and images that the
+/// installed program renders with them.
 namespace kinome::test {
 
 namespace fs = std::filesystem;
@@ -28,7 +28,7 @@ inline void expect_success(const ProcessResult& result) {
   ASSERT_EQ(result.status, 0) << result.out << result.err;
 }
 
-/// A diffuse floor of reflectance .5, seen from straight above, under whatever `light` is.
+/// Returns a diffuse floor of reflectance .5, seen from straight above, under the XML `light`.
 inline std::string floor_scene(const std::string& integrator, const std::string& light,
                                const std::string& parameters = "") {
   return R"(<scene version="3.0.0">
@@ -66,15 +66,15 @@ inline Rgb mean_of(const Image& image) {
           static_cast<float>(sum[2] / pixels)};
 }
 
-/// Installs Kinome once into a folder of its own, and builds the project against it once.
+/// Installs Kinome once into its own folder, and builds the project against it once.
 class Sdk : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
     prefix_ = folder_->path("prefix");
     build_ = folder_->path("build");
-    // What a build for another instruction set left there would be loaded in place of its
-    // successor.
+    // A plugin left by an older build for another instruction set would be loaded instead of the
+    // new one.
     fs::create_directories(left_behind().parent_path());
     std::ofstream(left_behind()) << "of an older version";
     expect_success(
@@ -93,21 +93,21 @@ class Sdk : public ::testing::Test {
     return run_process({KINOME_TEST_CMAKE, "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_PREFIX_PATH=" + prefix,
                         "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags()});
   }
-  /// What the compiler needs for the package's sanitizers.
+  /// Returns the compiler flags for the package's sanitizers.
   static std::string flags() {
     const std::string sanitizer = KINOME_TEST_SANITIZER;
     if (sanitizer == "asan" || sanitizer == "fuzz") return "-fsanitize=address,undefined";
     return sanitizer == "tsan" ? "-fsanitize=thread" : "";
   }
 
-  /// Of an instruction set that plugins usually are not built for.
+  /// A file of an instruction set for which plugins are usually not built.
   static constexpr const char* kRarePlugin = "/plugins/bsdf/x86-64-v2/diffuse.so";
   static fs::path left_behind() { return prefix_ + "/lib/kinome" + kRarePlugin; }
 
   static std::string program() { return prefix_ + "/bin/kinome"; }
   static std::string plugins() { return build_ + "/plugins"; }
 
-  /// Renders with the installed program, finding the plugins by --plugin-path.
+  /// Renders with the installed program, which finds the plugins by --plugin-path.
   static Image render_text(const std::string& xml, const std::vector<std::string>& options = {}) {
     const std::string scene = folder_->write("scene.xml", xml);
     const std::string image = folder_->path("image.exr");

@@ -1,4 +1,5 @@
-// The installed package: what it holds, how it finds plugins outside of it, and which it refuses.
+// Tests of the installed package: its contents, how it finds external plugins, and which it
+// refuses.
 
 #include <algorithm>
 
@@ -22,7 +23,7 @@ TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
         "lib/cmake/kinome/KinomePlugin.cmake"}) {
     EXPECT_TRUE(fs::exists(fs::path(prefix_) / name)) << name;
   }
-  // Nothing installed may lead back to where it was built.
+  // No installed file may refer to the build folder.
   for (const auto& entry : fs::recursive_directory_iterator(prefix_)) {
     if (!entry.is_regular_file() || entry.path().string().find("/cmake/") == std::string::npos) {
       continue;
@@ -31,7 +32,7 @@ TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
   }
 }
 
-/// The comparison needs nothing of the source tree, and knows the program's pictures.
+/// The comparison works without the source tree, and accepts the program's images.
 TEST_F(Sdk, InstalledComparisonRuns) {
   const std::string scene =
       folder_->write("floor.xml", floor_scene("direct", R"(<emitter type="constant"/>)"));
@@ -68,9 +69,8 @@ TEST_F(Sdk, PluginsAreListed) {
   EXPECT_NE(one.out.find("0.2 0.4 1"), std::string::npos) << one.out;
 }
 
-/// What `kinome new` makes builds against the installed package and passes its own tests as it is, by
-/// the commands that it prints, wherever it lies. Those of all categories are for
-/// tests/check/new_test.py.
+/// A plugin from `kinome new` builds in any folder against the installed package and passes its
+/// tests unchanged, with the printed commands. tests/check/new_test.py tests all categories.
 TEST_F(Sdk, NewPluginIsRightAsItIs) {
   const std::string source = folder_->path("it's my sky");
   const ProcessResult made =
@@ -123,7 +123,7 @@ TEST_F(Sdk, AnotherAbiIsRefused) {
   EXPECT_FALSE(fs::exists(image));
 }
 
-/// Moves the tree away for good: the last of the suite.
+/// Moves the tree permanently, and is therefore the last test of the suite.
 TEST_F(Sdk, MovedTreeWorks) {
   const std::string moved = folder_->path("elsewhere/deeper");
   fs::create_directories(fs::path(moved).parent_path());

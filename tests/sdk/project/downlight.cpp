@@ -16,7 +16,7 @@ namespace {
 using namespace kinome;
 
 constexpr Parameter kParameters[] = {
-    {"position", ParameterType::kVector, "0 2 0", "Where it hangs."},
+    {"position", ParameterType::kVector, "0 2 0", "Position of the lamp."},
     {"intensity", ParameterType::kEmission, "1", "Radiant intensity straight down."},
 };
 
@@ -25,7 +25,8 @@ class Downlight final : public Emitter {
   explicit Downlight(const Properties& props)
       : position_(props.vector("position")), intensity_(props.color("intensity")) {}
 
-  // From any point its light comes from one direction: direct light needs no more than that.
+  // Direct light comes from a single direction at any point. Only is_delta() and sample_direct()
+  // are needed for it.
   bool is_delta() const override { return true; }
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
     const Vec3 to = position_ - p;
@@ -40,7 +41,7 @@ class Downlight final : public Emitter {
     return sample;
   }
 
-  // Rays of light, for `ptracer` and for what `clustered` finds after a bounce.
+  // Emitted rays, for `ptracer` and for light after a bounce in `clustered`.
   std::optional<EmissionSample> sample_emission(const Vec2& /*position*/,
                                                 const Vec2& direction) const override {
     const Vec3 local = square_to_cosine_hemisphere(direction);

@@ -1,5 +1,5 @@
-// A camera that sees up to all around: distances from the picture's centre are angles from the
-// axis.
+// A camera with a field of view of up to 360 degrees: distances from the image's centre are angles
+// from the axis.
 //
 //     <sensor type="fisheye"> <float name="fov" value="180"/> </sensor>
 
@@ -15,7 +15,7 @@ using namespace kinome;
 
 constexpr Parameter kParameters[] = {
     {"to_world", ParameterType::kTransform, "identity", "Camera to world; looks along +Z."},
-    {"fov", ParameterType::kFloat, "180", "Degrees across the picture's shorter side, to 360."},
+    {"fov", ParameterType::kFloat, "180", "Degrees across the image's shorter side, to 360."},
     {"film", ParameterType::kObject, nullptr, "Its film.", false, Category::kFilm},
     {"sampler", ParameterType::kObject, nullptr, "Its sampler.", false, Category::kSampler},
 };
@@ -27,7 +27,7 @@ class Fisheye final : public Sensor {
     if (!(fov > 0 && fov <= 360)) {
       throw props.error("fov", "must lie in (0, 360], got " + std::to_string(fov));
     }
-    // Where the scene has none, these are those that every sensor gets.
+    // If the scene has none, these are the defaults of all sensors.
     film_ = props.object<Film>();
     sampler_ = props.object<Sampler>();
     const auto side = static_cast<float>(std::min(film_->width(), film_->height()));
@@ -35,7 +35,7 @@ class Fisheye final : public Sensor {
     centre_ = 0.5f * Vec2(film_->width(), film_->height());
   }
 
-  // In the camera's frame, +X is to the picture's left and +Y up.
+  // In the camera's frame, +X points to the left of the image and +Y up.
   Ray sample_ray(const Vec2& film_position, const Vec2& /*aperture*/) const override {
     const Vec2 p = film_position - centre_;
     const float r = glm::length(p);

@@ -1,5 +1,5 @@
-// Points of the plane's most even additive sequence (Roberts 2018): each step goes on by the powers
-// of 1 / 1.3247…, the plastic number. Pixels and dimensions begin at random.
+// Points of the most uniform additive sequence in the plane (Roberts 2018): each step adds the
+// powers of 1 / 1.3247…, the plastic number. Pixels and dimensions start at random points.
 //
 //     <sampler type="golden"> <integer name="sample_count" value="64"/> </sampler>
 
@@ -11,11 +11,11 @@ namespace {
 using namespace kinome;
 
 constexpr Parameter kParameters[] = {
-    {"sample_count", ParameterType::kInteger, "16", "Samples a pixel."},
-    {"seed", ParameterType::kInteger, "0", "Another seed, other beginnings."},
+    {"sample_count", ParameterType::kInteger, "16", "Samples per pixel."},
+    {"seed", ParameterType::kInteger, "0", "Seed of the starting points."},
 };
 
-/// Pairs of numbers of 32 bits, which begin anew by themselves.
+/// Pairs of 32-bit numbers, which wrap around.
 struct Sequence {
   Sequence(const SampleKey& key, uint64_t which)
       : first(hash_words(uint64_t{key.y} << 32 | key.x, key.seed, which)) {}
@@ -42,7 +42,7 @@ class Golden final : public Sampler {
     const Sequence pair(key, 2 * dimension + 1);
     return {pair.x(key.sample), pair.y(key.sample)};
   }
-  // For a block, hashes are made once a pixel; the rest the compiler makes wide by itself.
+  // For a block, hashes are computed once per pixel. The compiler vectorises the rest.
   void fill_2d_block(const PixelSamples& of, uint32_t dimension,
                      const Columns2& out) const override {
     for (size_t p = 0, i = 0; p < of.pixels; ++p, i += of.samples) {

@@ -1,5 +1,5 @@
-// Hann's window, (1 + cos(pi x / r)) / 2: smooth, and nothing but positive. Its formula is written
-// once, for a place and for as many as a vector holds.
+// Hann's window, (1 + cos(pi x / r)) / 2: smooth, and nowhere negative. Its formula is written
+// once, for one position and for a vector of them.
 //
 //     <rfilter type="hann"> <float name="radius" value="1.5"/> </rfilter>
 

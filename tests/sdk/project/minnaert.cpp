@@ -1,4 +1,4 @@
-// Minnaert's reflector (1941), darker towards grazing angles, as the moon is:
+// Minnaert's reflector (1941), which is darker at grazing angles, like the moon:
 //
 //     f = albedo (k + 1) / (2 pi) (cos_i cos_o)^(k - 1)
 //
@@ -17,8 +17,8 @@ namespace {
 using namespace kinome;
 
 constexpr Parameter kParameters[] = {
-    {"albedo", ParameterType::kReflectanceTexture, "0.5", "What is reflected of light from above."},
-    {"k", ParameterType::kFloat, "2", "How much it darkens, at least 1 (not at all)."},
+    {"albedo", ParameterType::kReflectanceTexture, "0.5", "Fraction reflected at normal incidence."},
+    {"k", ParameterType::kFloat, "2", "Exponent of the darkening, at least 1 (none)."},
 };
 
 class Minnaert final : public Bsdf {
@@ -35,7 +35,7 @@ class Minnaert final : public Bsdf {
     return {reflected(si) * density, density};
   }
 
-  // By the power of its cosine, so that every sample's weight is the same.
+  // Samples by the power of the cosine, so that every sample has the same weight.
   std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float /*u1*/,
                                    const Vec2& u2) const override {
     if (!is_seen(si, mask)) return std::nullopt;
@@ -53,7 +53,7 @@ class Minnaert final : public Bsdf {
   bool is_seen(const SurfaceInteraction& si, Lobe mask) const {
     return si.wi.z > 0 && any(mask & lobes_);
   }
-  /// Of light from everywhere, what reaches the viewer.
+  /// Albedo toward the viewer under uniform light.
   Rgb reflected(const SurfaceInteraction& si) const {
     return albedo_->eval(si.uv) * std::pow(si.wi.z, k_ - 1);
   }

@@ -1,4 +1,4 @@
-// Shows shading normals: a colour of (n + 1) / 2 where a ray meets a surface, black elsewhere.
+// Shows shading normals: the colour (n + 1) / 2 at hits, black elsewhere.
 //
 //     <integrator type="normals"/>
 

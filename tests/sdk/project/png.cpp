@@ -1,4 +1,4 @@
-// A film of eight bits a channel, for viewers that know nothing else.
+// A film with 8 bits per channel, for viewers that support no other format.
 //
 //     <film type="png"> <float name="exposure" value="1"/> </film>
 
@@ -12,12 +12,12 @@ using namespace kinome;
 constexpr Parameter kParameters[] = {
     {"width", ParameterType::kInteger, "768", "Pixels."},
     {"height", ParameterType::kInteger, "576", "Pixels."},
-    {"exposure", ParameterType::kFloat, "0", "Makes the picture brighter by as many stops."},
+    {"exposure", ParameterType::kFloat, "0", "Exposure in stops."},
     {"rfilter", ParameterType::kObject, nullptr, "gaussian if not given.", false,
      Category::kReconstructionFilter},
 };
 
-// What collects samples is the base's: a film says how large it is, and writes the picture.
+// The base class collects samples. A film defines the size and writes the image.
 class Png final : public Film {
  public:
   explicit Png(const Properties& props) : exposure_(props.real("exposure")) {

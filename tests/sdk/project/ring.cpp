@@ -14,7 +14,7 @@ using namespace kinome;
 
 constexpr Parameter kParameters[] = {
     {"center", ParameterType::kVector, "0 0 0", "Its centre."},
-    {"radius", ParameterType::kFloat, "1", "Of its outer edge."},
+    {"radius", ParameterType::kFloat, "1", "Radius of the outer edge."},
     {"inner", ParameterType::kFloat, "0.5", "Radius of the hole."},
     {"bsdf", ParameterType::kObject, nullptr, "Its material.", false, Category::kBsdf},
     {"emitter", ParameterType::kObject, nullptr, "Its light.", false, Category::kEmitter},
@@ -54,12 +54,12 @@ class Ring final : public Shape {
   }
 
  private:
-  /// At a place of its plane.
+  /// Returns the surface at a position of its plane.
   SurfaceInteraction point(const Vec2& local) const {
     const float r = std::max(glm::length(local), 1e-30f), turn = std::atan2(local.y, local.x);
     SurfaceInteraction si;
     si.p = centre_ + Vec3(local, 0);
-    si.p_error = 2 * 0x1p-24f * (std::abs(centre_.z) + outer_);  // its z is exact: off, but barely
+    si.p_error = 2 * 0x1p-24f * (std::abs(centre_.z) + outer_);  // z is exact: a small offset
     si.dp_du = (outer_ - inner_) / r * Vec3(local, 0);
     si.dp_dv = 2 * kPi * Vec3(-local.y, local.x, 0);
     si.frame = Frame::from_normal_and_tangent(si.n, si.dp_du);

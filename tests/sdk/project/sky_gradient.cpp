@@ -1,4 +1,4 @@
-// A sky that fades from the zenith (+y) to the horizon; below, it is as at the horizon.
+// A sky that fades from the zenith (+y) to the horizon. Below the horizon it is constant.
 //
 //     L(d) = horizon + (zenith - horizon) max(d.y, 0)
 //
@@ -15,7 +15,7 @@ namespace {
 
 using namespace kinome;
 
-// Documentation, checks and defaults in one table: `kinome plugins sky_gradient` prints it.
+// One table for documentation, checks and defaults: `kinome plugins sky_gradient` prints it.
 constexpr Parameter kParameters[] = {
     {"zenith", ParameterType::kEmission, "0.2 0.4 1", "Radiance straight up."},
     {"horizon", ParameterType::kEmission, "1", "Radiance at the horizon and below it."},
@@ -39,7 +39,7 @@ class SkyGradient final : public Emitter {
     return horizon_ + (zenith_ - horizon_) * std::max(d.y, 0.f);
   }
 
-  // A gradient this soft needs no importance sampling of its own: uniform over the sphere.
+  // A gradient this smooth needs no importance sampling: uniform over the sphere.
   std::optional<DirectSample> sample_direct(const Vec3& /*p*/, const Vec2& u) const override {
     const float y = 1 - 2 * u.y;
     const float r = std::sqrt(std::max(0.f, 1 - y * y));
@@ -51,9 +51,9 @@ class SkyGradient final : public Emitter {
   }
   float pdf_environment(const Vec3& /*d*/) const override { return 1 / (4 * kPi); }
 
-  // How finely its light varies is what `clustered` asks of an environment for direct light: cells
-  // are made of it. For light after a bounce it asks for sample_emission and emission_density, too.
-  // The kink at the horizon lies between two rows.
+  // The resolution of the light: `clustered` divides an environment into cells with it, for direct
+  // light. For light after a bounce it also needs sample_emission and emission_density. The kink at
+  // the horizon is between two rows.
   std::optional<EnvironmentGrid> cell_grid() const override {
     EnvironmentGrid grid;
     grid.columns = 64;
@@ -62,7 +62,7 @@ class SkyGradient final : public Emitter {
     return grid;
   }
 
-  // Its other importances, of the thesis, ask for points.
+  // The importances of the thesis need light points.
   std::optional<LightPoints> light_points(const Scene& /*scene*/, RenderContext& /*context*/,
                                           uint32_t count) const override {
     const SpherePartition cells(count);

@@ -1,5 +1,5 @@
-// Waves along u, a whole vector at a time: the formula is written once, for a place and for as many
-// as a vector holds.
+// Waves along u, computed for a whole vector at a time. The formula is written once, for one point
+// and for a vector of points.
 //
 //     <texture type="waves"> <float name="waves" value="4"/> </texture>
 
@@ -14,7 +14,7 @@ using namespace kinome;
 using namespace kinome::wide::formulas;
 
 constexpr Parameter kParameters[] = {
-    {"waves", ParameterType::kFloat, "4", "How many there are from u = 0 to 1."},
+    {"waves", ParameterType::kFloat, "4", "Number of waves from u = 0 to 1."},
 };
 
 class Waves final : public Texture {

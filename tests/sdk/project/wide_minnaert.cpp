@@ -1,5 +1,5 @@
-// The reflector of minnaert.cpp, faster: its formulas are written once, over numbers F, which are
-// float for one point and wide::Float for as many as a vector holds.
+// The reflector of minnaert.cpp, faster: its formulas are written once, for numbers F, which are
+// float for one point and wide::Float for a vector of points.
 
 #include <kinome/plugin.h>
 #include <kinome/warp.h>
@@ -11,8 +11,8 @@ using namespace kinome;
 using namespace wide::formulas;
 
 constexpr Parameter kParameters[] = {
-    {"albedo", ParameterType::kReflectanceTexture, "0.5", "What is reflected of light from above."},
-    {"k", ParameterType::kFloat, "2", "How much it darkens, at least 1 (not at all)."},
+    {"albedo", ParameterType::kReflectanceTexture, "0.5", "Fraction reflected at normal incidence."},
+    {"k", ParameterType::kFloat, "2", "Exponent of the darkening, at least 1 (none)."},
 };
 
 class WideMinnaert final : public wide::FormulaBsdf<WideMinnaert> {
@@ -25,7 +25,7 @@ class WideMinnaert final : public wide::FormulaBsdf<WideMinnaert> {
 
   template <class F>
   struct Lobes {
-    RgbOf<F> reflected;  ///< of light from everywhere, what reaches the viewer
+    RgbOf<F> reflected;  ///< albedo toward the viewer under uniform light
     F k;
 
     wide::BsdfValueOf<F> value(const VecOf<F>& wo) const {
