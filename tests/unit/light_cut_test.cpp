@@ -1,5 +1,5 @@
 // Tests the importance function over a cut. It is the exact pmf of the samples, is positive
-// wherever light can be reflected, and is equal on all instruction sets. Lobe hits are compared
+// if light can be reflected, and is equal on all instruction sets. Lobe hits are compared
 // with brute force.
 #include "clustered/points/light_cut.h"
 

@@ -230,8 +230,7 @@ TEST(LocalCut, LobeRaysCountAtAnyDistance) {
   for (uint32_t c = 0; c < 6; ++c) {
     EXPECT_EQ(pmf.hits(c), cut.cell(c).mean.x > 0 ? 1 : 0);
   }
-  point.position.x = 0.01f;  // this ray misses the small patch but is within the bounds of the wide
-                             // ones
+  point.position.x = 0.01f;  // this ray misses all patches
   point.position.y = 0.2f;
   cut.build(Importance::kJoint, point, pmf);
   for (uint32_t c = 0; c < 6; ++c) EXPECT_EQ(pmf.hits(c), 0);

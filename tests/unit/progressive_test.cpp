@@ -193,18 +193,19 @@ TEST(Error, EndsWhenItIsReached) {
     for (uint64_t seed = 1; seed <= 3; ++seed) {
       testing::internal::CaptureStderr();
       MadeUp run(64, {.rel_mse = target}, 0.5, {}, seed);
-      const std::string said = testing::internal::GetCapturedStderr();
+      const std::string messages = testing::internal::GetCapturedStderr();
       const double estimate = run.context.stats().rel_mse;
       EXPECT_LE(estimate, target) << seed;
       EXPECT_TRUE(std::is_sorted(run.progress.begin(), run.progress.end()));
       EXPECT_LE(run.progress.back(), 1);
-      const bool is_least = run.samples() == 4;
-      if (!is_least) {
+      const bool is_minimum = run.samples() == 4;
+      if (!is_minimum) {
         EXPECT_GT(estimate, target / 1.5) << target << " " << seed;
       }
-      EXPECT_EQ(is_least, target > 0.1) << run.samples();
-      EXPECT_EQ(said.find("needs that many samples") != std::string::npos, estimate < target / 1.5)
-          << target << said;
+      EXPECT_EQ(is_minimum, target > 0.1) << run.samples();
+      EXPECT_EQ(messages.find("needs that many samples") != std::string::npos,
+                estimate < target / 1.5)
+          << target << messages;
     }
   }
   set_log_level(LogLevel::kWarn);
@@ -225,15 +226,15 @@ TEST(Error, IsEstimatedOfLanesOfDifferentLength) {
     sum += passes.render(samples[lane]);
   }
   const Image image = film->develop();
-  double mean = 0, is = 0;
+  double mean = 0, rel_mse = 0;
   for (int i = 0; i < 64 * 64; ++i) mean += FakePasses::truth(i % 64, i / 64) / (64 * 64);
   for (int i = 0; i < 64 * 64; ++i) {
     const double r = FakePasses::truth(i % 64, i / 64), d = image.at(i % 64, i / 64, 0) - r;
-    is += d * d / (r * r + 0.01 * mean * mean) / (64 * 64);
+    rel_mse += d * d / (r * r + 0.01 * mean * mean) / (64 * 64);
   }
-  const double said = estimate_rel_mse(*film, samples).value();
-  EXPECT_LT(said, 1.1 * is) << sum;
-  EXPECT_GT(said, is / 1.1);
+  const double estimate = estimate_rel_mse(*film, samples).value();
+  EXPECT_LT(estimate, 1.1 * rel_mse) << sum;
+  EXPECT_GT(estimate, rel_mse / 1.1);
 }
 
 TEST(Error, RoundsGrowAndEndAtTheLimit) {

@@ -5,7 +5,7 @@
 #include "plugins/probe_registry.h"
 #include "support/render.h"
 
-/// What a scene is made of, given and by default.
+/// Tests the contents of a scene, given and by default.
 namespace kinome::test {
 namespace {
 
@@ -51,7 +51,7 @@ TEST(Scene, TheDefaultSensorSeesTheShapes) {
   EXPECT_NEAR(ray.d.z, 1, 1e-4);
 }
 
-/// What Mitsuba has and isn't here is left out, or what Mitsuba has by default stands in.
+/// Unsupported plugins of Mitsuba are omitted or replaced by Mitsuba's defaults.
 TEST(Scene, LeavesOutWhatIsMissingIfAsked) {
   const std::string xml =
       "<scene version=\"3.0.0\">\n<integrator type='stokes'><integrator type='volpath'>"
@@ -83,7 +83,7 @@ TEST(Scene, LeavesOutWhatIsMissingIfAsked) {
                 "scene.xml:5:1: shape 'sdfgrid'",
                 "scene.xml:5:117: medium 'heterogeneous'",
                 "scene.xml:5:147: film 'specfilm', replaced by 'hdrfilm'"}));
-  // Mistakes stay mistakes.
+  // Errors are still reported.
   for (const char* wrong :
        {"<bsdf type='difuse'/>", "<shape type='sphere'><ref id='no'/></shape>"}) {
     EXPECT_THROW(load_scene_from_string("<scene version=\"3.0.0\">" + std::string(wrong) +
@@ -94,7 +94,7 @@ TEST(Scene, LeavesOutWhatIsMissingIfAsked) {
   }
 }
 
-/// As Mitsuba has it: a lamp beside the shape that it is part of.
+/// As in Mitsuba, an area emitter may be outside the element of its shape.
 TEST(Scene, LampsMayStandBesideTheirShapes) {
   const std::string lamp = "<emitter type='area' id='lamp'/>";
   const std::string shape = "<shape type='sphere'><ref id='lamp'/></shape>";
@@ -103,7 +103,7 @@ TEST(Scene, LampsMayStandBesideTheirShapes) {
     ASSERT_EQ(scene->emitters().size(), 1u);
     EXPECT_EQ(scene->emitters()[0]->shape(), scene->shapes()[0].get());
   }
-  // Without a shape it gives no light. It is a warning because Mitsuba ignores it.
+  // Without a shape it emits no light. This is a warning because Mitsuba ignores it.
   EXPECT_TRUE(scene_from(lamp + "<shape type='sphere'/>")->emitters().empty());
   EXPECT_THROW(scene_from(lamp + shape + shape), Error) << "a lamp is part of one shape";
 }

@@ -1,5 +1,5 @@
-// A scene that was edited renders the very picture of the scene whose file says so, and nothing is
-// made anew that doesn't depend on the edit.
+// Tests that an edited scene renders the same image as a scene file with these edits. Only objects
+// that depend on the edit may be recreated.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace kinome::test {
 namespace {
 
-/// What the scene's text has in some places; each case changes one.
+/// Texts in the scene file; each case changes one of them.
 struct Texts {
   std::string fov = "40";
   std::string samples = "4";
@@ -222,7 +222,7 @@ TEST_F(SceneEdits, GiveThePictureOfTheEditedFileAndMakeOnlyWhatDepends) {
   for (const Case& one : cases) {
     SCOPED_TRACE(one.path);
     const auto editor = open();
-    render_scene(*editor->scene());  // what a render leaves behind must not show
+    render_scene(*editor->scene());  // state of a previous render must have no effect
     editor->set(one.path, one.value);
     const SceneChanges changes = editor->update();
     EXPECT_EQ(changes.made, one.made);
@@ -242,7 +242,7 @@ TEST_F(SceneEdits, AddUp) {
   EXPECT_EQ(std::get<double>(*editor->get("sensor.fov")), 55);
   editor->update();
   EXPECT_TRUE(editor->update().made.empty());
-  // The shape is made anew, and its lamp with it.
+  // The shape is recreated together with its emitter.
   Mat4 up(1.f);
   editor->set("lamp.to_world", Transform(up));
   EXPECT_EQ(editor->update().made, (Names{"emitter/area", "shape/rectangle"}));
@@ -280,7 +280,7 @@ TEST_F(SceneEdits, ThatCantBeLeaveTheSceneAsItWas) {
             "scene.xml:21:3: triangle 0 refers to vertex 2, but there are only 2 (counted from 0)");
   EXPECT_EQ(message("mesh.faces", std::vector<float>(6)),
             "scene.xml:21:3: 'faces' must be an array of indices");
-  // With a mesh that could be, and a mistake elsewhere, which shows only when that is made.
+  // A valid mesh, and an error in another object, which is detected only when that is created.
   editor->set("mesh.vertex_positions", std::vector<float>(12, 1));
   editor->set("red.bsdf.reflectance", 0.5);
   EXPECT_NE(message("sensor.film.rfilter.stddev", -1.0), "");
@@ -301,7 +301,7 @@ TEST_F(SceneEdits, AreNotedTogetherOrNotAtAll) {
   EXPECT_EQ(std::get<double>(*editor->get("ball.radius")), 0.2);
 }
 
-/// Cameras and lamps that are moved are saved as people write them.
+/// Transforms of moved cameras and emitters are saved as readable steps.
 TEST_F(SceneEdits, OfPlacesAreSaidByTheStepsOfTheFile) {
   const auto editor = open();
   const auto moved = [&](const char* path, const Mat4& by) {
@@ -318,7 +318,7 @@ TEST_F(SceneEdits, OfPlacesAreSaidByTheStepsOfTheFile) {
   moved("sensor.to_world", way * turn);
   moved("lamp.to_world", way);
   moved("floor.to_world", way);
-  moved("box.to_world", turn);  // by no steps of its own
+  moved("box.to_world", turn);  // no step of the file can represent this rotation
   moved("ball.to_world", way);
   editor->save(folder_.path("new.xml"));
   expect_same(*editor->scene(), *SceneEditor(folder_.path("new.xml"), {}, registry()).scene());
@@ -330,7 +330,7 @@ TEST_F(SceneEdits, OfPlacesAreSaidByTheStepsOfTheFile) {
   EXPECT_TRUE(has(R"(<rotate x="1" angle="-90"/><translate x="0.3")")) << text;
   EXPECT_TRUE(has(R"(<transform name="to_world"><translate x="0.3")")) << text;
   EXPECT_EQ(text.find("<matrix"), text.rfind("<matrix")) << text;
-  // What goes back to where it was stands there as it was.
+  // An object that is moved back gets its original text.
   for (const char* const path :
        {"sensor.to_world", "lamp.to_world", "floor.to_world", "box.to_world", "ball.to_world"}) {
     editor->set(path, AsWritten{});
@@ -356,7 +356,7 @@ TEST_F(SceneEdits, ThatAFileCantSayAreNotSaved) {
         << error.what();
   }
   EXPECT_FALSE(std::filesystem::exists(folder_.path("new.xml")));
-  // And what it can say is, in quotes of either kind.
+  // File names that XML can represent are saved, in quotes of either kind.
   folder_.write("it's.ply", mesh_text(3));
   editor->set("mesh.filename", std::string("it's.ply"));
   editor->update();
@@ -407,28 +407,28 @@ TEST_F(SceneEdits, OfTheIntegratorShareAllElse) {
   EXPECT_THROW(editor->scene_with(depth), Error);
 }
 
-/// As a file says it.
+/// Scenes built in memory can be edited like those from files.
 TEST_F(SceneEdits, OfAScenesDescription) {
-  const auto said = [](const char* tag, const char* type, const char* name = "") {
+  const auto object = [](const char* tag, const char* type, const char* name = "") {
     return ObjectDescription{.tag = tag, .type = type, .name = name, .where = {tag}};
   };
-  ObjectDescription scene = said("scene", "");
-  ObjectDescription ball = said("shape", "sphere");
+  ObjectDescription scene = object("scene", "");
+  ObjectDescription ball = object("shape", "sphere");
   ball.id = "ball";
-  ObjectDescription texture = said("texture", "bitmap", "reflectance");
+  ObjectDescription texture = object("texture", "bitmap", "reflectance");
   texture.values.push_back(
       {"data", std::make_shared<const Image>(Image{2, 1, {"Y"}, {0.2f, 0.8f}}), {"ball.data"}});
-  ObjectDescription diffuse = said("bsdf", "diffuse", "bsdf");
+  ObjectDescription diffuse = object("bsdf", "diffuse", "bsdf");
   diffuse.parts.push_back(texture);
   ball.parts.push_back(diffuse);
-  ObjectDescription film = said("film", "hdrfilm");
+  ObjectDescription film = object("film", "hdrfilm");
   for (const char* const side : {"width", "height"}) {
     film.values.push_back({side, int64_t(24), {"film"}});
   }
-  ObjectDescription sensor = said("sensor", "perspective");
+  ObjectDescription sensor = object("sensor", "perspective");
   sensor.values.push_back({"to_world", Transform(glm::translate(Mat4(1.f), Vec3(0, 0, -4))), {}});
   sensor.parts = {film};
-  scene.parts = {said("integrator", "direct"), sensor, said("emitter", "constant"), ball};
+  scene.parts = {object("integrator", "direct"), sensor, object("emitter", "constant"), ball};
   SceneEditor editor(scene, {}, registry());
   const Image before = render_scene(*editor.scene());
   editor.set("ball.bsdf.reflectance.data",

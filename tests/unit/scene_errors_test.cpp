@@ -2,19 +2,19 @@
 
 #include "plugins/probe_registry.h"
 
-/// A table of wrong scenes. `^` marks the place that the message must name (it is taken out before
-/// the scene is read); a scene without one has no place but its file.
+/// A table of invalid scenes. `^` marks the position that the message must name; it is removed
+/// before the scene is parsed. Without `^`, the message names only the file.
 namespace kinome::test {
 namespace {
 
 struct Wrong {
   const char* name;
   const char* xml;
-  const char* message;  ///< its beginning
+  const char* message;  ///< beginning of the message
   std::map<std::string, std::string> defines = {};
 };
 
-/// Inside of <scene version="3.0.0"> … </scene>, unless it begins with '!'.
+/// Children of <scene version="3.0.0"> … </scene>, or the whole text if it begins with '!'.
 const Wrong kWrong[] = {
     // Malformed XML
     {"Empty", "!^", "malformed XML: "},
@@ -166,7 +166,7 @@ const Wrong kWrong[] = {
     {"BadCoordinate", "<texture type='probe'><point name='vector' x='1' ^y='q' z='1'/></texture>",
      "'q' is not a number"},
 
-    // What Mitsuba has, and isn't here
+    // Plugins of Mitsuba that are unsupported
     {"MediumIsMissing",
      "<shape type='sphere'><medium name='interior' ^type='homogeneous'><float name='scale' "
      "value='2'/><phase type='hg'/></medium></shape>",

@@ -5,7 +5,7 @@
 #include "plugins/probe_registry.h"
 #include "support/render.h"
 
-/// What a scene reads beside itself: includes, search paths, spectra; and the scene's hash.
+/// Tests files that a scene reads: includes, search paths, spectra; and the scene's hash.
 namespace kinome::test {
 namespace {
 
@@ -28,7 +28,7 @@ std::string shape_id(const Scene& loaded) {
   return loaded.shapes().at(0)->id();
 }
 
-/// A shape whose id is the text, so that a test can see which file or value was taken.
+/// Returns a shape with this id, so that a test can see which file or value was used.
 std::string marker(const std::string& id) {
   return "<shape type='sphere' id='" + id + "'/>";
 }
@@ -47,7 +47,7 @@ TEST(Files, MayHaveCommentsAroundTheRoot) {
       "no error");
 }
 
-/// The text in UTF-16 or UTF-32.
+/// Returns the text in UTF-16 or UTF-32.
 std::string encoded(const std::u32string& text, size_t unit, bool is_big_endian, bool has_mark) {
   std::string bytes;
   const auto add = [&](uint32_t value) {
@@ -68,7 +68,7 @@ std::string encoded(const std::u32string& text, size_t unit, bool is_big_endian,
   return bytes;
 }
 
-/// Columns count characters, whatever bytes they are in the file.
+/// Columns count characters, in any encoding.
 TEST(Files, MayBeUtf16OrUtf32) {
   const TemporaryFolder folder;
   const std::u32string text =
@@ -244,8 +244,7 @@ TEST(Include, EndsWhereFilesMultiply) {
   EXPECT_NE(load_error(folder.path("f0.xml")).find("too many includes"), std::string::npos);
 }
 
-/// The image of a scene doesn't depend on the working directory, unless nothing else has the
-/// file.
+/// The image of a scene doesn't depend on the working directory, unless the file is nowhere else.
 TEST(SearchPath, OrderIsSceneThenPathThenOptionsThenWorkingDirectory) {
   const TemporaryFolder folder;
   for (const char* place : {"cwd", "first", "second", "scene", "scene/path"}) {
@@ -296,7 +295,7 @@ TEST(SearchPath, InnerIncludesComeBeforeOuterOnes) {
   folder.write("leaf.xml", scene(marker("main")));
   const auto loaded = load(path);
   EXPECT_EQ(loaded->shapes().at(0)->id(), "inner");
-  EXPECT_EQ(loaded->shapes().at(1)->id(), "main");  // an include's folder is forgotten after it
+  EXPECT_EQ(loaded->shapes().at(1)->id(), "main");  // not in the folder of the include
 }
 
 TEST(SearchPath, HoldsForFilesThatPluginsRead) {

@@ -8,8 +8,8 @@
 #include "plugins/probe_registry.h"
 #include "support/sanitizer.h"
 
-/// Damaged scenes: each must load or be an Error. Anything else (a crash, a hang, another
-/// exception) fails; the sanitizers see the rest.
+/// Tests damaged scenes. Each must load or throw an Error; a crash, a hang or another exception is
+/// a failure. Sanitizers detect other errors.
 namespace kinome::test {
 namespace {
 
@@ -81,7 +81,7 @@ TEST(Fuzz, DeepNesting) {
     load_scene_from_string("<scene version='3.0.0'>" + nested + "</scene>", "f", {},
                            probe_registry());
   });
-  // Beside it, each of the levels above says that a diffuse BSDF takes no other.
+  // The levels above report another error: a diffuse BSDF has no BSDF parameters.
   EXPECT_EQ(std::count_if(errors.begin(), errors.end(),
                           [](const std::string& error) {
                             return error.find("elements are nested too deeply") !=
@@ -104,7 +104,7 @@ TEST(Fuzz, LongChainsOfReferences) {
             std::string::npos);
 }
 
-/// Each is named, in a time that doesn't grow with their square, up to an end.
+/// Each error is reported, up to a maximum. The time must not grow with the square of their number.
 TEST(Fuzz, ThousandsOfMistakes) {
   std::string xml = "<scene version='3.0.0'>";
   for (int i = 0; i < 6000; ++i) {
@@ -115,8 +115,8 @@ TEST(Fuzz, ThousandsOfMistakes) {
   const auto start = std::chrono::steady_clock::now();
   const auto errors =
       errors_of([&] { load_scene_from_string(xml + "</scene>", "f", {}, probe_registry()); });
-  // Minutes where each fault looks for the nearest of all names. An exception takes a sanitizer a
-  // millisecond or two.
+  // A search of all names for each error would take minutes. An exception takes 1 to 2 ms with a
+  // sanitizer.
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(kHasSanitizer ? 100 : 20));
   ASSERT_EQ(errors.size(), 10001u);
   EXPECT_EQ(errors.back(), "f: too many errors: stopped looking for more");

@@ -1,4 +1,4 @@
-// Rays against a whole scene: nearest hits and occlusion, singly and in batches.
+// Tests rays in a whole scene: nearest hits and occlusion, single rays and batches.
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace kinome::test {
 namespace {
 
-/// What every kind of geometry contributes: two meshes and three analytic shapes, some overlapping.
+/// All kinds of geometry: two meshes and three analytic shapes, some overlapping.
 const char* const kMixedScene = R"(
   <shape type="rectangle"><transform name="to_world"><scale value="6"/></transform></shape>
   <shape type="cube"><transform name="to_world"><rotate z="1" angle="30"/>
@@ -39,7 +39,7 @@ std::vector<RayHit> singly(const Scene& scene, std::vector<RayHit> rays) {
   return rays;
 }
 
-/// Embree ends the program at them where it is built with assertions.
+/// Embree builds with assertions abort for such rays.
 TEST(SceneRays, ThoseThatAreNoNumbersMeetNothingAndHarmNoOthers) {
   const auto scene = scene_from(kMixedScene);
   const std::vector<RayHit> good = random_rays(64, 3);
@@ -70,7 +70,7 @@ TEST(SceneRays, ThoseThatAreNoNumbersMeetNothingAndHarmNoOthers) {
           EXPECT_EQ(rays[i].ray.tmax, expected[i].ray.tmax);
           EXPECT_EQ(shadow[i].is_occluded(), expected[i].hit.valid());
         }
-        // What was wrong can still be seen.
+        // The invalid value is unchanged.
         const float left = *values[place];
         EXPECT_TRUE(left == value || (std::isnan(left) && std::isnan(value)));
       }
@@ -86,7 +86,7 @@ TEST(SceneRays, BatchesOfAnySizeAgreeWithSingleRays) {
   for (const RayHit& ray : expected) {
     if (ray.hit.valid()) ++hits_of.at(ray.hit.shape);
   }
-  for (const size_t hits : hits_of) EXPECT_GT(hits, 100u);  // each shape takes part
+  for (const size_t hits : hits_of) EXPECT_GT(hits, 100u);  // each shape is hit
 
   RenderCounters counters;
   for (const Coherence coherence : {Coherence::kCoherent, Coherence::kIncoherent}) {
@@ -102,8 +102,8 @@ TEST(SceneRays, BatchesOfAnySizeAgreeWithSingleRays) {
           ASSERT_EQ(batch[i].ray.tmax, kInfinity);
           continue;
         }
-        // Embree's packet and single kernels order their sums differently: some ulps of the
-        // coordinates (at most 20), over the length of the direction (at least 0.05).
+        // Embree's packet and single-ray kernels add in different orders. The error is some ulps of
+        // the coordinates (at most 20), divided by the length of the direction (at least 0.05).
         ASSERT_NEAR(batch[i].ray.tmax, expected[i].ray.tmax, 3e-4f) << "ray " << i;
         ASSERT_EQ(batch[i].hit.primitive, expected[i].hit.primitive) << "ray " << i;
       }
@@ -188,7 +188,7 @@ TEST(SceneRays, EmptySceneAndEmptyBatches) {
   for (const Ray& ray : segments) EXPECT_EQ(ray.tmax, kInfinity);
 }
 
-/// A shape and an emitter that do as the test says.
+/// A shape and an emitter whose behaviour tests can set.
 class TestShape : public Shape {
  public:
   explicit TestShape(std::shared_ptr<Object> emitter = nullptr) : Shape(properties(emitter)) {}
@@ -206,7 +206,7 @@ class TestShape : public Shape {
   }
 };
 
-/// One triangle in a buffer without a spare byte.
+/// A triangle in a buffer without padding.
 class TightTriangle : public TestShape {
  public:
   TightTriangle() {

@@ -6,7 +6,7 @@
 #include "kinome/sensor.h"
 #include "plugins/probe_registry.h"
 
-/// XML snippets and the values that a plugin gets from them.
+/// Tests the values that a plugin gets from XML snippets.
 namespace kinome::test {
 namespace {
 
@@ -104,9 +104,9 @@ TEST(Values, NestedTextures) {
   EXPECT_EQ(p->id(), "");
 }
 
-/// What Mitsuba 3.9.1's scalar_rgb holds after reading a spectrum, by what it measures. Daylight's
-/// white is ours to float precision, and 0.1 % less in Mitsuba, which sums its own tables: hence
-/// the tolerance, of the largest channel.
+/// Values of spectra in Mitsuba 3.9.1, scalar_rgb, for each quantity. Kinome's white of daylight is
+/// exact to float precision. Mitsuba's is 0.1 % lower, because it sums its own tables. Hence the
+/// tolerance, relative to the largest channel.
 struct SpectrumColors {
   const char* value;
   Rgb emission;
@@ -122,7 +122,7 @@ const SpectrumColors kSpectra[] = {
     {"400:0, 500:8, 600:15.6, 700:18.4", Rgb(20.710836f, 10.854634f, 2.771152f),
      Rgb(17.714712f, 11.354429f, 3.304508f), false},
     {"360:1 830:1", Rgb(1.204884f, 0.948228f, 0.909267f), Rgb(1.f)},
-    // Saturated ones: what RGB can't show is 0.
+    // Saturated colours: negative components are clamped to 0.
     {"440:0, 450:1, 460:0", Rgb(0.013305f, 0, 0.175353f), Rgb(0.015372f, 0, 0.203877f)},
     {"503.3:0, 511.7:1, 520.1:0", Rgb(0, 0.078657f, 0.003416f), Rgb(0, 0.085082f, 0.003731f)},
     {"360:0, 519:0, 520:1, 530:1, 531:0, 830:0", Rgb(0, 0.141431f, 0), Rgb(0, 0.15183f, 0)},
@@ -145,15 +145,14 @@ TEST(Values, WavelengthSpectraGoByWhatTheyMeasure) {
     expect_color(probe(named("unbounded"))->unbounded->mean(), spectrum.unitless, "unitless");
     const Rgb reflectance = spectrum.is_reflectance ? spectrum.unitless : Rgb(1.f);
     expect_color(probe(named("texture"))->texture->mean(), reflectance, "reflectance");
-    // A texture's own colours don't know what they are for: they are reflectances to Mitsuba, also
-    // within a light.
+    // The colours of a texture are always reflectances in Mitsuba, even inside an emitter.
     const auto board = probe("<texture type='checkerboard' name='lamp'>" + named("color0") +
                              named("color1") + "</texture>");
     expect_color(board->lamp->mean(), reflectance, "checkerboard of a light");
   }
 }
 
-/// What Mitsuba 3.9.1's scalar_rgb makes of its spectrum plugins, whatever they measure.
+/// Values of Mitsuba 3.9.1, scalar_rgb, for its spectrum plugins, for any quantity.
 TEST(Values, SpectraOfAType) {
   struct Case {
     const char* type;
@@ -187,15 +186,15 @@ TEST(Values, SpectraOfAType) {
       expect_near(probe(named("unbounded"))->unbounded->eval(Vec2(.3f)), one.value);
     }
   }
-  // A texture within daylight is that texture.
+  // A texture inside daylight is used unchanged.
   const auto board = probe("<spectrum type='d65' name='lamp'><texture type='checkerboard'/>"
                            "</spectrum>");
   EXPECT_FALSE(board->lamp->is_uniform());
   expect_near(board->lamp->mean(), Rgb(.3f));
 }
 
-/// Those by wavelengths are what <spectrum> by wavelengths is; Mitsuba's RGB variants don't render
-/// them. By reference, too: one object, for light and for reflectance.
+/// Spectrum plugins with wavelengths equal <spectrum> with wavelengths; Mitsuba's RGB variants
+/// don't support them. References share one object for emission and reflectance.
 TEST(Values, SpectraOfATypeByWavelengths) {
   for (const std::string text :
        {"type='irregular'><string name='wavelengths' value='400, 550 700'/>"
@@ -209,7 +208,7 @@ TEST(Values, SpectraOfATypeByWavelengths) {
     expect_color(p->color, Rgb(0.496383f, 0.445673f, 0.190482f), "emission");
     expect_color(p->unbounded->mean(), Rgb(0.414422f, 0.466529f, 0.216741f), "unitless");
   }
-  // Of a body of 5000 K, Mitsuba's scalar_spectral shows this, to 1 % or so of noise.
+  // Mitsuba's scalar_spectral renders this colour for a black body of 5000 K, with 1 % of noise.
   const Rgb light = probe("<spectrum type='blackbody' name='color'>"
                           "<float name='temperature' value='5000'/></spectrum>")
                         ->color;
@@ -231,7 +230,7 @@ TEST(Values, ConstantSpectraGoByWhatTheyMeasure) {
               Rgb(2.f));
 }
 
-/// The tables of all plugins, by the names that the field uses.
+/// Tests the parameter tables of all plugins, by common parameter names.
 TEST(Values, PluginsSayWhatTheirColoursMeasure) {
   const std::map<std::string, Quantity> known{{"radiance", Quantity::kEmission},
                                               {"irradiance", Quantity::kEmission},
@@ -326,7 +325,7 @@ TEST(Transforms, SingleOperations) {
             Vec3(0, 1, 0));
 }
 
-/// An axis of another length turns all the same, which Mitsuba has otherwise.
+/// Kinome normalises such axes, unlike Mitsuba. Hence the warning.
 TEST(Transforms, AxesOfAnotherLengthAreWarnedOf) {
   const auto warning_of = [](const std::string& axis) {
     testing::internal::CaptureStderr();
@@ -378,7 +377,7 @@ TEST(Upgrade, CamelCaseNamesBeforeVersion2) {
   EXPECT_EQ(p->transform.point(Vec3(0)), Vec3(1, 0, 0));
 }
 
-/// From a BSDF of an old file the parameter that has another name now.
+/// Reads a renamed parameter from a BSDF of an old file.
 TEST(Upgrade, DiffuseReflectanceOfDiffuse) {
   const auto load = [](const std::string& version) {
     return load_object_from_string("<bsdf version='" + version +
@@ -393,7 +392,7 @@ TEST(Upgrade, DiffuseReflectanceOfDiffuse) {
             "reflectance)");
 }
 
-/// Mitsuba 3.9.1 gives [[3, 0, .75], [0, 5, 2.5]] for this texture: it moves, then scales.
+/// Mitsuba 3.9.1 gives [[3, 0, .75], [0, 5, 2.5]] for this texture: it translates, then scales.
 TEST(Upgrade, OffsetsAndScalesBecomeToUv) {
   const std::string old =
       "<float name='uoffset' value='.25'/><float name='voffset' value='.5'/>"
@@ -405,7 +404,7 @@ TEST(Upgrade, OffsetsAndScalesBecomeToUv) {
   expect_near(p->transform.vector(Vec3(1, 1, 0)), Vec3(3, 5, 0));
 }
 
-/// What Mitsuba 0.6 wrote, and what stands for it now.
+/// Colours in the notations of Mitsuba 0.6, and their values.
 TEST(Upgrade, OldColours) {
   const auto color = [](const std::string& xml) { return probe(xml, {}, "0.6.0")->color; };
   expect_near(color("<rgb name='color' value='#ff8000'/>"), Rgb(1, 128 / 255.f, 0));

@@ -8,12 +8,12 @@
 #include "kinome/emitter.h"
 #include "shape_helpers.h"
 
-/// Rays that leave a convex surface must not meet it again, whatever its size and place, and no ray
-/// may slip through a closed mesh.
+/// Rays that leave a convex surface must not hit it again, for any size and position. No ray may
+/// pass through a closed mesh.
 namespace kinome::test {
 namespace {
 
-/// A subdivided icosahedron, radius 1, faces outward.
+/// Returns a subdivided icosahedron of radius 1 whose faces point outward.
 std::string icosphere_obj(int subdivisions) {
   const float g = (1 + std::sqrt(5.f)) / 2;
   std::vector<Vec3> points = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
@@ -62,8 +62,9 @@ std::string place(const Placement& placement) {
   return out.str();
 }
 
-/// Shoots at random points, then away from each on the ray's own side, the more often the flatter:
-/// returns how many of these rays hit anything, and checks that the offset stays small.
+/// Traces rays to random points. From each, traces rays away from the surface on the same side,
+/// most of them at grazing angles. Returns the number of these rays and of their hits. Checks that
+/// the offset stays small.
 struct Count {
   int rays = 0;
   int hits = 0;
@@ -80,14 +81,14 @@ Count leaving_rays(const Scene& scene, const Placement& placement, int points, b
     if (!hit.hit.valid()) continue;
     const SurfaceInteraction si = scene.interaction(hit);
     const float magnitude = max_component(glm::abs(placement.offset)) + 2 * placement.scale;
-    // Of something small far away, what its place is rounded by, a few times.
+    // For small objects far away, the limit is a few times the rounding of positions.
     EXPECT_LT(si.p_error, 0x1p-24f * (26.1f * magnitude + 112 * placement.scale));
     EXPECT_GT(si.p_error, 0);
     const float side = glm::dot(si.n, o - si.p) > 0 ? 1.f : -1.f;
     if (outside_only && side < 0) continue;
     for (int k = 0; k < 4; ++k) {
       const Vec3 d = grazing_direction(random, si.n * side, -5);
-      // Rounding of d may have turned a ray of 1e-5 into the surface.
+      // Rounding may have turned a direction with cosine 1e-5 into the surface.
       if (glm::dot(glm::dvec3(d), glm::dvec3(si.n * side)) <= 1e-6) continue;
       batch.push_back(ray_hit(si.ray_origin(d), d));
     }
@@ -121,7 +122,7 @@ class SelfIntersection : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(SelfIntersection, NoneOnAConvexShape) {
-  // A cylinder's inside sees itself.
+  // Rays inside a cylinder hit its opposite side.
   check("", GetParam(), GetParam() == "cylinder");
 }
 INSTANTIATE_TEST_SUITE_P(All, SelfIntersection,
@@ -129,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(All, SelfIntersection,
                          [](const auto& test) { return test.param; });
 
 TEST_F(SelfIntersection, NoneOnALargeSphereSeenFromNearby) {
-  // The origin of coordinates touches a ground of radius 1e6: p is small there, the shape is not.
+  // A ground of radius 1e6 touches the origin: p is small there, but the shape is not.
   const auto scene = scene_from(
       "<shape type='sphere'><point name='center' x='0' y='0' z='-1000000'/>"
       "<float name='radius' value='1000000'/></shape>");
@@ -145,9 +146,9 @@ TEST_F(SelfIntersection, NoneOnALargeSphereSeenFromNearby) {
   }
 }
 
-/// A wall beside a lamp, that sees it along its surface: the share of its light that the lamp
-/// itself keeps off, as samples of the lamp find.
-double share_kept_off(const std::string& lamp, const Placement& placement) {
+/// Returns the fraction of an emitter's light that the emitter itself occludes. The receiver is a
+/// wall that sees it at grazing angles.
+double occluded_share(const std::string& lamp, const Placement& placement) {
   const std::string to_world = place(placement);
   const std::string name = "<transform name='to_world'>";
   const std::string wall = name + "<scale value='.8'/><rotate y='1' angle='-90'/>" +
@@ -158,7 +159,7 @@ double share_kept_off(const std::string& lamp, const Placement& placement) {
   const Emitter& emitter = *scene->emitters().at(0);
   Random random(15);
   RenderCounters counters;
-  double all = 0, kept_off = 0;
+  double all = 0, occluded = 0;
   for (int i = 0; i < 20000; ++i) {
     const Vec3 o = placement.offset + placement.scale * 8.f * random.direction();
     const Vec3 target =
@@ -176,10 +177,10 @@ double share_kept_off(const std::string& lamp, const Placement& placement) {
     std::array<Ray, 1> shadow = {si.shadow_ray(light->d, light->distance)};
     scene->occluded(shadow, Coherence::kIncoherent, counters);
     all += light_of_sample;
-    if (shadow[0].is_occluded()) kept_off += light_of_sample;
+    if (shadow[0].is_occluded()) occluded += light_of_sample;
   }
   EXPECT_GT(all, 0);
-  return kept_off / all;
+  return occluded / all;
 }
 
 TEST(SelfIntersectionOfLamps, NoneWhereTheirLightComesFrom) {
@@ -190,15 +191,15 @@ TEST(SelfIntersectionOfLamps, NoneWhereTheirLightComesFrom) {
                                              {1.f, Vec3(1e4f, -1e4f, 1e4f)}};
   for (const std::string lamp : {"rectangle", "disk"}) {
     for (const Placement& placement : placements) {
-      EXPECT_LT(share_kept_off(lamp, placement), 0.01)
+      EXPECT_LT(occluded_share(lamp, placement), 0.01)
           << lamp << " of " << placement.scale << " at " << placement.offset.z;
     }
   }
 }
 
 TEST(SelfIntersectionOfMeshes, NoneOnAnIcosphere) {
-  // Vertices round to a grid that is coarse beside the mesh at 1e5, so an icosahedron of 100 there:
-  // its faces meet at 42 degrees, and stay convex.
+  // Vertices at 1e5 are rounded to a grid that is coarse for the fine mesh. That case uses an
+  // icosahedron of size 100, whose faces meet at 42 degrees and stay convex.
   const TemporaryFolder folder;
   const std::string fine = folder.write("fine.obj", icosphere_obj(4));
   const std::string coarse = folder.write("coarse.obj", icosphere_obj(0));
@@ -220,7 +221,8 @@ TEST(SelfIntersectionOfMeshes, NoneOnAnIcosphere) {
 }
 
 TEST(SelfIntersectionOfMeshes, AThinGapStaysOpen) {
-  // 3e-5 between two unit squares is more than twice the offset: light between them is found.
+  // A gap of 3e-5 between two unit squares is more than twice the offset, so that rays in it find
+  // light.
   const auto scene = scene_from(
       "<shape type='rectangle'/><shape type='rectangle'><transform name='to_world'>"
       "<translate z='3e-5'/></transform></shape>");
@@ -236,7 +238,7 @@ TEST(SelfIntersectionOfMeshes, AThinGapStaysOpen) {
   }
 }
 
-/// Rays that miss, of nearest-hit queries in both modes and of occlusion queries.
+/// Counts rays that miss, in nearest-hit queries of both modes and in occlusion queries.
 size_t count_leaks(const Scene& scene, std::vector<RayHit> rays) {
   RenderCounters counters;
   std::vector<Ray> shadow;
@@ -254,7 +256,7 @@ size_t count_leaks(const Scene& scene, std::vector<RayHit> rays) {
 
 class Watertight : public testing::Test {
  protected:
-  /// A sphere of triangles. `parameter`: of the scene.
+  /// Returns a sphere of triangles; `parameter` is added to the scene.
   std::unique_ptr<Scene> sphere(const std::string& parameter = "") const {
     return scene_from(parameter + "<shape type='obj'><string name='filename' value='" + file_ +
                       "'/></shape>");
@@ -309,9 +311,9 @@ TEST_F(Watertight, RaysFromInsideAClosedMeshAllHitIt) {
   }
   EXPECT_EQ(count_leaks(*scene, anywhere), 0u) << "of " << anywhere.size();
   EXPECT_EQ(count_leaks(*scene, at_edges), 0u) << "of " << at_edges.size();
-  // Embree's robust test decides each edge alike for both of its triangles, but not the edges that
-  // meet in a vertex alike for all of theirs. Of rays aimed at a vertex to the last bit (which no
-  // renderer draws), it lost 0.3 %.
+  // Embree's robust test is consistent for both triangles of an edge, but not for all edges at a
+  // vertex. It lost 0.3 % of the rays that were aimed exactly at a vertex, which no renderer
+  // samples.
   EXPECT_LT(count_leaks(*scene, at_vertices), at_vertices.size() / 100);
 }
 

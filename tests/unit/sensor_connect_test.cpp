@@ -1,4 +1,4 @@
-/// Sensor::connect against Sensor::sample_ray, whose inverse it is.
+/// Tests that Sensor::connect is the inverse of Sensor::sample_ray.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -56,7 +56,7 @@ class Random {
   std::mt19937 bits_{7};
 };
 
-/// A film position in the crop window.
+/// Returns a film position in the crop window.
 Vec2 random_position(Random& random) {
   const float x = random.between(40, 160);
   return {x, random.between(100, 190)};
@@ -72,8 +72,8 @@ TEST(SensorConnect, FindsThePixelsThatRaysComeFrom) {
       const float t = ray.tmin + (ray.tmax - ray.tmin) * random.between(0.01f, 0.99f);
       const auto connection = sensor->connect(ray.at(t), aperture);
       ASSERT_TRUE(connection);
-      // Coordinates of 4 are rounded some five times (6e-8 of them each), and pixels are 1e-3 wide
-      // at the near clip.
+      // Coordinates up to 4 have some five rounding errors (6e-8 of them each), and pixels are 1e-3
+      // wide at the near clip.
       EXPECT_LT(glm::distance(connection->film_position, position), 0.002f);
       EXPECT_LT(glm::distance(connection->d, -ray.d), 1e-5f);
       EXPECT_NEAR(connection->distance, t - ray.tmin, 1e-5f);
@@ -82,8 +82,8 @@ TEST(SensorConnect, FindsThePixelsThatRaysComeFrom) {
   }
 }
 
-/// A plane with radiance 1 gives every pixel the value 1: the intensity of a piece of the plane
-/// is its area times the cosine, and it covers as much film as the map from film to plane says.
+/// A plane with radiance 1 gives every pixel the value 1. The intensity of a piece of the plane is
+/// its area times the cosine. The map from film to plane gives the area that it covers on the film.
 TEST(SensorConnect, WeightsMakeAPlaneOfRadianceOneAPictureOfOne) {
   Random random;
   const Vec3 normal = glm::normalize(Vec3(0.3f, 0.2f, 1.f));
@@ -97,8 +97,8 @@ TEST(SensorConnect, WeightsMakeAPlaneOfRadianceOneAPictureOfOne) {
         const auto d = glm::dvec3(ray.d), o = glm::dvec3(ray.o), n = glm::dvec3(normal);
         return o + d * (glm::dot(n, glm::dvec3(origin) - o) / glm::dot(n, d));
       };
-      // Central differences over 16 pixels, which are some .1 on the plane; float directions leave
-      // errors of 1e-6 on it.
+      // Central differences over 16 pixels, which are some .1 on the plane. Directions in single
+      // precision cause errors of 1e-6 on it.
       constexpr float kStep = 8;
       const glm::dvec3 dx =
           on_plane(position + Vec2(kStep, 0)) - on_plane(position - Vec2(kStep, 0));
@@ -124,7 +124,7 @@ TEST(SensorConnect, SeesNothingOutsideItsPicture) {
     EXPECT_FALSE(sees({100, 150}, -0.01f)) << "nearer than the near clip";
     EXPECT_FALSE(sees({100, 150}, -0.5f)) << "behind the camera";
     EXPECT_FALSE(sees({100, 150}, 1.01f)) << "beyond the far clip";
-    // The Gaussian of radius 2 takes two pixels around the crop window.
+    // The Gaussian of radius 2 adds two pixels around the crop window.
     EXPECT_EQ(sensor->film().reach().x0, 38);
     EXPECT_EQ(sensor->film().reach().y1, 192);
     EXPECT_TRUE(sees({38.1f, 150}, 0.5f));

@@ -13,7 +13,7 @@ TEST(Sensor, RaysAreMitsubas) {
     const auto sensor = make<Sensor>(c.xml);
     for (const ExpectedRay& e : c.rays) {
       const Ray ray = sensor->sample_ray(e.film_position, e.aperture);
-      // Mitsuba goes through float matrices and their inverses: some ten roundings of 6e-8, at
+      // Mitsuba uses single-precision matrices and their inverses: some ten roundings of 6e-8 at
       // coordinates up to 4.
       for (int i = 0; i < 3; ++i) {
         EXPECT_NEAR(ray.d[i], e.d[i], 2e-6f) << c.xml;

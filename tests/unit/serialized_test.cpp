@@ -1,4 +1,4 @@
-/// Files of Mitsuba 0.5 and 0.6, made here byte by byte.
+/// Tests files of Mitsuba 0.5 and 0.6, which are built here byte by byte.
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -46,8 +46,8 @@ struct MeshData {
   std::vector<Vec2> uvs;
   std::vector<Vec3> colours;
   std::vector<uint32_t> indices{0, 1, 2, 0, 1, 3};
-  uint64_t claimed_vertices = 0;  ///< 0: as many as there are
-  size_t cut = 0;                 ///< bytes that its compressed block lacks
+  uint64_t claimed_vertices = 0;  ///< 0: the true number of vertices
+  size_t cut = 0;                 ///< number of missing bytes at the end of the compressed block
 
   std::string block() const {
     Bytes b;
@@ -147,7 +147,7 @@ TEST_F(Serialized, TakesTheMeshThatIsAskedFor) {
   }
 }
 
-/// Of more than one of zlib's windows.
+/// The data are larger than one zlib window.
 TEST_F(Serialized, ReadsManyVertices) {
   MeshData mesh;
   mesh.positions.clear();
@@ -192,8 +192,8 @@ TEST_F(Serialized, SaysWhatIsWrong) {
   says(broken, "");
 }
 
-/// As Mitsuba 3.9.1: the first mesh needs no list of meshes, and vertices of no triangle may be
-/// anything.
+/// As in Mitsuba 3.9.1, the first mesh needs no list of meshes, and vertices without triangles may
+/// have any values.
 TEST_F(Serialized, ReadsWhatMitsubaReads) {
   const std::string bytes = file_of({MeshData{}});
   EXPECT_FLOAT_EQ(load(bytes.substr(0, bytes.size() - 12))->area(), kArea);

@@ -1,4 +1,4 @@
-// Scenes with several mistakes.
+// Tests scenes with several errors.
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,11 @@
 namespace kinome::test {
 namespace {
 
-/// Of a scene with several mistakes, each place that is marked is named once, in order, and no
-/// other is: what follows from a mistake is none.
+/// A scene with several errors. Each marked position is reported once, in order. Errors that only
+/// follow from others are not reported.
 struct Several {
   const char* name;
-  const char* xml;  ///< inside of <scene> … </scene>
+  const char* xml;  ///< children of <scene>
   std::vector<std::string> messages;
   std::map<std::string, std::string> defines = {};
 };
@@ -32,7 +32,7 @@ const Several kSeveral[] = {
      "<shape type='sphere'><ref ^id='rad'/></shape>\n<bsdf type='diffuse' id='red'/>^<float "
      "value='1'/>",
      {"unknown id 'rad' (did you mean 'red'?)", "<float> needs an attribute 'name'"}},
-    // What has a mistake is not missed where it stands.
+    // An invalid object is not reported as missing by its parent.
     {"BsdfOfAWrongType",
      "<bsdf type='twosided' id='a'><bsdf ^type='difuse'/></bsdf>",
      {"unknown bsdf plugin 'difuse'"}},
@@ -58,7 +58,7 @@ const Several kSeveral[] = {
     {"IntegratorThatFails",
      "<integrator type='direct'>^<float name='x' value='1'/></integrator>",
      {"integrator 'direct' has no parameter 'x'"}},
-    // References to what has a mistake, or may be in what has one.
+    // References to invalid objects, or to objects that may be inside invalid ones.
     {"RefToWhatHasAMistake",
      "<bsdf ^typ='diffuse' id='a'/><shape type='sphere'><ref id='a'/></shape>",
      {"<bsdf> has no attribute 'typ'"}},
@@ -78,7 +78,7 @@ const Several kSeveral[] = {
     {"RefToALostAlias",
      "<alias ^id='a' as='b'/><shape type='sphere'><ref id='b'/></shape>",
      {"no earlier object has the id 'a'"}},
-    // Names of lost values.
+    // Names whose definitions may be lost.
     {"DefaultOfALostInclude",
      "<include ^filename='no.xml'/><shape type='sphere'><float name='radius' value='$r'/></shape>",
      {"there is no file 'no.xml'"},
@@ -128,7 +128,7 @@ const Several kSeveral[] = {
     {"UnknownNameByDollar",
      "<shape type='ply'><string ^name='$zz' value='a.ply'/></shape>",
      {"undefined parameter '$zz'"}},
-    // Several of one object.
+    // Several errors in one object.
     {"ParametersOfOneObject",
      "^<sensor type='thinlens'><float name='fov' ^value='x'/>^<float name='fvo' value='1'/>"
      "<transform name='to_world'>^<scale value='0'/><rotate ^angle='right' x='1'/></transform>"

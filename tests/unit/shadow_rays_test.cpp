@@ -1,4 +1,4 @@
-// Shadow rays that wait, and where their answers go.
+// Tests queued shadow rays and the destinations of their results.
 #include "clustered/product/shadow_rays.h"
 
 #include "stage_tile.h"
@@ -6,7 +6,7 @@
 namespace kinome::test {
 namespace {
 
-/// Points of a ball, whose other half is in their way.
+/// Points of a ball, whose opposite side may occlude them.
 class ShadowRaysTest : public testing::Test {
  protected:
   ShadowRaysTest() : tile_(ball_xml(kGrey) + sky_xml()), rays_(times_) {
@@ -16,7 +16,7 @@ class ShadowRaysTest : public testing::Test {
   SurfaceInteraction point(size_t i) const {
     return tile_.primaries().interaction(i % tile_.primaries().size());
   }
-  /// Up into the sky, or down through the ball.
+  /// Returns a direction up into the sky, or down through the ball.
   Vec3 direction(size_t i) const { return i % 3 == 0 ? -point(i).n : point(i).n; }
   static bool is_visible(size_t i) { return i % 3 != 0; }
 
@@ -27,7 +27,7 @@ class ShadowRaysTest : public testing::Test {
 };
 
 TEST_F(ShadowRaysTest, AddWhatIsVisibleToTheirSums) {
-  constexpr size_t kRays = 5000;  // some batches
+  constexpr size_t kRays = 5000;  // several batches
   Rgb sums[2] = {Rgb(0.f), Rgb(0.f)};
   Rgb expected[2] = {Rgb(0.f), Rgb(0.f)};
   for (size_t i = 0; i < kRays; ++i) {
@@ -65,7 +65,7 @@ TEST_F(ShadowRaysTest, TellTheRecordsOfTheirPatches) {
     const ShadowRays::Light light{Rgb(1.f), cell, static_cast<int32_t>(i % 2)};
     const ShadowRays::Lit of_lamp{i % 10 == 1 ? &lit : nullptr, 0.5f};
     rays_.push(point(i), direction(i), kInfinity, light, answers, of_lamp);
-    // Rays of an estimate may wait among them.
+    // Rays of an estimate may be queued between them.
     if (i % 100 == 1) rays_.push(point(i), direction(i), {Rgb(2.f), 0, -1}, {{&sum}});
   }
   rays_.trace();
@@ -84,7 +84,7 @@ TEST_F(ShadowRaysTest, TellTheRecordsOfTheirPatches) {
   EXPECT_EQ(sum, Rgb(expected_sum));
 }
 
-/// Sideways through two sheets, and down through the ball.
+/// Rays sideways through two sheets, and down through the ball.
 TEST(ShadowRaysThroughPanes, WeakenLight) {
   const StageTile tile(
       ball_xml(kGrey) + sky_xml() +
@@ -108,7 +108,7 @@ TEST(ShadowRaysThroughPanes, WeakenLight) {
     const float expected = max_passes < 2 ? 0 : 0.5f;
     Rgb sum(0.f);
     rays.push(top, up, {Rgb(1, 2, 3), 0, 0, 0, max_passes}, {{&sum}});
-    // Between the sheets.
+    // Ends between the sheets.
     Rgb near(0.f);
     rays.push(top, up, 2.2f, {Rgb(1, 2, 3), 0, 0, 0, max_passes}, {{&near}}, {});
     Rgb down(0.f);

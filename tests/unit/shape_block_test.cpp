@@ -8,9 +8,9 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-/// Shapes over blocks against the same shapes at single points, for each instruction set. Bounds
-/// are by cause: kRounding is a few roundings of numbers of size 1; where the formula divides by a
-/// small number, by as much more.
+/// Compares shapes over blocks with the same shapes at single points, for each instruction set.
+/// Tolerances are multiples of kRounding, a few roundings of values of magnitude 1. They are larger
+/// if the formula divides by a small value.
 namespace kinome::test {
 namespace {
 
@@ -29,7 +29,7 @@ class ShapeBlocks : public testing::TestWithParam<InstructionSet> {
   }
 };
 
-/// A ray toward somewhere in or about the shape, from inside, near or far away.
+/// Returns a ray toward a point in or near the shape, from inside, near or far away.
 Ray random_ray(const ShapeCase& c, Random& random) {
   Ray ray;
   const float distance = c.size * std::exp(random.between(-3, 7));
@@ -48,7 +48,7 @@ void set(Ray16& rays, size_t i, const Ray& ray) {
   rays.tmax[i] = ray.tmax;
 }
 
-/// A hit of the shape: where a random ray meets it or, of a mesh, of any place of any triangle.
+/// Sets `out` to a hit of a random ray, or of a random point of a random triangle of a mesh.
 bool random_hit(const ShapeCase& c, const Shape& shape, Random& random, RayHit& out) {
   out.ray = random_ray(c, random);
   out.hit = Hit{};
@@ -68,7 +68,7 @@ bool random_hit(const ShapeCase& c, const Shape& shape, Random& random, RayHit& 
   return true;
 }
 
-/// Filled with as many hits as it is to hold; the rest of its rays are off and not numbers.
+/// A block with `count` hits. The other lanes of its rays are NaN.
 struct HitBlock {
   HitBlock(const ShapeCase& c, const Shape& shape, size_t count, Random& random)
       : hits(count), rays(padded(count) / 16), memory(count) {
@@ -86,7 +86,7 @@ struct HitBlock {
     for (size_t i = 0; i < count; ++i) {
       while (!random_hit(c, shape, random, hits[i])) {
       }
-      // In another order than the rays'.
+      // The order of points differs from that of rays.
       const size_t k = count - 1 - i;
       points.ray[i] = static_cast<uint32_t>(k);
       RayHit16& block = rays[k / 16];
@@ -102,7 +102,7 @@ struct HitBlock {
   SurfaceBlock points;
 };
 
-/// The distance of two coordinates of which 0 and 1 may be the same place.
+/// Distance of two coordinates on a circle, where 0 and 1 are equal.
 float distance_of_turns(float a, float b) {
   const float d = std::abs(a - b);
   return std::min(d, std::abs(1 - d));
@@ -117,17 +117,17 @@ void expect_same(const SurfaceInteraction& si, const SurfaceBlock& block, size_t
   EXPECT_LE(distance_of_turns(block.uv.y[i], si.uv.y), kRounding);
   EXPECT_EQ(block.primitive[i], si.primitive);
   if (block.dp_du.x) {
-    // Where there is no derivative it is any frame around n, of which z near -1 loses digits.
+    // Without a derivative, dp_du is that of any frame around n, which loses digits for z near -1.
     const float slack = si.n.z < 0 ? 1 / std::max(std::abs(1 + std::abs(si.n.z)), 1e-6f) : 1;
     EXPECT_LE(largest_difference(block.dp_du.at(i), si.dp_du),
               kRounding * slack * largest_coordinate(si.dp_du));
     EXPECT_LE(largest_difference(block.dp_dv.at(i), si.dp_dv),
               kRounding * slack * largest_coordinate(si.dp_dv));
   }
-  // s is what is left of dp_du beside its part along n: cancellation.
+  // s is the part of dp_du perpendicular to n, which may cancel.
   const Vec3 along = si.dp_du - si.frame.n * glm::dot(si.frame.n, si.dp_du);
   const float left = glm::length(along) / glm::length(si.dp_du);
-  if (left > .5e-6f && left < 2e-6f) return;  // whether it is taken at all is rounding's choice
+  if (left > .5e-6f && left < 2e-6f) return;  // rounding decides whether it is used
   const float bound = left > 1e-6f ? 2 * kRounding / left : kRounding;
   EXPECT_LE(largest_difference(block.s.at(i), si.frame.s), bound);
   EXPECT_LE(largest_difference(block.t.at(i), si.frame.t), bound);
@@ -172,7 +172,7 @@ TEST_P(ShapeBlocks, RaysMeetThemAsSingleOnesDo) {
         valid[i] = random.unit() < .8f ? -1 : 0;
         single[i] = random_ray(c, random);
         if (valid[i] == 0) single[i].o.x = single[i].d.y = single[i].tmax = kNan;
-        // From the surface itself, and through the middle, and past the rim.
+        // Also tests rays from the surface itself, through the middle, and past the rim.
         if (i == 3) single[i].o = shape.sample_surface({random.unit(), random.unit()}).p;
         if (i == 5) single[i].d = c.centre - single[i].o;
         if (i == 7) single[i].d = Vec3(0, 0, 1);
@@ -185,7 +185,7 @@ TEST_P(ShapeBlocks, RaysMeetThemAsSingleOnesDo) {
         float t = kInfinity;
         Hit hit;
         if (valid[i] == 0 || !shape.intersect(single[i], t, hit)) t = kInfinity;
-        // In double precision both, by the same steps.
+        // Both use the same steps in double precision.
         ASSERT_EQ(found.t[i], t) << "ray " << i;
         ++(t < kInfinity ? hits : misses);
         if (t < kInfinity) {
@@ -198,7 +198,7 @@ TEST_P(ShapeBlocks, RaysMeetThemAsSingleOnesDo) {
   });
 }
 
-/// Points that shapes are seen from: near and far, within them, at their centre, on them.
+/// Returns viewpoints: near and far, inside the shape, at its centre, and on its surface.
 Vec3 random_viewer(const ShapeCase& c, const Shape& shape, Random& random) {
   const float kind = random.unit();
   if (kind < .1f) return c.centre;
@@ -225,18 +225,18 @@ TEST_P(ShapeBlocks, AreSampledAsFromPoints) {
           const SurfaceInteraction si = sample ? sample->si : shape.sample_surface(u.at(i));
           const Vec3 to = si.p - p.at(i);
           const float distance = glm::length(to);
-          // Of places whose error tells whether they are seen at all, and from which side.
+          // Skips positions whose error decides whether they are visible, and from which side.
           if (!si.resolves(to / distance, distance / 4)) continue;
           ASSERT_EQ(out.pdf[i] > 0, sample.has_value()) << i << " of " << count;
           if (!sample) continue;
-          // A sphere's azimuth is of single precision.
+          // A sphere's azimuth has single precision.
           EXPECT_LE(largest_difference(out.p.at(i), si.p), si.p_error + kRounding * c.size);
           EXPECT_LE(largest_difference(out.sn.at(i), si.frame.n), 2 * kRounding);
-          // At the poles of a sphere, all turns are alike.
+          // At the poles of a sphere, u is arbitrary.
           const float sine = std::sin(kPi * std::clamp(si.uv.y, .001f, .999f));
           EXPECT_LE(distance_of_turns(out.uv.x[i], si.uv.x), 2 * kRounding / sine);
           EXPECT_LE(distance_of_turns(out.uv.y[i], si.uv.y), 2 * kRounding);
-          // An error of the place, and of the cosine, changes what is seen edge-on by much.
+          // Errors of the position and of the cosine matter at grazing angles.
           const float height = std::abs(glm::dot(si.n, to));
           const float error = kRounding * (2 + distance / height) + 8 * si.p_error / height;
           EXPECT_NEAR(out.pdf[i], sample->pdf, sample->pdf * error);
@@ -291,7 +291,7 @@ TEST_P(ShapeBlocks, AreSampledByAreaAsOneByOne) {
           if (c.primitives > 0) {
             expect_same(si, block.points, i);
           } else {
-            // Places go by sines, which are precise to their last digit or two.
+            // Positions depend on sines, which are exact to one or two ulps.
             const SurfaceBlock& points = block.points;
             EXPECT_LE(largest_difference(points.p.at(i), si.p), kRounding * c.size + si.p_error);
             EXPECT_NEAR(points.p_error[i], si.p_error, 1e-5f * si.p_error);

@@ -1,4 +1,4 @@
-// Interactions of shapes are those of Mitsuba 3, number by number.
+// Tests that interactions of shapes have Mitsuba's values.
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ std::string with_folder(std::string xml, const std::string& folder) {
   return place == std::string::npos ? xml : xml.replace(place, 3, folder);
 }
 
-/// Mitsuba computes in float, so its values carry a few dozen ulps of the terms they are made of
-/// (up to 20 here), and derivatives inherit the hit point's error times their own size.
+/// Mitsuba computes in single precision, so that its values have errors of a few dozen ulps of
+/// their terms (up to 20 here). Derivatives have the hit point's error times their magnitude.
 template <class V>
 bool near(const V& a, const V& b) {
   const float tolerance = 4e-5f * std::max(1.f, glm::length(b));
@@ -27,8 +27,9 @@ std::string text(const Vec3& v) {
   return "(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
 }
 
-/// The directions from which angles about a B-spline count turn along it. Mitsuba's derivative has
-/// another turn than its uv do; here it is that of uv (CurveShapes.DerivativesAreThoseOfUv).
+/// Returns the part of dp_dv perpendicular to the curve. The reference direction of angles turns
+/// along a B-spline. Mitsuba's derivative has another turn than its uv, unlike Kinome's
+/// (CurveShapes.DerivativesAreThoseOfUv).
 Vec3 own_dp_dv(const MitsubaInteraction& m, const Vec3& dp_dv) {
   if (std::string(m.xml).find("bsplinecurve") == std::string::npos) return dp_dv;
   return dp_dv - m.dp_du * (glm::dot(dp_dv, m.dp_du) / glm::dot(m.dp_du, m.dp_du));
@@ -48,8 +49,8 @@ TEST(ShapeConventions, AgreeWithMitsuba) {
     const SurfaceInteraction si = scene->interaction(hit);
     EXPECT_NEAR(si.t, m.t, 4e-6f * m.t);
     EXPECT_TRUE(near(si.p, m.p)) << text(si.p);
-    // Where a mirroring transform meets stored normals, Mitsuba's geometric normal opposes its
-    // shading normal. Here both point to the shape's outside.
+    // If a mirroring transform is combined with stored normals, Mitsuba's geometric normal opposes
+    // its shading normal. Kinome's both point to the shape's outside.
     const Vec3 n = glm::dot(m.n, m.shading_n) < 0 ? -m.n : m.n;
     EXPECT_TRUE(near(si.n, n)) << text(si.n) << " expected " << text(n);
     EXPECT_TRUE(near(si.uv, m.uv)) << si.uv.x << ", " << si.uv.y;
@@ -61,7 +62,7 @@ TEST(ShapeConventions, AgreeWithMitsuba) {
     EXPECT_TRUE(near(si.frame.n, m.shading_n)) << text(si.frame.n);
     EXPECT_TRUE(near(si.frame.s, m.shading_s)) << text(si.frame.s);
     EXPECT_TRUE(near(si.frame.t, glm::cross(si.frame.n, si.frame.s)));
-    // Mitsuba's wi is as long as the ray's direction; here it is a unit vector.
+    // Mitsuba's wi has the length of the ray's direction; Kinome's is a unit vector.
     EXPECT_TRUE(near(si.wi, glm::normalize(m.wi))) << text(si.wi);
   }
 }

@@ -1,4 +1,4 @@
-// Rays meet analytic shapes where the closed form in double precision says.
+// Compares hits of analytic shapes with closed forms in double precision.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 using DVec3 = glm::dvec3;
 
-/// Roots of a t² + 2 b t + c = 0, in order.
+/// Returns the sorted roots of a t² + 2 b t + c = 0.
 std::vector<double> roots(double a, double b, double c) {
   const double discriminant = b * b - a * c;
   if (a == 0 || discriminant < 0) return {};
@@ -24,8 +24,8 @@ std::vector<double> roots(double a, double b, double c) {
   return {(-b - s) / a, (-b + s) / a};
 }
 
-/// Where a ray meets the untransformed shape, all solutions; `margin` is how far the decision is
-/// from tipping, in object units.
+/// All intersections of a ray with the untransformed shape. `margin` is the distance, in object
+/// units, by which the ray must change to gain or lose hits.
 struct ClosedForm {
   std::vector<double> t;
   double margin = 1e9;
@@ -106,14 +106,14 @@ INSTANTIATE_TEST_SUITE_P(All, EachShape,
                          [](const auto& test) { return test.param; });
 
 TEST_P(EachShape, RaysMeetItWhereTheClosedFormSays) {
-  // Scaled by 2, turned by 40 degrees around (1, 2, 2) / 3, moved.
+  // Scaled by 2, rotated by 40 degrees around (1, 2, 2) / 3, and translated.
   const auto scene = scene_from(
       shape_xml(GetParam(),
                 "<scale value='2'/><rotate value='.3333333 .6666667 .6666667' angle='40'/>"
                 "<translate x='3' y='-2' z='1'/>"));
   const double angle = 40 * std::numbers::pi / 180;
   const DVec3 axis = DVec3(1, 2, 2) / 3.;
-  const auto to_object = [&](const DVec3& v) {  // Rodrigues' formula, turning back
+  const auto to_object = [&](const DVec3& v) {  // inverse rotation by Rodrigues' formula
     return (v * std::cos(angle) - glm::cross(axis, v) * std::sin(angle) +
             axis * glm::dot(axis, v) * (1 - std::cos(angle))) /
            2.;
@@ -138,8 +138,8 @@ TEST_P(EachShape, RaysMeetItWhereTheClosedFormSays) {
     ASSERT_EQ(hit.hit.valid(), expected.has_value()) << "ray " << i;
     (expected ? hits : misses) += 1;
     if (!expected) continue;
-    // The matrix and coordinates (up to 12) carry float's rounding: about 1e-6 or two, which a slope of
-    // at least sqrt(1e-4) or so magnifies at most a hundredfold.
+    // The matrix and coordinates (up to 12) have rounding errors of 1e-6 to 2e-6. A slope of at
+    // least sqrt(1e-4) magnifies them at most a hundredfold.
     const float length = glm::length(d);
     ASSERT_NEAR(hit.ray.tmax * length, *expected * length, 2e-4) << "ray " << i;
     const SurfaceInteraction si = scene->interaction(hit);
@@ -175,8 +175,8 @@ TEST_P(EachShape, DerivativesPredictNeighbouringHits) {
     const float angle = glm::length(glm::cross(sa.dp_du, sa.dp_dv));
     if (angle < 0.3f) continue;  // near a pole or the disk's centre
     const Vec3 predicted = sa.dp_du * duv.x + sa.dp_dv * duv.y;
-    // Steps are below 0.03; the surface bends by half their square, and so do u and v, scaled by
-    // 2 pi / 0.3 at most; and a little more by what is of third order.
+    // Steps are below 0.03. The second-order error is half their square, plus that of u and v,
+    // scaled by at most 2 pi / 0.3. Third-order terms add a little.
     ASSERT_LT(glm::length(step - predicted), 14 * glm::dot(step, step) + 1e-5f) << i;
     ++compared;
   }
@@ -220,7 +220,7 @@ TEST_P(EachShape, BoundsAreTightAndHoldEveryHit) {
   for (int i = 0; i < 3; ++i) {
     EXPECT_GE(seen.lo[i], bounds.lo[i] - 2e-6f);
     EXPECT_LE(seen.hi[i], bounds.hi[i] + 2e-6f);
-    // Of so many hits the extreme ones come near the faces of the smallest box.
+    // With so many hits, the extreme ones are near the faces of the smallest box.
     EXPECT_LT(seen.lo[i], bounds.lo[i] + 0.25f);
     EXPECT_GT(seen.hi[i], bounds.hi[i] - 0.25f);
   }

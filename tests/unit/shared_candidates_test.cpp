@@ -1,5 +1,5 @@
-// Candidates that pixels of a tile share: which points share them, and that what they estimate is
-// what the points reflect.
+// Tests candidates that pixels of a tile share: which points share them, and that estimates equal
+// the light that the points reflect.
 #include "clustered/product/shared_candidates.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 constexpr uint16_t kRaysOfPixel = 3;
 constexpr float kWanted = 96;
 
-/// Of a tile's 16 pixels.
+/// Returns the 16 pixels of a tile.
 std::vector<Unit> units_of(const StageTile& tile, float candidates = kWanted) {
   std::vector<Unit> units(16);
   for (uint32_t k = 0; k < 16; ++k) {
@@ -43,7 +43,7 @@ TEST(PointNodes, AFloorIsOne) {
   EXPECT_EQ(nodes.of(node.points), -1);
 }
 
-/// A ball so far bent that its points reflect differently, the more so the sharper it is.
+/// Points of a curved ball reflect differently. Sharper lobes need more nodes.
 TEST(PointNodes, ABallIsSeveral) {
   size_t before = 0;
   for (const double alpha : {0.6, 0.3, 0.1}) {
@@ -71,7 +71,7 @@ TEST(PointNodes, ABallIsSeveral) {
     for (size_t k = 0; k < before; ++k) {
       const PointNode& node = nodes.nodes()[k];
       EXPECT_EQ(node.points, points[k]);
-      // Offsets leave out what changes along the normal, which is of a higher order.
+      // Offsets omit changes along the normal, which are of higher order.
       EXPECT_NEAR(node.spread2, squares[k] / points[k], 0.05 * node.spread2 + 1e-6);
     }
   }
@@ -87,8 +87,8 @@ TEST(PointNodes, WithoutAMicrofacetLobeThereAreNone) {
   }
 }
 
-/// Each pixel's mean, over draws, is what its own points reflect, though candidates are drawn for
-/// the mean of all, and visibilities are wrong.
+/// The mean of each pixel over draws is the light that its own points reflect. Candidates are drawn
+/// for the mean of all pixels, and visibilities are wrong.
 TEST(SharedCandidates, AddUpToWhatEachPixelReflects) {
   struct Case {
     const char* name;
@@ -130,7 +130,7 @@ TEST(SharedCandidates, AddUpToWhatEachPixelReflects) {
   }
 }
 
-/// Not where points differ by more than the lobe's width, nor where few pixels would share.
+/// Candidates aren't shared if points differ by more than the lobe's width, or by too few pixels.
 TEST(SharedCandidates, AreForPointsThatAreAlike) {
   const auto is_shared = [](const std::string& shapes, size_t pixels) {
     StageTile tile(shapes + sky_xml(), kRaysOfPixel);
@@ -148,7 +148,7 @@ TEST(SharedCandidates, AreForPointsThatAreAlike) {
   EXPECT_FALSE(is_shared(ball_xml(rough_xml("roughconductor", 0.02)), 16));
 }
 
-/// They never are more than a pixel wants by much, and the more it wants, the more it gets.
+/// The number of blocks increases with the requested candidates, up to those of the set.
 TEST(SharedCandidates, BlocksGoWithWhatIsWanted) {
   StageTile tile(floor_xml(rough_xml("roughconductor", 0.3)) + sky_xml(), kRaysOfPixel);
   const CellLight light = tile.light(1);

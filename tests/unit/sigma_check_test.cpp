@@ -1,4 +1,4 @@
-// How sigma is corrected by what the pilot's rays found.
+// Tests the correction of sigma by the pilot's rays.
 #include "clustered/product/sigma_check.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kCells = 16;
 
-/// What is made of cells that have all learned the same.
+/// Returns the corrected sigma of cells that all have the same v and sigma.
 float corrected(const SigmaCheck& check, float v, float sigma) {
   Visibility visibility;
   visibility.resize(kCells);
@@ -36,7 +36,8 @@ TEST(SigmaCheck, LeavesWhatNobodyTellsOf) {
   EXPECT_FLOAT_EQ(corrected(check, 0.5f, 0.5f), 0.5f);
 }
 
-/// One ray in 400 finds light where one in 25 was expected to; and as many as expected.
+/// Class `hidden`: one ray in 400 finds light, but one in 25 was expected. Class `visible`: as
+/// expected.
 TEST(SigmaCheck, FindsWhatRaysFound) {
   constexpr float kSigma = 0.2f;
   SigmaCheck check;
@@ -45,13 +46,14 @@ TEST(SigmaCheck, FindsWhatRaysFound) {
     check.tell(1, kSigma, i % 25 != 0);
     check.tell(1, 0.02f, true);
   }
-  EXPECT_EQ(corrected(check, 0, kSigma), kSigma);  // as yet
+  EXPECT_EQ(corrected(check, 0, kSigma), kSigma);  // unchanged before finish()
   check.finish();
   EXPECT_NEAR(corrected(check, 0, kSigma), 0.05f, 0.001f);
   EXPECT_NEAR(corrected(check, 1, kSigma), kSigma, 0.001f);
-  // 16 were expected of those that say visible, none were found: 2 for 18, half of it.
+  // For v = 1 and sigma .02, 16 hidden rays were expected and none found. The factor 2 / 18 of
+  // sigma² is applied as its square root, because the cell seems visible.
   EXPECT_NEAR(corrected(check, 1, 0.02f), 0.02f * std::pow(2 / 18.f, 0.25f), 2e-4f);
-  // Sigmas alike are corrected alike, and those far from it not at all.
+  // Similar sigmas get similar corrections, and distant ones none.
   EXPECT_NEAR(corrected(check, 0, 0.9f * kSigma) / (0.9f * kSigma), 0.25f, 0.01f);
   EXPECT_FLOAT_EQ(corrected(check, 0, 0.02f), 0.02f);
   EXPECT_FLOAT_EQ(corrected(check, 0.5f, kSigma), kSigma);
@@ -67,7 +69,7 @@ TEST(SigmaCheck, AFewRaysChangeLittle) {
   EXPECT_LT(corrected(check, 0, 0.1f), 0.1f);
 }
 
-/// However certain: rays must go wherever light may be.
+/// Sigma has a minimum, because rays must be sent to all possible light.
 TEST(SigmaCheck, NothingIsForgottenAltogether) {
   SigmaCheck check;
   for (int i = 0; i < 1000000; ++i) check.tell(0, 0.1f, false);

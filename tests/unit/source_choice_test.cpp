@@ -1,4 +1,4 @@
-/// Which source of light a path from the eye asks at the place where it ends.
+/// Tests the choice of the light source to which the end of an eye path is connected.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,8 +11,8 @@
 namespace kinome::test {
 namespace {
 
-
-/// Sends the same from wherever it is; `irradiance` on a surface that faces it.
+/// Emits `intensity` in all directions. The irradiance on a surface that faces it is intensity /
+/// r².
 class Lamp : public Emitter {
  public:
   Lamp(const Vec3& at, float intensity) : at_(at), intensity_(intensity) {}
@@ -60,7 +60,7 @@ struct Sources {
   }
 };
 
-void expect_picks_as_told(const SourceChoice::At& at, uint32_t count) {
+void expect_picks_by_probability(const SourceChoice::At& at, uint32_t count) {
   constexpr uint32_t kDraws = 200000;
   std::vector<double> observed(count);
   for (uint32_t i = 0; i < kDraws; ++i) {
@@ -69,7 +69,8 @@ void expect_picks_as_told(const SourceChoice::At& at, uint32_t count) {
   double sum = 0;
   for (uint32_t s = 0; s < count; ++s) {
     sum += static_cast<double>(at.probability(s));
-    // Even numbers: each is off by one, and by what rounding moves the ends.
+    // Samples are equally spaced: each count is off by at most one, and by the rounding of the
+    // ends.
     EXPECT_NEAR(observed[s], kDraws * static_cast<double>(at.probability(s)), 1 + 1e-6 * kDraws);
   }
   EXPECT_NEAR(sum, 1, 1e-6 * count);
@@ -83,13 +84,13 @@ TEST(SourceChoice, GoesByWhatArrivesAndByFlux) {
   sources.add(std::make_unique<Sky>(), 500);
   const SourceChoice choice = sources.choice(10);
   const SourceChoice::At at = choice.at(Vec3(0.f), Vec3(0, 0, 1));
-  expect_picks_as_told(at, 4);
+  expect_picks_by_probability(at, 4);
   EXPECT_GT(at.probability(0), 0.5f) << "the nearest lamp, of little flux";
   EXPECT_GT(at.probability(0), 20 * at.probability(1));
   for (uint32_t s = 0; s < 4; ++s) {
     EXPECT_GE(at.probability(s), 0.249f * sources.shares[s]) << "none is left out: " << s;
   }
-  // Seen from the other side, the lamp behind is the one before.
+  // From the other side of the surface, the lamp behind it is the one in front.
   const SourceChoice::At other = choice.at(Vec3(0.f), Vec3(0, 0, -1));
   EXPECT_GT(other.probability(2), 0.5f);
   EXPECT_LT(other.probability(0), at.probability(2) + at.probability(0) / 10);
@@ -98,10 +99,10 @@ TEST(SourceChoice, GoesByWhatArrivesAndByFlux) {
 TEST(SourceChoice, GoesByFluxWhereNothingArrivesOrIsKnown) {
   Sources dark;
   dark.add(std::make_unique<Lamp>(Vec3(0, 0, -1), 1.f), 3);
-  dark.add(std::make_unique<Lamp>(Vec3(0.f), 1.f), 1);  // at the place itself
+  dark.add(std::make_unique<Lamp>(Vec3(0.f), 1.f), 1);  // at the shading point itself
   const SourceChoice of_dark = dark.choice(1);
   const SourceChoice::At at = of_dark.at(Vec3(0.f), Vec3(0, 0, 1));
-  expect_picks_as_told(at, 2);
+  expect_picks_by_probability(at, 2);
   EXPECT_EQ(at.probability(0), 0.75f);
 
   Sources many;
@@ -111,13 +112,13 @@ TEST(SourceChoice, GoesByFluxWhereNothingArrivesOrIsKnown) {
   }
   const SourceChoice of_many = many.choice(1);
   const SourceChoice::At anywhere = of_many.at(Vec3(0.f), Vec3(0, 0, 1));
-  expect_picks_as_told(anywhere, static_cast<uint32_t>(many.shares.size()));
+  expect_picks_by_probability(anywhere, static_cast<uint32_t>(many.shares.size()));
   for (size_t s = 0; s < many.shares.size(); ++s) {
     EXPECT_EQ(anywhere.probability(static_cast<uint32_t>(s)), many.shares[s]);
   }
 }
 
-/// A single source is asked always, and isn't looked at.
+/// A single source is always selected, without evaluating it.
 TEST(SourceChoice, AsksTheOnlySource) {
   Sources one;
   one.add(std::make_unique<Lamp>(Vec3(0, 0, -1), 1.f), 3);
@@ -127,14 +128,14 @@ TEST(SourceChoice, AsksTheOnlySource) {
   for (const float u : {0.f, 0.5f, kOneMinusEpsilon}) EXPECT_EQ(at.pick(u), 0u);
 }
 
-/// Of single precision's largest and smallest numbers, a probability is still one.
+/// Probabilities sum to one for the smallest and largest intensities of single precision.
 TEST(SourceChoice, StaysOneAtExtremes) {
   for (const float intensity : {1e-38f, 1e38f}) {
     Sources sources;
     sources.add(std::make_unique<Lamp>(Vec3(0, 0, 1e-6f), intensity), 1);
     sources.add(std::make_unique<Lamp>(Vec3(0, 0, 1), intensity), 1);
     const SourceChoice choice = sources.choice(1);
-    expect_picks_as_told(choice.at(Vec3(0.f), Vec3(0, 0, 1)), 2);
+    expect_picks_by_probability(choice.at(Vec3(0.f), Vec3(0, 0, 1)), 2);
   }
 }
 

@@ -21,7 +21,7 @@ std::vector<uint32_t> cells_to_try(uint32_t size) {
     return cells;
   }
   std::mt19937 rng(1);
-  for (uint32_t i = 0; i < 1000; ++i) {  // both poles whole, the rest at random
+  for (uint32_t i = 0; i < 1000; ++i) {  // all cells near both poles, the rest at random
     cells.push_back(i);
     cells.push_back(size - 1 - i);
     for (int k = 0; k < 20; ++k) cells.push_back(rng() % size);
@@ -32,7 +32,7 @@ std::vector<uint32_t> cells_to_try(uint32_t size) {
 TEST(SpherePartition, CentresAndSamplesLieInTheirCells) {
   std::mt19937 rng(2);
   std::uniform_real_distribution<float> uniform(0, 1);
-  // The ends of [0, 1) too: there rounding could carry a point into the next cell.
+  // Also tests the ends of [0, 1), where rounding could move a point into the next cell.
   const float ends[] = {0.f, 1e-7f, 0.5f, kOneMinusEpsilon};
   for (const uint32_t size : kSizes) {
     const SpherePartition partition(size);
@@ -84,7 +84,7 @@ TEST(SpherePartition, HoldsAxesAndVectorsOffUnitLength) {
   }
 }
 
-// Uniform directions must fall into all cells alike: equal areas, and cell_of is what says so.
+// All cells have equal areas: uniform directions fall into all cells alike, by cell_of().
 TEST(SpherePartition, CellsHaveEqualAreas) {
   std::mt19937 rng(3);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -102,8 +102,8 @@ TEST(SpherePartition, CellsHaveEqualAreas) {
   }
 }
 
-// Samples are uniform within each cell, the sphere's share of it being all that is known: a finer
-// histogram of the sphere (y by phi) is flat, and so is one of a single cell near the pole.
+// Samples are uniform within each cell. A finer histogram of the sphere (y by phi) is flat, and so
+// is one of a single cell near the pole.
 TEST(SpherePartition, SamplesAreUniform) {
   for (const uint32_t size : {1u, 5u, 300u}) {
     const SpherePartition partition(size);
@@ -134,7 +134,8 @@ TEST(SpherePartition, SamplesAreUniformWithinSmallCells) {
       const Vec2 u(std::min(uniform(rng), kOneMinusEpsilon),
                    std::min(uniform(rng), kOneMinusEpsilon));
       const Vec3 d = partition.sample(first, u);
-      // Shares of the cell, from the direction alone, in doubles and exact near the poles.
+      // Computes the position in the cell from the direction alone, in double precision and exact
+      // near the poles.
       const double s2 = double(d.x) * d.x + double(d.z) * d.z;
       const double c = std::abs(d.y) / std::sqrt(s2 + double(d.y) * d.y);
       const double cap = s2 / (s2 + double(d.y) * d.y) / (1 + c);

@@ -1,4 +1,4 @@
-/// Splats: light that is added to a film from outside its pixels' samples.
+/// Tests splats: light that is added to a film apart from the samples of its pixels.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,13 +20,13 @@ std::shared_ptr<Film> film_with(const std::string& filter, int width, int height
 
 class EveryFilter : public testing::TestWithParam<const char*> {};
 
-/// A picture's sum is the light that was splatted. A Gaussian at whole-pixel steps sums to its
-/// integral only in the mean over places in the pixel; all three are smooth enough for the
-/// midpoints of 16 x 16 places to be 1e-3 off at most (a tent's kinks: 1/16²/4).
+/// The sum of the image is the light of the splats. A Gaussian at whole-pixel steps sums to its
+/// integral only in the mean over positions in the pixel. Midpoints of 16 x 16 positions have an
+/// error of at most 1e-3 (a tent's kinks: 1/16²/4).
 TEST_P(EveryFilter, KeepsTheSum) {
   const auto film = film_with(GetParam(), 11, 9);
   film->prepare({{}});
-  FilmTile tile = film->make_tile({0, 0, 1, 1});  // splats go anywhere
+  FilmTile tile = film->make_tile({0, 0, 1, 1});  // splats may be outside the tile
   constexpr int kSteps = 16;
   for (int i = 0; i < kSteps * kSteps; ++i) {
     const Vec2 place((static_cast<float>(i % kSteps) + 0.5f) / kSteps,
@@ -45,10 +45,10 @@ TEST_P(EveryFilter, KeepsTheSum) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], 1 << c, 1e-3 * (1 << c));
 }
 
-/// Light that arrives as splats makes the picture that weighted means of samples make of it, up to
-/// the film's edges, with and without the border that the filter reaches; what arrives beyond what
-/// is sampled counts for nothing. The light is brighter to the right: where an edge's pixels see
-/// but one side of themselves, they see less or more of it.
+/// Splats give the same image as weighted means of samples, up to the film's edges. This holds with
+/// and without the border that the filter reaches. Splats outside the sampled region are ignored.
+/// Pixels at an edge get light from only one side. The light increases to the right, so that errors
+/// there are visible.
 TEST_P(EveryFilter, LightIsThePictureThatSamplesMake) {
   for (const char* border : {"true", "false"}) {
     const std::string more = std::string(R"(<integer name="crop_offset_x" value="2"/>)"
@@ -81,7 +81,8 @@ TEST_P(EveryFilter, LightIsThePictureThatSamplesMake) {
     sampled->commit(samples);
     const Image image = splatted->develop(), expected = sampled->develop();
     ASSERT_EQ(image.width, 4);
-    // Midpoints: a tent's kinks cost up to 1/8²/4 of the value, a Gaussian's end less.
+    // Error of the midpoint rule: a tent's kinks cost up to 1/8²/4 of the value, a Gaussian's end
+    // less.
     for (size_t i = 0; i < image.data.size(); ++i) {
       EXPECT_NEAR(image.data[i], expected.data[i], 0.004f * expected.data[i]) << border << i;
     }
@@ -91,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Splat, EveryFilter, testing::Values("box", "tent", "gau
 
 TEST(Splat, IsAddedToMeansOfSamples) {
   const auto film = film_with("box", 3, 2);
-  for (int round = 0; round < 2; ++round) {  // prepare() forgets the first
+  for (int round = 0; round < 2; ++round) {  // prepare() clears the first round
     film->prepare({{}});
     FilmTile tile = film->make_tile({0, 0, 3, 2});
     tile.add({1.2f, 0.5f}, std::vector<float>{1, 2, 3});
@@ -110,7 +111,7 @@ TEST(Splat, IsAddedToMeansOfSamples) {
   }
 }
 
-/// Light paths of lanes add up, each with its own splats.
+/// The numbers of light paths of all lanes are added; each lane has its own splats.
 TEST(Splat, LanesShareTheirPaths) {
   const auto film = film_with("box", 1, 1);
   film->prepare({{}}, 2);
@@ -125,7 +126,8 @@ TEST(Splat, LanesShareTheirPaths) {
   EXPECT_EQ(film->develop().at(0, 0, 0), 16.f / 5);
   EXPECT_EQ(film->lane_color(0, 0)->x, 4);
   EXPECT_EQ(film->lane_color(0, 1)->x, 2);
-  // Of the mean by paths: lanes of 3 and 2 paths are off by 12 - 3 m and 4 - 2 m, over 5.
+  // Variance of the mean over paths: lanes of 3 and 2 paths deviate by 12 - 3 m and 4 - 2 m, over
+  // 5.
   EXPECT_NEAR(film->noise().image.data[0], 2 * (0.48 * 0.48 + 0.48 * 0.48), 1e-6);
 }
 

@@ -1,5 +1,5 @@
-// Each kind of strata by itself, with wrong visibilities: what control terms and shadow rays add up
-// to is what the points reflect, here of light that nothing hides.
+// Tests each kind of strata alone, with wrong visibilities. Control terms plus shadow rays must
+// equal the light that the points reflect. Nothing occludes the light.
 #include <gtest/gtest.h>
 
 #include "clustered/product/diffuse_strata.h"
@@ -44,8 +44,8 @@ TEST(DiffuseStrata, AddUpToTheReflectedSky) {
   }
 }
 
-/// Cells need no rays, if they are known to be visible: those at the horizon by some of their
-/// points, all others exactly.
+/// Cells that are known to be visible need no rays. Cells at the horizon are estimated from some of
+/// their points; all others are exact.
 TEST(DiffuseStrata, KnowVisibleLightWithoutRays) {
   StageTile tile(floor_xml(kGrey) + sky_xml());
   const GroupView group = tile.view(0);
@@ -72,7 +72,7 @@ TEST(DiffuseStrata, KnowVisibleLightWithoutRays) {
     EXPECT_GT(control[k], 0.8f * all[k]);
   }
   DiffuseStrata stage(light);
-  // The plan says the same of one point that reflects all.
+  // The plan has the same values for one point that reflects as much as the group.
   const DiffuseStrata::PatchPlan plan =
       stage.plan(group.patch, tile.visibility()[group.group.patch]);
   for (int k = 0; k < 3; ++k) {
@@ -119,7 +119,7 @@ TEST(GlossyStrata, DrawAboutAsManyAsAreWanted) {
     for (const float wanted : {100.f, 500.f, 1000.f}) {
       const GlossyStrata::Counts counts = GlossyStrata::counts(patch, wanted);
       EXPECT_NEAR(static_cast<float>(counts.from_cells), share * wanted, 1);
-      // A power of two, no farther than the root of two, but for the least.
+      // The number is a power of two within a factor of sqrt(2), except for the minimum.
       const auto from_lobe = static_cast<float>(1u << counts.lobe_log2);
       EXPECT_LE(from_lobe, std::max(16.f, 1.4143f * (1 - share) * wanted));
       EXPECT_GE(from_lobe, 0.7071f * (1 - share) * wanted);
@@ -160,7 +160,7 @@ const std::string kLamps = R"(
     <emitter type="point"><point name="position" x="-1" y="1.5" z=".5"/>
       <rgb name="intensity" value="1 2 3"/></emitter>)";
 
-/// What the group reflects of all emitters, by many rays to each.
+/// Estimates the light of all emitters that the group reflects, with many samples of each.
 MeanRgb reflected_lamps(const StageTile& tile, const GroupView& group, Lobe lobes) {
   MeanRgb mean;
   Random random(5);
@@ -180,7 +180,7 @@ MeanRgb reflected_lamps(const StageTile& tile, const GroupView& group, Lobe lobe
   return mean;
 }
 
-/// Light points and eye rays find the same square, in shares that sum to one.
+/// Light points and eye rays both find the square; their weights sum to one.
 TEST(LocalStrata, AndEyeRaysShareTheLight) {
   for (const std::string& material :
        {kGrey, rough_xml("roughconductor", 0.3), rough_xml("roughplastic", 0.3),
@@ -232,7 +232,7 @@ struct PlannedLocal {
   LocalStrata stage{light, choice};
   Strata strata;
   std::vector<PointPlan> points;
-  std::vector<float> lit;  ///< answers of the points' lamps
+  std::vector<float> lit;  ///< visible light of each point's lamps
   Patch patch;
 
   explicit PlannedLocal(StageTile& tile)
@@ -261,7 +261,7 @@ TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
   EXPECT_GT(patch.glossy, 0);
   std::vector<float> of_lamp;
   for (uint32_t k = 0; k < group.group.count; ++k) {
-    // What the lamp sends: exact.
+    // The lamps' unoccluded light is exact.
     const PointPlan& point = points[group.primary(k)];
     const SurfaceInteraction& si = group.interaction(k);
     const Vec3 to = Vec3(-1, 1.5f, 0.5f) - si.p;
@@ -271,7 +271,7 @@ TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
     EXPECT_GT(point.glossy, 0);
     of_lamp.push_back(point.lamps);
   }
-  // Once a ray has asked for the lamp, what is left of it is 0, and the answer is in `lit`.
+  // After a ray has been traced to the lamp, its planned light is 0, and the result is in `lit`.
   StageTimes times;
   ShadowRays rays(times);
   rays.begin(tile.scene(), tile.counters());
@@ -287,8 +287,8 @@ TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
   EXPECT_FALSE(records[group.group.patch].empty());
 }
 
-/// Eye rays find next to nothing of a square that is far away. Some are sent all the same, which
-/// bounds the weight of light points.
+/// Eye rays hardly ever hit a square that is far away. Some are sent nevertheless, which bounds the
+/// weight of light points.
 TEST(LocalStrata, PlanADefensiveShareOfEyeRays) {
   StageTile tile(floor_xml(kGrey) + R"(<shape type="rectangle"><transform name="to_world">
       <rotate x="1" angle="90"/><translate y="400"/></transform>
@@ -301,7 +301,7 @@ TEST(LocalStrata, PlanADefensiveShareOfEyeRays) {
   EXPECT_NEAR(patch.eye_rays, share / 8, 1e-6f);
 }
 
-/// A mirror shows the square itself, all of it.
+/// A mirror reflects the full radiance of the square.
 TEST(EyeRays, OfMirrorsFindWhatTheyShow) {
   StageTile tile(floor_xml(R"(<bsdf type="conductor"/>)") +
                  R"(<shape type="rectangle"><transform name="to_world"><scale value="50"/>

@@ -1,4 +1,4 @@
-/// `sunsky` against what Mitsuba 3.9.1 says of the same sky, and what its parameters do.
+/// Compares `sunsky` with Mitsuba 3.9.1, and tests its parameters.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ std::shared_ptr<Emitter> sky(const std::string& parameters, const std::string& t
 }
 
 TEST(SunSky, IsMitsubas) {
-  // By its emitter's eval(), in scalar_rgb.
+  // Values of Mitsuba's eval() in scalar_rgb.
   const struct {
     float turbidity;
     Vec3 albedo, sun, d;
@@ -54,8 +54,8 @@ TEST(SunSky, IsMitsubas) {
   }
 }
 
-/// By its samples of the sun alone, in scalar_rgb; each is the mean of 120, which is off by 0.06
-/// degrees the same way.
+/// Means of 120 samples of Mitsuba's sun, in scalar_rgb. They are off by 0.06 degrees in the same
+/// direction.
 TEST(SunSky, StandsWhereMitsubasDoes) {
   const struct {
     std::string xml;
@@ -91,7 +91,7 @@ TEST(SunSky, StandsWhereMitsubasDoes) {
   }
 }
 
-/// The sky of 1 July 2025 at 7 in the morning, as its llvm_ad_rgb has it.
+/// The sky of 1 July 2025 at 7 in the morning in Mitsuba's llvm_ad_rgb.
 TEST(SunSky, TimedIsItsFirstMoment) {
   const auto emitter = sky(whole_xml("start_month", 7), "timed_sunsky");
   const Rgb zenith = emitter->eval_environment(Vec3(0, 0, 1));
@@ -105,20 +105,20 @@ TEST(SunSky, TimedIsItsFirstMoment) {
   }
 }
 
-/// Ten days of July 2025, of which the sensor sees a part.
+/// Returns a sky of ten days of July 2025, of which the sensor's shutter covers a part.
 std::shared_ptr<Emitter> days(const std::string& parameters) {
   return sky(whole_xml("start_month", 7) + whole_xml("end_year", 2025) + whole_xml("end_month", 7) +
                  whole_xml("end_day", 11) + parameters,
              "timed_sunsky");
 }
 
-/// The sky's mean by Mitsuba 3.9.1's emitter: eval() of scalar_rgb at 3001 times.
+/// Means of eval() of Mitsuba 3.9.1's emitter in scalar_rgb at 3001 times.
 TEST(SunSky, TimedIsTheMeanOverTheShutter) {
   const Vec3 directions[] = {{0, 0, 1}, {.6, 0, .8}, {0, -.8, .6}, {-.9, .1, .2}, {.3, .4, .1}};
   const struct {
     Shutter shutter;
     Rgb radiance[5];
-    float tolerance;  ///< a day of few of the moments is sampled at other hours than Mitsuba's
+    float tolerance;  ///< larger for few moments: a day is sampled at other hours
   } cases[] = {
       {{0, 1},
        {{0.035069f, 0.052128f, 0.090539f},
@@ -148,7 +148,7 @@ TEST(SunSky, TimedIsTheMeanOverTheShutter) {
   }
 }
 
-/// Irradiance of the ground, by samples.
+/// Returns the irradiance of the ground, by sampling.
 Rgb irradiance(const Emitter& emitter) {
   constexpr int kSide = 64;
   Rgb sum(0.f);
@@ -161,7 +161,7 @@ Rgb irradiance(const Emitter& emitter) {
   return sum / float(kSide * kSide);
 }
 
-/// The sun's light is the mean of that at single moments, which are Mitsuba's.
+/// The sun's light is the mean of that at single moments, which have Mitsuba's values.
 TEST(SunSky, TimedKeepsTheLightOfTheSun) {
   const auto emitter = days(number_xml("sky_scale", 0));
   constexpr int kMoments = 100;
@@ -176,7 +176,7 @@ TEST(SunSky, TimedKeepsTheLightOfTheSun) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 5e-3f * expected[c]);
 }
 
-/// Irradiance across the sun's direction stays what it is, whatever its size.
+/// The irradiance perpendicular to the sun's direction doesn't depend on its size.
 TEST(SunSky, SizeOfTheSunKeepsItsLight) {
   const auto flux = [](double aperture) {
     const auto emitter = sky(number_xml("sky_scale", 0) + vector_xml("sun_direction", {1, 2, 3}) +
@@ -199,7 +199,7 @@ TEST(SunSky, NightIsBlack) {
   EXPECT_EQ(emitter->pdf_environment(Vec3(0, 0, 1)), 0);
 }
 
-/// Light points have the light of the whole, and so many as are asked for, or about.
+/// Light points have the total power of the sky, and approximately the requested number.
 TEST(SunSky, LightPointsAreTheWholeLight) {
   const auto scene = scene_from("<shape type=\"sphere\"/><emitter type=\"sunsky\"/>");
   const Emitter& emitter = *scene->environment();

@@ -1,4 +1,4 @@
-// Textures over blocks of places have the very colours that they have at each place.
+// Tests that textures have the same colours for blocks of positions as for single positions.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <png.h>
@@ -16,7 +16,7 @@
 namespace kinome::test {
 namespace {
 
-/// Images of w x h: an EXR of floats, or a PNG of bytes.
+/// Writes an image of w x h pixels: an EXR of floats, or a PNG of bytes.
 std::string write_image(const TemporaryFolder& folder, const std::string& kind, int w, int h) {
   std::mt19937 rng(7);
   const bool is_grey = kind == "grey_exr" || kind == "grey_png";
@@ -45,7 +45,7 @@ bool same(float a, float b) {
   return std::bit_cast<uint32_t>(a) == std::bit_cast<uint32_t>(b);
 }
 
-/// Places in and far around the unit square, at edges of texels, and none at all.
+/// Returns positions in and far around the unit square, at edges of texels, infinite ones and NaN.
 std::vector<Vec2> places(size_t count) {
   std::vector<Vec2> uv;
   const float ends[] = {0,  -0.f, 1,      0.5f,      -1e-9f, kOneMinusEpsilon,

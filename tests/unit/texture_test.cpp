@@ -10,7 +10,7 @@
 namespace kinome::test {
 namespace {
 
-/// Bytes from hexadecimal digits.
+/// Returns bytes from hexadecimal digits.
 std::string from_hex(const std::string& digits) {
   std::string bytes;
   for (size_t i = 0; i + 1 < digits.size(); i += 2) {
@@ -33,8 +33,8 @@ const std::string kGreyAlpha = from_hex(
     "89504e470d0a1a0a0000000d4948445200000001000000010804000000b51c0c020000000b4944415478da63686007"
     "00010a0088c6e001e70000000049454e44ae426082");
 
-/// 1 x 1 of a palette, (200, 100, 50), interlaced, with a text of a wrong checksum, and more bytes
-/// behind its end.
+/// 1 x 1 pixels with a palette, (200, 100, 50), interlaced. It has a text with a wrong checksum,
+/// and more bytes after its end.
 const std::string kPalette = from_hex(
     "89504e470d0a1a0a0000000d49484452000000010000000108030000015fcc042d0000000374455874610062dc49a2"
     "3a00000006504c5445000000c86432f39d81140000000a4944415478da6360040000030002e67da767000000004945"
@@ -42,19 +42,19 @@ const std::string kPalette = from_hex(
 const std::string kNoPalette = from_hex(
     "89504e470d0a1a0a0000000d49484452000000010000000108030000015fcc042d0000000a4944415478da63600400"
     "00030002e67da7670000000049454e44ae426082");
-/// The same, of a transparent colour, whose alpha has a wrong checksum.
+/// The same, with a transparent colour whose alpha has a wrong checksum.
 const std::string kWrongAlpha = from_hex(
     "89504e470d0a1a0a0000000d494844520000000100000001080300000028cb34bb00000003504c5445c86432f18005"
     "010000000174524e5307de824dc40000000a4944415478da6360000000020001e527defc0000000049454e44ae4260"
     "82");
-/// 100000 x 100000, as it says.
+/// Claims 100000 x 100000 pixels.
 const std::string kHuge = from_hex(
     "89504e470d0a1a0a0000000d49484452000186a0000186a01000000000dda988570000000a4944415478da63600400"
     "00030002e67da7670000000049454e44ae426082");
 
 class BitmapTest : public testing::Test {
  protected:
-  /// A 3 x 2 EXR of R = x + 10 y, G = .5, B = -.25 x.
+  /// Writes a 3 x 2 EXR of R = x + 10 y, G = .5, B = -.25 x.
   std::string colors() const {
     Image image{3, 2, {"R", "G", "B"}, {}};
     for (int y = 0; y < 2; ++y) {
@@ -92,7 +92,7 @@ bool openimageio_is_loaded() {
   return text.str().find("libOpenImageIO.so") != std::string::npos;
 }
 
-// First in this file: later tests do load it.
+// Must be the first test of this file, because later ones load OpenImageIO.
 TEST_F(BitmapTest, ExrAndPngNeedNoOpenImageIO) {
   ASSERT_FALSE(openimageio_is_loaded()) << "loaded by an earlier test of this process";
   load(colors());
@@ -138,7 +138,8 @@ TEST_F(BitmapTest, WrapModes) {
   EXPECT_EQ(r("mirror", -0.1f, 1.9f), 0);
   EXPECT_EQ(r("clamp", 7.f, -3.f), 2);
   EXPECT_EQ(r("clamp", -7.f, 3.f), 10);
-  // Between the last and the first texel: their mean, their like, or the last.
+  // Between the last and the first texel: their mean (repeat), their mirrored neighbours, or the
+  // last texel (clamp).
   const auto seam = [&](const char* mode) {
     return load(path, "<string name='wrap_mode' value='" + std::string(mode) + "'/>")
         ->eval(Vec2(1.f, 0.25f))
@@ -178,7 +179,7 @@ TEST_F(BitmapTest, SlopesAreDifferencesOfHeights) {
           "<transform name='to_uv'><rotate z='1' angle='30'/><scale value='2'/></transform>"}) {
       const auto texture =
           load(path, "<string name='wrap_mode' value='" + std::string(wrap) + "'/>" + to_uv);
-      // None within a step of where four other texels begin.
+      // No position is within a step of the border of an interpolation cell.
       for (const Vec2 uv : {Vec2(0.33f, 0.47f), Vec2(1.33f, -0.41f), Vec2(0.02f, 0.98f)}) {
         constexpr float kStep = 1e-3f;
         const auto difference = [&](const Vec2& step) {
@@ -194,8 +195,8 @@ TEST_F(BitmapTest, SlopesAreDifferencesOfHeights) {
   EXPECT_EQ(nearest->eval_1_gradient(Vec2(0.3f)), Vec2(0));
 }
 
-/// As Mitsuba has it for images of unequal sides that to_uv turns: 3.9.1's numbers for the heights
-/// of texel i, (7 i) mod 5, in a picture of 3 x 2.
+/// Values of Mitsuba 3.9.1 for an image of unequal sides that to_uv rotates. Texel i of the 3 x 2
+/// image has the height (7 i) mod 5.
 TEST_F(BitmapTest, SlopesOfTurnedImagesAreMitsubas) {
   Image image{3, 2, {"Y"}, {}};
   for (int i = 0; i < 6; ++i) image.data.push_back(static_cast<float>((7 * i) % 5));
@@ -224,7 +225,7 @@ TEST_F(BitmapTest, OneChannelIsGrey) {
   EXPECT_EQ(map->eval(Vec2(0.7f, 0.5f)), Rgb(3));
   EXPECT_EQ(map->eval_1(Vec2(0.2f, 0.5f)), 0.25f);
   EXPECT_FLOAT_EQ(map->mean().y, 1.625f);
-  // Alpha beside colours is dropped, wherever it stands.
+  // Alpha next to colours is dropped, in any channel order.
   const auto rgba = load(exr(Image{1, 1, {"A", "B", "G", "R"}, {9, 3, 2, 1}}));
   EXPECT_EQ(rgba->eval(Vec2(0.5f)), Rgb(1, 2, 3));
 }
@@ -275,9 +276,9 @@ TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
   damaged[damaged.size() - 20] ^= 1;
   expect(error_of(folder_.write("damaged.png", damaged)), "libpng: IDAT");
   expect(error_of(folder_.write("no_palette.png", kNoPalette)), "Missing PLTE");
-  // Alpha is not used, so that its wrong checksum does no harm.
+  // Alpha is not used, so that its wrong checksum is ignored.
   EXPECT_EQ(error_of(folder_.write("wrong_alpha.png", kWrongAlpha)), "");
-  // 100000 x 100000 pixels promised in 67 bytes: refused without allocating.
+  // 100000 x 100000 pixels in 67 bytes are rejected without an allocation.
   expect(error_of(folder_.write("huge.png", kHuge)), "can't hold 100000 x 100000");
   expect(error_of(exr(Image{1, 1, {"depth.Z", "id"}, {1, 1}})), "it has the channels depth.Z, id, expected R, G, B,");
   const std::string choice = error_of(colors(), "<string name='wrap_mode' value='mirrored'/>");

@@ -1,4 +1,4 @@
-// What product sampling knows of the tiles of a picture, and how it divides the picture into them.
+// Tests the learned visibility of tiles, and the division of an image into tiles.
 #include "clustered/product/tile_knowledge.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST(TileGrid, CoversEveryPixelOnce) {
   EXPECT_EQ(std::set<size_t>(pixels.begin(), pixels.end()).size(), pixels.size());
 }
 
-/// Tiles in a row, each with a patch of one plane.
+/// Tiles in a row, each with a patch on one plane.
 class Row {
  public:
   explicit Row(const std::string& material, const ProductSettings& settings = {}, int tiles = 7)
@@ -88,7 +88,7 @@ class Row {
   }
 
  private:
-  static constexpr float kAlpha = 0.02f;  // sharp, where there is no diffuse lobe
+  static constexpr float kAlpha = 0.02f;  // sharp, if there is no diffuse lobe
   const ProductSettings settings_;
   const TileGrid grid_;
   RenderContext context_{RenderContext::Options{.threads = 1}};
@@ -104,7 +104,8 @@ const std::string kDiffuse = "<bsdf type=\"diffuse\"/>";
 const std::string kMetal =
     "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\".02\"/></bsdf>";
 
-/// What tile 3 found itself counts most, and of other tiles the nearest.
+/// The own rays of tile 3 have the largest weight, and nearby tiles have larger weights than
+/// others.
 TEST(TileKnowledge, LearnsFromTilesAround) {
   std::vector<float> v;
   for (int from = 4; from < 7; ++from) {
@@ -136,7 +137,7 @@ TEST(TileKnowledge, LearnsWhereASurfaceGoesOnAlone) {
   EXPECT_EQ(learned_from([](Patch& other) { other.bsdf = nullptr; }), 0);
 }
 
-/// Large pictures learn again in each pass what small ones keep.
+/// For large images, each pass learns again what is stored for small ones.
 TEST(TileKnowledge, RecallsTheSameWhetherItIsKeptOrNot) {
   ProductSettings forgetful;
   forgetful.remembered_pixels = 0;
@@ -158,7 +159,7 @@ TEST(TileKnowledge, RecallsTheSameWhetherItIsKeptOrNot) {
   }
 }
 
-/// A sharp lobe counts on what it knows only if that would have told the pilot's own rays.
+/// A sharp lobe uses the learned visibility only if it predicts the pilot's own rays.
 TEST(TileKnowledge, TrustsWhatPredictsTheRays) {
   Row row(kMetal);
   row.find_all(3, true);
@@ -179,8 +180,8 @@ TEST(TileKnowledge, TrustsWhatPredictsTheRays) {
   EXPECT_EQ(known.sigma, known.sigma_mixed);
 }
 
-/// Where what is around a tile foresees what its rays find, fewer are needed; where it doesn't,
-/// more.
+/// If the surrounding tiles predict a tile's rays, sigma and hence the number of rays decrease;
+/// otherwise they increase.
 TEST(TileKnowledge, ChecksSigmaByThePilotsRays) {
   const auto sigma_of = [](bool alternates, bool is_checked) {
     ProductSettings settings;

@@ -1,4 +1,4 @@
-// The stages that integrators share, each by itself.
+// Tests the stages that integrators share.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -28,7 +28,7 @@ using namespace transport;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// `count` numbers in [0, 1) that `seed` names.
+/// Returns `count` pseudorandom values in [0, 1) of this seed.
 std::vector<float> random_numbers(size_t count, uint64_t seed) {
   std::vector<float> numbers;
   for (size_t i = 0; i < count; ++i) {
@@ -51,7 +51,7 @@ TEST(DirectionSort, OrdersRaysThatAreOn) {
     r.tmax[i % 16] = i % 5 == 0 ? -1.f : static_cast<float>(i);
     if (i % 5 != 0) ++on;
   }
-  // A ray that is off may be no number at all.
+  // An inactive ray may contain NaN.
   rays[0].dx[0] = kNaN;
   DirectionSort sort(kCount);
   ASSERT_EQ(sort.sort(rays, kCount), on);
@@ -70,7 +70,8 @@ TEST(DirectionSort, OrdersRaysThatAreOn) {
   for (size_t i = on; i < padded(on); ++i) EXPECT_LT(sorted[i / 16].tmax[i % 16], 0.f);
 }
 
-/// A floor that reflects, a lamp that does not, and a second floor of the first one's material.
+/// A reflecting floor, an emitting shape that doesn't reflect, and a second floor of the first
+/// one's material.
 constexpr const char* kThreeShapes = R"(
   <integrator type="direct"/><sensor type="perspective"/>
   <bsdf type="diffuse" id="grey"/>
@@ -95,7 +96,7 @@ TEST(Surfaces, SortsHitsByMaterialInWholeVectors) {
   for (size_t i = 0; i < kCount; ++i) {
     Ray16& r = rays[i / 16].ray;
     const size_t lane = i % 16;
-    // In turn: the first floor, the lamp, the second floor, nothing.
+    // In turn: the first floor, the emitter, the second floor, nothing.
     place[i] = 10 * static_cast<float>(i % 4) + 0.01f * static_cast<float>(i);
     r.ox[lane] = place[i], r.oy[lane] = 0.25f, r.oz[lane] = 3, r.dz[lane] = -1;
     r.tmin[lane] = 0, r.tmax[lane] = kInfinity;
@@ -167,12 +168,12 @@ TEST(Arena, TakesTheMemoryThatIsUsed) {
   EXPECT_EQ(reinterpret_cast<uintptr_t>(column) % kColumnAlignment, 0u);
   std::fill_n(column, size_t{1} << 20, 1.f);
   EXPECT_EQ(column[size_t{1} << 20], 0.f);
-#ifndef KINOME_HAS_SANITIZER  // they keep books of all of it
+#ifndef KINOME_HAS_SANITIZER  // sanitizers keep additional data for all of it
   EXPECT_LT(resident(), before + (size_t{64} << 20));
 #endif
 }
 
-/// Of threads that come and go, in arenas that others do away with.
+/// Tests several threads, and arenas that other threads destroy.
 TEST(Arena, ColumnsBeginAsZerosAndAreApart) {
   constexpr size_t kValues = 5000;
   std::vector<std::unique_ptr<Arena>> kept;
@@ -212,7 +213,7 @@ TEST(Numbers, AreThoseOfTheSample) {
   uint32_t* const owner = arena.indices();
   float* const one = arena.floats();
   const Columns2 two = arena.two();
-  // So few that they are asked for one by one, and so many that a block is.
+  // Few values are computed one by one, and many as a block.
   for (const size_t count : {size_t{3}, size_t{200}}) {
     for (size_t i = 0; i < padded(count); ++i) owner[i] = static_cast<uint32_t>(37 * i % 256);
     numbers.fill_1d(*sampler, samples, 5, owner, count, one);
@@ -226,7 +227,7 @@ TEST(Numbers, AreThoseOfTheSample) {
   }
 }
 
-/// What FilmTile::add does with the samples, and what FilmSamples does.
+/// Films with samples added by FilmTile::add and by FilmSamples.
 struct Films {
   std::shared_ptr<Film> one_by_one, block;
 };
@@ -273,7 +274,7 @@ TEST(FilmSamples, AddsAsTheFilmDoes) {
         "<rfilter type=\"tent\"><float name=\"radius\" value=\"2.3\"/></rfilter>",
         "<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0.2\"/></rfilter>"}) {
     for (const uint32_t samples : {1u, 5u, 16u, 40u}) {
-      // Values whose sums only double precision holds are added one by one.
+      // Values whose sums need double precision are added one by one.
       for (const float scale : {1.f, 1e37f}) {
         for (const bool with_bad : {false, true}) {
           SCOPED_TRACE(testing::Message() << filter << " " << samples << " " << scale << " "
@@ -283,8 +284,8 @@ TEST(FilmSamples, AddsAsTheFilmDoes) {
           for (int y = 0; y < a.height; ++y) {
             for (int x = 0; x < a.width; ++x) {
               for (int c = 0; c < 3; ++c) {
-                // Sums of a pixel's samples in single precision, of weights that are off by
-                // 2.5e-7 of the largest; a pixel may have but samples of small weights.
+                // A pixel's samples are summed in single precision, with weights that are off by
+                // 2.5e-7 of the largest. A pixel may have only samples of small weights.
                 const float sum = a.at(x, y, c);
                 ASSERT_NEAR(b.at(x, y, c), sum, 2e-3f * sum) << x << " " << y;
               }

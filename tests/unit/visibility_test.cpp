@@ -1,4 +1,4 @@
-// What product sampling learns of visibility.
+// Tests the visibility that product sampling learns.
 #include "clustered/product/visibility.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ void expect_sane(const Visibility& learned) {
   }
 }
 
-/// All cells, `count` times.
+/// Returns records of all cells, `count` times.
 std::vector<VisibilityRecord> everywhere(bool visible, int count) {
   std::vector<VisibilityRecord> records;
   for (int k = 0; k < count; ++k) {
@@ -58,7 +58,7 @@ TEST(VisibilityRecord, KeepsBoth) {
   }
 }
 
-/// Behind a pane that takes some of the light, all of which is otherwise visible or hidden.
+/// A pane transmits a part of the light in half of the cells; the others are hidden.
 TEST(VisibilityLearner, KnowsWhatPanesLetThrough) {
   constexpr float kShare = 0.6f;
   std::vector<VisibilityRecord> records;
@@ -79,7 +79,7 @@ TEST(VisibilityLearner, KnowsNothingWithoutRecords) {
   expect_sane(learned);
   for (size_t c = 0; c < kCells; ++c) {
     EXPECT_EQ(learned.v[c], 0);
-    EXPECT_EQ(learned.sigma[c], 1);  // nothing is counted on, nothing spared
+    EXPECT_EQ(learned.sigma[c], 1);  // all light is left to rays
   }
 }
 
@@ -133,8 +133,8 @@ TEST(VisibilityLearner, CountsRecordsByTheirWeightAndForgetsThem) {
   EXPECT_EQ(out.v, once.v);
 }
 
-/// v and sigma are what the estimator's variance depends on: of a coin seen often, they are its
-/// share (stretched towards certainty) and the root mean square of V - v.
+/// The estimator's variance depends on v and sigma. For many random records, v is their mean (moved
+/// toward 0 or 1), and sigma is the root mean square of V - v.
 TEST(VisibilityLearner, FindsSharesAndDeviations) {
   for (const double share : {0.1, 0.5, 0.8}) {
     std::vector<VisibilityRecord> records;
@@ -148,7 +148,7 @@ TEST(VisibilityLearner, FindsSharesAndDeviations) {
   }
 }
 
-/// A count has 16 bits, whatever it is told.
+/// Counts have 16 bits; further records are ignored.
 TEST(VisibilityLearner, LeavesOutWhatIsTooMuch) {
   const std::vector<VisibilityRecord> seen(3000, VisibilityRecord(3, true));
   const std::vector<VisibilityRecord> hidden(3000, VisibilityRecord(4, false));
@@ -161,7 +161,7 @@ TEST(VisibilityLearner, LeavesOutWhatIsTooMuch) {
   EXPECT_LT(all.v[4], 0.01f);
 }
 
-/// A sky whose cells are of very different sizes.
+/// A sky whose cells have very different sizes.
 class Sky final : public Emitter {
  public:
   Sky() : grid_{64, 32} { grid_.smooth_quads = true; }
@@ -178,7 +178,7 @@ class Sky final : public Emitter {
   EnvironmentGrid grid_;
 };
 
-/// All that a patch faces is learned as ever, and so is what has no direction.
+/// All cells that a patch faces are learned as before, and so are cells without a direction.
 TEST(VisibilityLearner, LearnsWhatThePatchFaces) {
   RenderContext context({});
   const Sky sky;
@@ -210,8 +210,8 @@ TEST(VisibilityLearner, LearnsWhatThePatchFaces) {
   }
 }
 
-/// Whatever normal of the cone a point has, no light of a block that is left out is above its
-/// horizon; and some are left out, though most cells are around the bright part of this sky.
+/// No light of an omitted block is above the horizon of any normal of the cone. Some blocks are
+/// omitted, although most cells are around the bright part of this sky.
 TEST(CellBlocks, LeaveOutNothingThatIsFaced) {
   RenderContext context({});
   const Sky sky;
@@ -236,7 +236,7 @@ TEST(CellBlocks, LeaveOutNothingThatIsFaced) {
       }
       for (const CellPoint& point : points.points) {
         if (faces[point.cell / kBlockLanes]) continue;
-        // The highest that the direction is above any horizon of the cone: at its own side.
+        // Maximum over the cone's normals of the direction's height above the horizon.
         EXPECT_LE(glm::dot(mean, point.d), -sine) << count;
       }
       if (count < 512 || sine > 0.1f) continue;
@@ -252,8 +252,8 @@ TEST(CellBlocks, LeaveOutNothingThatIsFaced) {
 TEST(CellNeighbours, AreTheNearestCells) {
   RenderContext context({});
   const Sky sky;
-  // All of a few; of many, those within reach along the curve are found, which most of the nearest
-  // ones are.
+  // All neighbours are found if there are few cells. If there are many, only those within reach
+  // along the curve are found, which most of the nearest ones are.
   for (const auto& [count, min_found] : {std::pair(64u, 1.), {512u, 1.}, {1500u, 0.9}}) {
     const DistantCells cells(sky, sky.grid(), count, context);
     const CellNeighbours neighbours = find_neighbours(cells, context);
@@ -296,7 +296,7 @@ TEST(CellNeighbours, AreNoneWhereCellsAreFew) {
   }
 }
 
-/// The tree's parent of cells 96 to 103 has seen light alone, the cells around number 100 none.
+/// All records of the tree's parent of cells 96 to 103 are visible, and none around cell 100.
 TEST(VisibilityLearner, LeansOnCellsAroundBeforeTheCurve) {
   CellNeighbours neighbours;
   for (size_t i = 0; i < CellNeighbours::kCount; ++i) {
@@ -324,7 +324,7 @@ TEST(VisibilityLearner, LeansOnCellsAroundBeforeTheCurve) {
   }
   EXPECT_GT(by_tree.v[100], 0.9f);
   EXPECT_LT(by_both.v[100], 0.1f);
-  EXPECT_GT(by_both.v[101], 0.8f);  // its own eight records weigh more
+  EXPECT_GT(by_both.v[101], 0.8f);  // its own eight records have more weight
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ TEST(Warp, EdgesAreFiniteUnitVectors) {
   EXPECT_NEAR(glm::length(square_to_cosine_power(Vec2(0.3f, 0.7f), 0)), 1, 1e-6f);
 }
 
-// The disk map preserves area: equal shares of the square cover equal shares of the disk.
+// The disk map preserves area: equal areas of the square map to equal areas of the disk.
 TEST(Warp, ConcentricDiskIsUniform) {
   constexpr int kRings = 8, kSectors = 16, kSide = 1024;
   std::vector<double> count(kRings * kSectors);

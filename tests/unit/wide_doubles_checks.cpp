@@ -15,7 +15,8 @@ Pairs special_pairs() {
   return Pairs(values);
 }
 
-/// What one formula makes of two floats in double precision, rounded: to the bit.
+/// Compares a formula of two floats in double precision, rounded to float, with scalar code. The
+/// bits must be equal.
 template <class Formula>
 void check_formula(Failures& failures, const char* name, const Formula& formula) {
   const Pairs pairs = special_pairs();
@@ -57,7 +58,7 @@ void double_comparisons(Failures& failures) {
   check_formula(failures, "beyond float", [](auto a, auto b) {
     return select(a * 1e-30 < b && b * 1e300 > a, a, b * pi);
   });
-  // Masks of floats choose doubles of the same lanes, and masks of doubles floats.
+  // Masks of floats select doubles of the same lanes, and masks of doubles select floats.
   const Pairs pairs = special_pairs();
   const auto found = pairs.map([](Float a, Float b) {
     const Double doubles = select(a < b, to_double(a), to_double(b) * 2.0);
@@ -71,19 +72,19 @@ void double_comparisons(Failures& failures) {
 
 void double_angles(Failures& failures) {
   const std::vector<float> angles = floats_between(-20, 20, 5000);
-  // Of what float can't tell from x.
-  constexpr double kMore = 1e-9;
+  // Offset that a float doesn't resolve.
+  constexpr double kOffset = 1e-9;
   const auto sine_or_cosine = [](bool is_sine) {
     return [is_sine](Float x) {
       Double s, c;
-      sincos(to_double(x) + kMore, s, c);
+      sincos(to_double(x) + kOffset, s, c);
       return to_float(is_sine ? s : c);
     };
   };
   const std::vector<float> sines = map_wide(angles, sine_or_cosine(true));
   const std::vector<float> cosines = map_wide(angles, sine_or_cosine(false));
   for (size_t i = 0; i < angles.size(); ++i) {
-    const double exact = double{angles[i]} + kMore;
+    const double exact = double{angles[i]} + kOffset;
     KINOME_CHECK(std::abs(sines[i] - std::sin(exact)) <= 0x1p-23, "sine of " << exact);
     KINOME_CHECK(std::abs(cosines[i] - std::cos(exact)) <= 0x1p-23, "cosine of " << exact);
   }

@@ -1,5 +1,4 @@
-// Checks of the functions of wide numbers: by how many ulps they are off, and their special
-// values.
+// Checks of the functions of wide numbers: errors in ulps, and special values.
 
 #include "wide_checks.h"
 
@@ -10,15 +9,16 @@ namespace {
 
 using wide::Float;
 
-constexpr uint32_t kStride = 5003;  // of floats of all kinds: 860,000
+constexpr uint32_t kStride = 5003;  // for floats_of_all_kinds(): 860,000 values
 
-/// One unit of the last place of a float result.
+/// Returns one unit in the last place of a float result.
 double ulp_of(double exact) {
   const float magnitude = std::min(static_cast<float>(std::abs(exact)), 0x1.fffffcp127f);
   return std::nextafter(magnitude, kInfinity) - static_cast<double>(magnitude);
 }
 
-/// Whether `found` is `exact` but for `bound` units; where that is beyond all floats, infinite.
+/// Returns true if `found` differs from `exact` by at most `bound` ulps. Values beyond the range of
+/// floats must be infinite.
 bool agrees(float found, double exact, double bound) {
   if (exact != exact) return found != found;
   if (std::isinf(exact)) return static_cast<double>(found) == exact;
@@ -108,7 +108,7 @@ void sine_and_cosine(Failures& failures) {
   for (const float x : floats_of_all_kinds(kStride)) {
     if (!(std::abs(x) > 8000.f)) arguments.push_back(x);
   }
-  // About the ends of quadrants.
+  // Arguments around the ends of quadrants.
   for (int i = -5000; i <= 5000; ++i) {
     const auto x = static_cast<float>(i * (std::numbers::pi / 4));
     arguments.insert(arguments.end(), {x, std::nextafter(x, 1e9f), std::nextafter(x, -1e9f)});
@@ -137,7 +137,7 @@ void sine_and_cosine(Failures& failures) {
       "sincos", [&](Float x) { return both(x, true); }, sine);
   check(
       "sincos", [&](Float x) { return both(x, false); }, cosine);
-  // Near 0, sines are relatively right.
+  // Near 0, sines have a small relative error.
   std::vector<float> small;
   for (const float x : floats_of_all_kinds(kStride)) {
     if (std::abs(x) < 0.5f) small.push_back(x);
@@ -195,7 +195,7 @@ void power(Failures& failures) {
                                                             << ": " << found[i] << ", not "
                                                             << expected);
   }
-  // Of each exponent, the numbers whose powers are floats.
+  // Numbers of all exponents whose powers are in the range of floats.
   for (const float y :
        {1.f, 2.f, 5.f, 0.5f, 2.4f, 1 / 2.4f, -1.f, -3.f, 10.f, 100.f, 1000.f, 1e5f, 1e7f}) {
     const auto lo = static_cast<float>(std::pow(1e-44, 1. / std::abs(y)));
@@ -211,7 +211,7 @@ void power(Failures& failures) {
   }
 }
 
-/// Of plain numbers: the standard library's, to the bit.
+/// The scalar versions must have the bits of the standard library.
 void plain_numbers(Failures& failures) {
   using namespace wide::formulas;
   for (const float x : floats_of_all_kinds(100'003)) {

@@ -21,7 +21,7 @@ const std::vector<uint32_t>& special_bits() {
   return values;
 }
 
-/// fn of all pairs, as bits.
+/// Returns fn of all pairs, as bits.
 template <class T, class Fn>
 std::vector<uint32_t> map_pairs(const Fn& fn, std::vector<std::pair<uint32_t, uint32_t>>& pairs) {
   pairs.clear();
@@ -56,7 +56,7 @@ void check_pairs(Failures& failures, const char* name, const Wide& wide_fn, cons
         return expression;                                                                     \
       })
 
-/// Overflow of plain integers with a sign would be undefined: these wrap around.
+/// Wide integers wrap around, while overflow of signed scalar integers is undefined.
 void wrapping(Failures& failures) {
   check_pairs<Int>(
       failures, "a + b", [](Int a, Int b) { return a + b; },
@@ -123,7 +123,7 @@ void comparisons(Failures& failures) {
 }
 
 void conversions(Failures& failures) {
-  // Halves between two floats and their neighbours are what double rounding gets wrong.
+  // Double rounding would be wrong for halves between two floats and for their neighbours.
   std::vector<uint32_t> numbers = special_bits();
   for (uint32_t i = 24; i < 32; ++i) {
     for (const uint32_t low : {1u, 2u, 3u}) {

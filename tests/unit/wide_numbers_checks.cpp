@@ -131,7 +131,7 @@ void float_functions(Failures& failures) {
       [](float a) { return std::nearbyint(a); });
 }
 
-/// Contracted where the instruction set can, and nothing else is.
+/// mul_add is fused if the instruction set supports it. No other operations are fused.
 void multiply_and_add(Failures& failures) {
   const Pairs pairs(floats_between(-3.f, 5.f, 200));
   const auto fused = [&](float a, float b, float c) {
@@ -157,7 +157,7 @@ void multiply_and_add(Failures& failures) {
   check(
       "neg_mul_add", [](Float a, Float b) { return neg_mul_add(a, b, 0.3f); },
       [&](float a, float b) { return fused(-a, b, 0.3f); });
-  // By the compiler's own will, these wouldn't be the same.
+  // If the compiler fused one of the products, these would differ.
   const volatile float tenth = 0.1f;
   check(
       "a b - b a", [](Float a, Float b) { return a * b - b * a; },
@@ -245,7 +245,7 @@ void reductions(Failures& failures) {
     ++next;
   }
   KINOME_CHECK(next == count, count);
-  // Behind the selected ones nothing is written.
+  // Nothing is written after the selected values.
   std::array<uint32_t, kBlockLanes> alone{};
   alone.fill(7);
   KINOME_CHECK(store_only_selected(positive, Uint::load(numbers.data()), alone.data()) == count,

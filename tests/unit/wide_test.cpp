@@ -1,5 +1,5 @@
-// Runs the checks of wide numbers by the library of each instruction set that this processor
-// has.
+// Runs the checks of wide numbers from the library of each instruction set that this processor
+// supports.
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,8 @@ std::string path_of(InstructionSet set) {
   return std::string(KINOME_WIDE_CHECKS_FOLDER "/") + to_string(set) + ".so";
 }
 
-/// What was built for an instruction set, which the processor must have; nullptr if nothing was.
+/// Returns the library for an instruction set, which the processor must support; nullptr if it
+/// wasn't built.
 const WideLibrary* library_of(InstructionSet set) {
   static std::map<InstructionSet, std::optional<WideLibrary>> known;
   const auto [entry, is_new] = known.try_emplace(set);
@@ -26,7 +27,7 @@ const WideLibrary* library_of(InstructionSet set) {
   return entry->second ? &*entry->second : nullptr;
 }
 
-/// What the checks are built for.
+/// Returns the instruction sets for which the checks are built.
 std::vector<InstructionSet> built_sets() {
   std::vector<InstructionSet> sets;
   for (int i = 0; i < kInstructionSetCount; ++i) {
@@ -36,7 +37,7 @@ std::vector<InstructionSet> built_sets() {
   return sets;
 }
 
-/// Those of any set, which are everyone's.
+/// Returns the names of the checks, which are equal for all instruction sets.
 std::vector<std::string> names_of_checks() {
   std::vector<std::string> names;
   const std::vector<InstructionSet> sets = built_sets();

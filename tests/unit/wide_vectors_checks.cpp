@@ -1,4 +1,4 @@
-// Checks of wide vectors and colours, and of how they go to and from memory.
+// Checks of wide vectors and colours, and of their loads and stores.
 
 #include "wide_checks.h"
 
@@ -9,7 +9,7 @@ using wide::Float;
 using wide::Int;
 using wide::Mask;
 
-/// Some 1000 pairs of vectors, axes and equal ones among them.
+/// Some 1000 pairs of vectors, including axes and equal vectors.
 struct VectorPairs {
   VectorPairs() {
     uint32_t state = 1;
@@ -36,7 +36,7 @@ bool near(float a, float b, float tolerance) {
   return same(a, b) || std::abs(a - b) <= tolerance;
 }
 
-/// Of vectors, wide and GLM's, what one formula makes of both; to the bit if tolerance is 0.
+/// Compares a formula of wide vectors with that of GLM's. The bits must be equal if tolerance is 0.
 template <class Formula>
 void check_formula(Failures& failures, const char* name, float tolerance, const Formula& formula) {
   VectorPairs pairs;
@@ -54,7 +54,7 @@ void check_formula(Failures& failures, const char* name, float tolerance, const 
   }
 }
 
-/// As a plugin would write them: in a namespace of its own, with kinome's names around.
+/// As in a plugin: another namespace, with kinome's names visible.
 using namespace wide::formulas;
 
 template <class F>
@@ -121,8 +121,7 @@ void geometry(Failures& failures) {
   KINOME_CHECK_FORMULA(1e-6f, V(dot(a, b)));
   KINOME_CHECK_FORMULA(1e-6f, V(length(a)));
   KINOME_CHECK_FORMULA(1e-6f, normalize(a));
-  // To the bit: contracted, neither it nor the cross product of a vector with itself would be
-  // right.
+  // The bits must be equal. A fused cross product of a vector with itself would not be 0.
   KINOME_CHECK_FORMULA(0, cross(a, b));
   KINOME_CHECK_FORMULA(0, cross(a, a));
   KINOME_CHECK_FORMULA(0, cross(a, 2.f * a));
@@ -131,7 +130,7 @@ void geometry(Failures& failures) {
   wide::for_lanes(VectorPairs::kCount, [&](size_t i) {
     const wide::Vec3 a = wide::Vec3::load(pairs.a(), i);
     KINOME_CHECK(all(is_black(cross(a, a))), i);
-    // |normalize(a)| is 1 to a few ulp.
+    // normalize(a)| is 1 to a few ulp.
     const wide::Vec3 n = normalize(a);
     KINOME_CHECK(all(abs(dot(n, n) - 1.f) < 4e-7f), i);
   });
@@ -192,7 +191,7 @@ void columns(Failures& failures) {
   KINOME_CHECK(to.at(2) == glm::vec3(1, 2, 3) && to.x[3] == 4 && to.y[3] == 5, to.x[3]);
 }
 
-/// A formula's point and its block are one number: exactly where nothing is contracted.
+/// A formula has the same values for a point and for a block; exactly if nothing is fused.
 void formulas_of_both(Failures& failures) {
   const std::vector<float> cosines = floats_between(-1.f, 1.f, 20000);
   for (const float eta : {1.5f, 0.7f, 1.f, 100.f}) {

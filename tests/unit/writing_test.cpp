@@ -1,4 +1,4 @@
-/// Image files that can't be written: full disks, bad places, interruptions.
+/// Tests image files that can't be written: full disks, invalid paths, interruptions.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files of this process can't grow beyond `bytes` until the end: a full disk, for anyone.
+/// Simulates a full disk: files of this process can't grow beyond `bytes` until it is destroyed.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -35,7 +35,7 @@ class FullDisk {
 
 TEST(Writing, FullDiskIsOneErrorAndLeavesTheOldFile) {
   const TemporaryFolder folder;
-  // Sizes at which the header, the pixels, or only the last bytes no longer fit.
+  // Sizes at which the header, the pixels, or only the last bytes don't fit.
   const Image image = make_image(128, 128, {"R", "G", "B"});
   for (const char* name : {"a.exr", "a.pfm", "a.png"}) {
     const std::string path = folder.path(name);
@@ -91,7 +91,8 @@ TEST(Writing, PlacesThatCannotBeWrittenAreFoundBefore) {
     expect_error([&] { check_writable(path); }, path, "Permission denied");
     fs::permissions(folder.path("locked"), fs::perms::none);
     expect_error([&] { check_writable(path); }, path, "Permission denied");
-    // Written but not read: files can be made, and the folder not be synced.
+    // The folder is writable but not readable: files can be created, but the folder can't be
+    // synced.
     fs::permissions(folder.path("locked"), fs::perms::owner_write | fs::perms::owner_exec);
     write_pfm(folder.path("locked/a.pfm"), image);
     sync_file(folder.path("locked/a.pfm"));
@@ -111,7 +112,7 @@ TEST(Writing, FollowsLinksAndHonoursTheUmask) {
   write_pfm(folder.path("link.pfm"), image);
   EXPECT_TRUE(fs::is_symlink(folder.path("link.pfm")));
   EXPECT_EQ(read_pfm(folder.path("target.pfm")).data, image.data);
-  // What a link leads to need not be there.
+  // The target of a link need not exist.
   fs::create_directory(folder.path("sub"));
   fs::create_symlink("sub/later.pfm", folder.path("first.pfm"));
   fs::create_symlink("first.pfm", folder.path("second.pfm"));
@@ -128,7 +129,7 @@ TEST(Writing, FollowsLinksAndHonoursTheUmask) {
 
 TEST(Writing, InterruptedWritersAreCleanedUp) {
   const TemporaryFolder folder;
-  // A child stops in the middle of a write, as one that a second signal hits.
+  // The child stops in the middle of a write, as a process does at a second signal.
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {

@@ -1,8 +1,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-/// A library whose key is another, and that leaves a trace as soon as any of its code runs: it
-/// creates the file that KINOME_TEST_TRACE names.
+/// A library with another ABI key. As soon as any of its code runs, it creates the file that
+/// KINOME_TEST_TRACE names.
 namespace {
 
 const bool kTrace = [] {

@@ -1,6 +1,6 @@
 #include "kinome/plugin.h"
 
-/// The right key, but nothing that KINOME_PLUGIN would export beside it.
+/// A library with the right key, but without the other symbols of KINOME_PLUGIN.
 extern "C" {
 __attribute__((section("kinome_abi"), used,
                visibility("default"))) extern const char kinome_plugin_abi_key[] = KINOME_ABI_KEY;

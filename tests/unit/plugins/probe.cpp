@@ -3,7 +3,7 @@
 #include "kinome/bsdf.h"
 #include "kinome/plugin.h"
 
-/// Tells a test what the core hands to a plugin.
+/// Stores all parameters that the core passes to a plugin.
 namespace kinome {
 namespace {
 

@@ -8,14 +8,14 @@
 
 namespace kinome::test {
 
-/// What the plugin `texture/probe` was given: each parameter as its getter returned it.
+/// Parameters of the plugin `texture/probe`, each as its getter returned it.
 class KINOME_EXPORT Probe : public Texture {
  public:
   bool boolean = false;
   int64_t integer = 0;
   float real = 0;
   std::string string;
-  std::string file;  ///< where there is one
+  std::string file;  ///< if there is one
   Vec3 vector{0.f};
   Rgb color{0.f};
   Transform transform;

@@ -9,13 +9,13 @@
 
 namespace kinome::test {
 
-/// The build's plugins and those of this folder.
+/// Returns a registry with the build's plugins and those of this folder.
 inline PluginRegistry& probe_registry() {
   static PluginRegistry registry({KINOME_UNIT_PLUGINS, KINOME_TEST_PLUGINS});
   return registry;
 }
 
-/// A probe with these children.
+/// Returns a probe with these children.
 inline std::shared_ptr<Probe> probe(const std::string& children, const LoadOptions& options = {},
                                     const std::string& version = "3.0.0") {
   const std::string xml =
@@ -24,7 +24,7 @@ inline std::shared_ptr<Probe> probe(const std::string& children, const LoadOptio
       load_object_from_string(xml, "probe.xml", options, probe_registry()));
 }
 
-/// what() of the Error that a function throws, or "no error".
+/// Returns what() of the Error that a function throws, or "no error".
 template <class Function>
 std::string error_of(const Function& function) {
   try {
@@ -35,7 +35,7 @@ std::string error_of(const Function& function) {
   return "no error";
 }
 
-/// what() of each of the Errors that a function throws.
+/// Returns what() of each Error that a function throws.
 template <class Function>
 std::vector<std::string> errors_of(const Function& function) {
   std::vector<std::string> found;

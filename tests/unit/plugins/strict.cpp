@@ -1,7 +1,7 @@
 #include "kinome/plugin.h"
 #include "probe.h"
 
-/// A plugin that can't do without its parameters.
+/// A plugin whose parameters are mandatory.
 namespace kinome {
 namespace {
 

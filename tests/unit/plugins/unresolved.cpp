@@ -1,6 +1,6 @@
 #include "kinome/plugin.h"
 
-/// The right key, but a symbol that nobody has.
+/// A library with the right key, but with an undefined symbol.
 extern "C" {
 void kinome_test_that_nobody_defines();
 __attribute__((section("kinome_abi"), used,

@@ -1,7 +1,7 @@
 #include "kinome/plugin.h"
 #include "probe.h"
 
-/// Has a to_uv, as bitmap and checkerboard do.
+/// A plugin with a to_uv parameter, as bitmap and checkerboard have.
 namespace kinome {
 namespace {
 

@@ -1,7 +1,7 @@
 #include "kinome/plugin.h"
 #include "probe.h"
 
-/// Says what it is built for.
+/// Reports the instruction set for which it is built.
 namespace kinome {
 namespace {
 
