@@ -99,10 +99,10 @@ bool is_for_path(const MethodMap& map, double factor) {
 }
 
 MethodTrial::Way way_of(const TrialPaths& paths, uint64_t seed, uint64_t stream) {
-  return {[&paths, seed, stream](const MethodTrial& tiles, uint64_t index,
-                                 std::vector<Rgb>& picture) {
-    paths.trace(tiles, hash_words(seed, stream, index), picture);
-  }};
+  return {
+      [&paths, seed, stream](const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image) {
+        paths.trace(tiles, hash_words(seed, stream, index), image);
+      }};
 }
 
 /// Returns the rays per pixel with which `path` is expected to reach an error, measured in some
@@ -144,9 +144,9 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
   MethodTrial::Way product_way = product.trial_way(trial, rays, length, cost, seed);
   double seconds = 0;
   product_way.render = [&, render = product_way.render](const MethodTrial& tiles, uint64_t index,
-                                                        std::vector<Rgb>& picture) {
+                                                        std::vector<Rgb>& image) {
     const double begin = context.seconds();
-    render(tiles, index, picture);
+    render(tiles, index, image);
     seconds += context.seconds() - begin;
   };
   const transport::SceneTable table(scene);

@@ -78,9 +78,9 @@ void MethodTrial::render(const Way& way, const MethodTrial& tiles, uint64_t inde
                          RenderContext& context) const {
   const RenderCounters& counters = context.stats().counters;
   const double rays = rays_of(counters);
-  std::vector<Rgb>& picture = renders.pictures[index];
-  picture.resize(static_cast<size_t>(grid_.crop().area()));
-  way.render(tiles, index, picture);
+  std::vector<Rgb>& image = renders.images[index];
+  image.resize(static_cast<size_t>(grid_.crop().area()));
+  way.render(tiles, index, image);
   renders.cost +=
       (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost * tiles.share() / share();
 }
@@ -97,9 +97,9 @@ std::vector<MethodTrial> MethodTrial::parts() const {
 }
 
 /// Filters the pixels of the chosen tiles. Ignores the weights of other pixels.
-void MethodTrial::filter(std::vector<Rgb>& picture) const {
+void MethodTrial::filter(std::vector<Rgb>& image) const {
   const int width = grid_.crop().width(), height = grid_.crop().height();
-  const std::vector<Rgb> unfiltered = picture;
+  const std::vector<Rgb> unfiltered = image;
   for (const size_t i : pixels()) {
     const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
     Rgb sum(0.f);
@@ -114,7 +114,7 @@ void MethodTrial::filter(std::vector<Rgb>& picture) const {
         weights += filter_.weight(dx, dy);
       }
     }
-    picture[i] = sum / weights;
+    image[i] = sum / weights;
   }
 }
 
@@ -126,14 +126,14 @@ std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Ren
       if (!is_wanted(tile)) return;
       Part part{tile.index, {}, {}};
       tile.for_each_pixel([&](int x, int y) { part.pixels.push_back(grid_.pixel(x, y)); });
-      const auto mean_of_tile = [&](const std::vector<Rgb>& picture) {
+      const auto mean_of_tile = [&](const std::vector<Rgb>& image) {
         Rgb sum(0.f);
-        for (const size_t i : part.pixels) sum += picture[i];
+        for (const size_t i : part.pixels) sum += image[i];
         return sum / static_cast<float>(part.pixels.size());
       };
       for (int k = 0; k < 2; ++k) {
-        part.means[k] = mean_of_tile(a.pictures[k]);
-        part.means[2 + k] = mean_of_tile(b.pictures[k]);
+        part.means[k] = mean_of_tile(a.images[k]);
+        part.means[2 + k] = mean_of_tile(b.images[k]);
       }
       parts.push_back(std::move(part));
     });
@@ -148,7 +148,7 @@ double MethodTrial::noise_of(const Way& way, const Renders& renders, const Part&
   for (size_t k = 0; k < part.pixels.size(); ++k) {
     const size_t i = part.pixels[k];
     // The variance of a difference is twice that of a render.
-    double square = 0.5 * mean_square(renders.pictures[0][i] - renders.pictures[1][i]);
+    double square = 0.5 * mean_square(renders.images[0][i] - renders.images[1][i]);
     if (!way.more_variance.empty()) {
       square += static_cast<double>(filter_.variance() * way.more_variance[i]);
     }
@@ -163,8 +163,8 @@ std::vector<float> MethodTrial::weights_of(const Renders& a, const Renders& b, c
   const double of_tile = mean_square(part.mean());
   std::vector<float> weights;
   for (const size_t i : part.pixels) {
-    double values[4] = {mean_square(a.pictures[0][i]), mean_square(a.pictures[1][i]),
-                        mean_square(b.pictures[0][i]), mean_square(b.pictures[1][i])};
+    double values[4] = {mean_square(a.images[0][i]), mean_square(a.images[1][i]),
+                        mean_square(b.images[0][i]), mean_square(b.images[1][i])};
     std::sort(std::begin(values), std::end(values));
     const double own = (values[1] + values[2]) / 2;
     weights.push_back(static_cast<float>(1 / (std::max(of_tile, own) + floor)));
@@ -214,11 +214,11 @@ double MethodTrial::floor_of(const std::vector<Part>& parts) {
 /// the variance of one of the second method's renders.
 MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& second, Renders a,
                                               Renders b) const {
-  filter(a.pictures[0]);
-  for (auto& picture : b.pictures) filter(picture);
-  a.pictures[1] = b.pictures[0];
+  filter(a.images[0]);
+  for (auto& image : b.images) filter(image);
+  a.images[1] = b.images[0];
   for (const size_t i : pixels()) {
-    a.pictures[1][i] = (b.pictures[0][i] + b.pictures[1][i]) * 0.5f;
+    a.images[1][i] = (b.images[0][i] + b.images[1][i]) * 0.5f;
   }
   const std::vector<Part> parts = parts_of(a, b);
   const double floor = floor_of(parts);
@@ -236,7 +236,7 @@ MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& secon
 MethodTrial::RenderError MethodTrial::measure(const Way& way, RenderContext& context) const {
   Renders renders;
   for (const uint64_t index : {0, 1}) render(way, *this, index, renders, context);
-  for (std::vector<Rgb>& picture : renders.pictures) filter(picture);
+  for (std::vector<Rgb>& image : renders.images) filter(image);
   const std::vector<Part> parts = parts_of(renders, renders);
   const double floor = floor_of(parts);
   RenderError error{0, renders.cost / 2};
@@ -270,8 +270,8 @@ MethodTrial::Result MethodTrial::compare(
   }
   render(first, *this, 1, a, context);
   for (const size_t k : {0, 1}) {
-    filter(a.pictures[k]);
-    filter(b.pictures[k]);
+    filter(a.images[k]);
+    filter(b.images[k]);
   }
   if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
   const std::vector<Part> parts = parts_of(a, b);

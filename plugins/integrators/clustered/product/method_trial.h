@@ -38,7 +38,7 @@ class MethodTrial {
     /// Renders the tiles that `tiles` wants for the index-th time, with independent random numbers
     /// each time. Writes to an image of the grid (TileGrid::pixel). `tiles` is the trial or a part
     /// of it.
-    std::function<void(const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& picture)> render;
+    std::function<void(const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image)> render;
     /// Cost of each ray that `render` traces, except light rays, which cost nothing.
     double cost_of_ray = 1;
     double more_cost = 0;  ///< cost of a render besides those rays, such as that of light rays
@@ -87,7 +87,7 @@ class MethodTrial {
 
  private:
   struct Renders {
-    std::vector<Rgb> pictures[2];
+    std::vector<Rgb> images[2];
     double cost = 0;  ///< of all renders so far
   };
   /// A tile that was rendered.
@@ -102,7 +102,7 @@ class MethodTrial {
   Result first_result(const Way& first, const Way& second, Renders a, Renders b) const;
   /// Returns the parts of the trial, which are rendered one after another.
   std::vector<MethodTrial> parts() const;
-  void filter(std::vector<Rgb>& picture) const;
+  void filter(std::vector<Rgb>& image) const;
   std::vector<Part> parts_of(const Renders& a, const Renders& b) const;
   /// Square of the brightness below which errors are absolute. 0 if all is black.
   static double floor_of(const std::vector<Part>& parts);

@@ -298,10 +298,10 @@ void ProductRenderer::use(const MethodMap& map, double paths_per_ray) {
 
 const Bsdf* ProductRenderer::main_bsdf(int tile) const {
   const std::vector<Patch>& patches = knowledge_.patches(tile);
-  const auto most =
+  const auto largest =
       std::max_element(patches.begin(), patches.end(),
                        [](const Patch& a, const Patch& b) { return a.count < b.count; });
-  return most == patches.end() ? nullptr : most->bsdf;
+  return largest == patches.end() ? nullptr : most->bsdf;
 }
 
 void ProductRenderer::divide_among_methods() {

@@ -80,7 +80,7 @@ class ProductRenderer final : public Passes {
   void allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast, int width,
                 int height);
   void try_tiles(const MethodTrial& trial, double rays, uint64_t index, uint64_t seed,
-                 std::vector<Rgb>& picture);
+                 std::vector<Rgb>& image);
   std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: this is the last call for the image.
   void render_rays(double rays_per_pixel, double progress_begin, bool is_last);

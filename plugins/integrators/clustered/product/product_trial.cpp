@@ -36,17 +36,17 @@ double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial
   return rays;
 }
 
-/// Renders the tiles of the trial into `picture`. The first render uses the light points of the
+/// Renders the tiles of the trial into `image`. The first render uses the light points of the
 /// pilot.
 void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t index,
-                                uint64_t seed, std::vector<Rgb>& picture) {
+                                uint64_t seed, std::vector<Rgb>& image) {
   if (index > 0) pilot_light_.emplace(make_light(hash_words(seed, 1), rays * trial.share()));
   const std::vector<PixelPlan> strip = plan_pass(rays);
   std::vector<PixelPlan> plan(static_cast<size_t>(grid_.crop().area()));
   for (size_t k = 0; k < trial_pixels_.size(); ++k) plan[trial_pixels_[k]] = strip[k];
   const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
   SharedItems shared([&](size_t block, SharedBytes& bytes) {
-    transfer_tiles(picture, grid_, static_cast<int>(block), is_wanted, bytes);
+    transfer_tiles(image, grid_, static_cast<int>(block), is_wanted, bytes);
   });
   grid_.for_each_block<BlockRenderer>(
       context_, grid_.all_rows(), "trial",
@@ -57,7 +57,7 @@ void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t 
         grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
           if (!is_wanted(tile)) return;
           tile.for_each_pixel(
-              [&](int x, int y) { picture[grid_.pixel(x, y)] = renderer.colour(next++); });
+              [&](int x, int y) { image[grid_.pixel(x, y)] = renderer.colour(next++); });
         });
       },
       &shared);
@@ -71,8 +71,8 @@ MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double ray
   const double share_of_light =
       trial.share() * std::min(1., rays / std::max(length.rays_per_pixel, 1.)) / light_share_;
   MethodTrial::Way way{
-      [=, this](const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& picture) {
-        try_tiles(tiles, rays, index, hash_words(seed, 1, index), picture);
+      [=, this](const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image) {
+        try_tiles(tiles, rays, index, hash_words(seed, 1, index), image);
       },
       cost_of_ray, light_rays_ * share_of_light * cost_of_ray};
   // Pixels share the light points, whose number is in this proportion.

@@ -46,7 +46,7 @@ float SourceChoice::light_at(uint32_t source, const Vec3& place, const Vec3& nor
 
 SourceChoice::At SourceChoice::at(const Vec3& place, const Vec3& normal) const {
   At at(*this);
-  if (!looks()) return at;
+  if (!samples_sources()) return at;
   float sum = 0;
   for (uint32_t s = 0; s < sources_.size(); ++s) {
     at.probabilities_[s] = light_at(s, place, normal);
@@ -62,7 +62,7 @@ SourceChoice::At SourceChoice::at(const Vec3& place, const Vec3& normal) const {
 
 uint32_t SourceChoice::At::pick(float u) const {
   const auto last = static_cast<uint32_t>(choice_.sources_.size() - 1);
-  if (!choice_.looks()) {
+  if (!choice_.samples_sources()) {
     const auto& ends = choice_.ends_;
     const double place = static_cast<double>(u) * ends.back();
     const auto after = std::upper_bound(ends.begin(), ends.end(), place);

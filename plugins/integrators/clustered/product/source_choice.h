@@ -27,7 +27,7 @@ class SourceChoice {
    public:
     /// Probability of a source.
     float probability(uint32_t source) const {
-      return choice_.looks() ? probabilities_[source] : choice_.shares_[source];
+      return choice_.samples_sources() ? probabilities_[source] : choice_.shares_[source];
     }
     /// u in [0, 1).
     uint32_t pick(float u) const;
@@ -36,14 +36,14 @@ class SourceChoice {
     friend class SourceChoice;
     explicit At(const SourceChoice& choice) : choice_(choice) {}
     const SourceChoice& choice_;
-    std::array<float, kMostLooks> probabilities_;  // uninitialised if !looks()
+    std::array<float, kMostLooks> probabilities_;  // uninitialised if !samples_sources()
   };
   /// `normal` is a unit vector on the side that reflects the light.
   At at(const Vec3& place, const Vec3& normal) const;
 
  private:
   /// True if sources are sampled. A single source needs no choice.
-  bool looks() const { return sources_.size() > 1 && sources_.size() <= kMostLooks; }
+  bool samples_sources() const { return sources_.size() > 1 && sources_.size() <= kMostLooks; }
   float light_at(uint32_t source, const Vec3& place, const Vec3& normal) const;
 
   std::vector<const Emitter*> sources_;

@@ -22,7 +22,7 @@ class TrialPaths {
   /// Number of paths per pixel.
   static constexpr uint32_t kPaths = 16;
   /// Sets each pixel of the trial's tiles to the mean of kPaths paths.
-  void trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& picture) const;
+  void trace(const MethodTrial& trial, uint64_t seed, std::vector<Rgb>& image) const;
 
  private:
   const transport::SceneTable& scene_;

@@ -112,7 +112,7 @@ void TriedPoints::add_patch(const simd::ReflectingPatch& patch, float size2,
   simd::add_normalized(of_patch_.data(), points_.size(), importance_.data());
 }
 
-void TriedPoints::take(double most, double offset, std::vector<Take>& out) const {
+void TriedPoints::take(double max_takes, double offset, std::vector<Take>& out) const {
   const size_t size = rates_.size();
   double wanted = 0, important = 0;
   for (size_t i = 0; i < size; ++i) {
@@ -124,7 +124,7 @@ void TriedPoints::take(double most, double offset, std::vector<Take>& out) const
   double left = 1 - offset;
   for (size_t i = 0; i < size; ++i) {
     const double share = by_rate * rates_[i] + by_importance * static_cast<double>(importance_[i]);
-    const double takes = std::min(share, most);
+    const double takes = std::min(share, max_takes);
     if (!(takes > 0)) continue;
     const auto weight = static_cast<float>(static_cast<double>(inverse_probabilities_[i]) / takes);
     for (left -= takes; left <= 0; left += 1) out.push_back({points_[i], cells_[i], weight});

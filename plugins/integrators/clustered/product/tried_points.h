@@ -33,9 +33,9 @@ class TriedPoints {
     uint32_t point, cell;
     float weight;  ///< 1 / expected number of takes
   };
-  /// Takes points in the order of add(), each at most `most` times on average. `offset` is a random
-  /// number in [0, 1).
-  void take(double most, double offset, std::vector<Take>& out) const;
+  /// Takes points in the order of add(), each at most `max_takes` times on average. `offset` is a
+  /// random number in [0, 1).
+  void take(double max_takes, double offset, std::vector<Take>& out) const;
 
   bool empty() const { return points_.empty(); }
 
