@@ -49,7 +49,7 @@ void CameraPanel::draw_over_picture(Frame& frame) {
   const std::optional<Pick> pick = focus_->pick();
   focus_.reset();
   if (!pick || !frame.info) return;
-  // The plane in focus is at right angles to the line of sight.
+  // The plane in focus is perpendicular to the viewing direction.
   const CameraControls& camera = frame.camera.controls();
   const float depth = glm::dot(pick->point - camera.origin(), camera.forward());
   frame.session.set({{frame.info->sensor_path + ".focus_distance", double{depth}}});

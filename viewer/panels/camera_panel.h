@@ -4,17 +4,17 @@
 
 namespace kinome::viewer {
 
-/// Where the camera is; reset, its <lookat> for the clipboard, and the focus of a thin lens.
+/// Position of the camera, reset, <lookat> for the clipboard, and focus of a thin lens.
 class CameraPanel final : public Panel {
  public:
   const char* title() const override { return "Camera"; }
   void draw(Frame& frame) override;
-  /// With Ctrl: focuses a thin lens on what was clicked on.
+  /// With Ctrl, focuses a thin lens on the surface under the mouse.
   bool click(Frame& frame, const PictureClick& click) override;
   void draw_over_picture(Frame& frame) override;
 
  private:
-  std::shared_ptr<const PickAnswer> focus_;  ///< what is to be focused on
+  std::shared_ptr<const PickAnswer> focus_;  ///< surface to focus on; nullptr if none is requested
 };
 
 }  // namespace kinome::viewer

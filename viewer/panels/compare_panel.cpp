@@ -9,9 +9,10 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr std::chrono::milliseconds kBetween{1000};
-/// Pixels of the window by which the line may be missed.
-constexpr float kNear = 8;
+/// Minimum time between two comparisons with the same settings.
+constexpr std::chrono::milliseconds kMinCompareInterval{1000};
+/// Maximum distance of the mouse to the split line for a drag [pixels of the window].
+constexpr float kLineTolerance = 8;
 const ImVec4 kErrorColor(1, 0.45f, 0.4f, 1);
 
 }  // namespace
@@ -43,7 +44,7 @@ void ComparePanel::draw_reference(Frame& frame) {
       fault_ = fault.what();
     }
   }
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("As the reference for what follows");
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("Use this picture as the reference");
   if (display_->reference) {
     ImGui::SameLine();
     if (ImGui::Button("None")) set_reference(frame, nullptr);
@@ -76,7 +77,7 @@ void ComparePanel::draw_shown(Frame& frame) {
        {Difference::kSigned, Difference::kRelative, Difference::kFlip, Difference::kHdrFlip}) {
     if (kind != Difference::kSigned) ImGui::SameLine();
     if (!ImGui::RadioButton(to_string(kind), kind_ == kind)) continue;
-    if (kind != kind_) display_->difference = nullptr;  // of another kind
+    if (kind != kind_) display_->difference = nullptr;  // it has another kind
     kind_ = kind;
     update_tone(frame);
   }
@@ -111,24 +112,24 @@ void ComparePanel::follow(Frame& frame) {
   if (running_.valid()) {
     if (running_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     found_ = running_.get();
-    // What was asked for in the meantime may be something else.
-    has_found_ = asked_reference_ == display_->reference;
-    if (has_found_ && asked_kind_ == kind_) {
+    // The user may have selected another reference or kind in the meantime.
+    has_found_ = compared_reference_ == display_->reference;
+    if (has_found_ && compared_kind_ == kind_) {
       display_->difference = found_.difference;
       update_tone(frame);
     }
   }
   const PicturePointer& picture = frame.picture;
   if (!display_->reference || !picture || picture->is_preview) return;
-  const bool is_other = asked_reference_ != display_->reference || asked_kind_ != kind_ ||
-                        !(asked_tone_ == display_->tone);
-  if (!is_other && asked_generation_ == picture->generation) return;
-  if (!is_other && steady_clock::now() - asked_at_ < kBetween) return;
-  asked_generation_ = picture->generation;
-  asked_kind_ = kind_;
-  asked_tone_ = display_->tone;
-  asked_reference_ = display_->reference;
-  asked_at_ = steady_clock::now();
+  const bool is_other = compared_reference_ != display_->reference || compared_kind_ != kind_ ||
+                        !(compared_tone_ == display_->tone);
+  if (!is_other && compared_generation_ == picture->generation) return;
+  if (!is_other && steady_clock::now() - compared_at_ < kMinCompareInterval) return;
+  compared_generation_ = picture->generation;
+  compared_kind_ = kind_;
+  compared_tone_ = display_->tone;
+  compared_reference_ = display_->reference;
+  compared_at_ = steady_clock::now();
   running_ = std::async(std::launch::async, [picture, reference = display_->reference, kind = kind_,
                                              tone = display_->tone] {
     return compare(picture->image, *reference, kind, tone);
@@ -163,7 +164,7 @@ void ComparePanel::draw_over_picture(Frame& frame) {
 
 bool ComparePanel::press(Frame& frame, const PictureClick& click) {
   if (!display_->reference || display_->shown != Shown::kSplit || click.button != 0) return false;
-  return std::abs(frame.view.area().to_window(click.film).x - split_at(frame)) <= kNear;
+  return std::abs(frame.view.area().to_window(click.film).x - split_at(frame)) <= kLineTolerance;
 }
 
 void ComparePanel::drag(Frame& frame, const Vec2& film) {

@@ -10,15 +10,15 @@
 
 namespace kinome::viewer {
 
-/// The picture against a reference from a file, or against itself as it was: beside each other, or
-/// what they differ by; with relMSE and FLIP.
+/// Comparison of the image with a reference from a file, or with an earlier state of the image.
+/// Shows them side by side, or their difference, and reports relMSE and FLIP.
 class ComparePanel final : public Panel {
  public:
   explicit ComparePanel(std::shared_ptr<Display> display) : display_(std::move(display)) {}
   const char* title() const override { return "Compare"; }
   void draw(Frame& frame) override;
   void draw_over_picture(Frame& frame) override;
-  /// Of the line between the two.
+  /// Starts a drag of the line between the image and the reference.
   bool press(Frame& frame, const PictureClick& click) override;
   void drag(Frame& frame, const Vec2& film) override;
 
@@ -27,11 +27,12 @@ class ComparePanel final : public Panel {
   void draw_shown(Frame& frame);
   void draw_errors() const;
   void set_reference(Frame& frame, std::shared_ptr<const Reference> reference);
-  /// Has the picture compared by another thread, not more often than once a second, and takes what
-  /// that has found.
+  /// Compares the image in another thread, and takes the result of a finished comparison. With
+  /// unchanged settings it compares once a second at most.
   void follow(Frame& frame);
   void update_tone(Frame& frame);
-  float split_at(const Frame& frame) const;  ///< in the window
+  /// Returns the x coordinate of the split line in the window.
+  float split_at(const Frame& frame) const;
 
   std::shared_ptr<Display> display_;
   char path_[512] = {};
@@ -41,12 +42,12 @@ class ComparePanel final : public Panel {
   std::future<Comparison> running_;
   Comparison found_;
   bool has_found_ = false;
-  /// What the comparison that runs, or ran last, is of.
-  uint64_t asked_generation_ = 0;
-  Difference asked_kind_ = Difference::kRelative;
-  Tone asked_tone_;
-  std::shared_ptr<const Reference> asked_reference_;
-  std::chrono::steady_clock::time_point asked_at_;
+  /// Input and start time of the comparison that is running or was the last.
+  uint64_t compared_generation_ = 0;
+  Difference compared_kind_ = Difference::kRelative;
+  Tone compared_tone_;
+  std::shared_ptr<const Reference> compared_reference_;
+  std::chrono::steady_clock::time_point compared_at_;
 };
 
 }  // namespace kinome::viewer

@@ -19,7 +19,7 @@ void EnvironmentPanel::draw(Frame& frame) {
   }
 }
 
-/// Around the axis that is up.
+/// Draws a slider that turns the environment around the camera's vertical axis.
 void EnvironmentPanel::draw_turn(Frame& frame, const std::string& object) {
   const std::string path = object + ".to_world";
   const SceneParameter* const parameter = frame.info->find(path);
@@ -28,7 +28,7 @@ void EnvironmentPanel::draw_turn(Frame& frame, const std::string& object) {
   const auto* const now = value ? std::get_if<Transform>(&*value) : nullptr;
   if (!now) return;
   Turn& turn = turns_[path];
-  // Set by someone else.
+  // Starts again from a value that was set elsewhere.
   if (turn.now.matrix() != now->matrix()) turn = {*now, *now, 0};
   if (!ImGui::SliderFloat("turn", &turn.degrees, -180, 180, "%.0f degrees")) return;
   const Mat4 rotation =

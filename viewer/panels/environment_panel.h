@@ -7,7 +7,7 @@
 
 namespace kinome::viewer {
 
-/// The light from everywhere: turned, scaled, of another file.
+/// The environment emitter: its rotation and parameters.
 class EnvironmentPanel final : public Panel {
  public:
   const char* title() const override { return "Environment"; }
@@ -17,9 +17,10 @@ class EnvironmentPanel final : public Panel {
   void draw_turn(Frame& frame, const std::string& object);
 
   ParameterWidgets widgets_;
-  /// What an angle of 0 stands for, of each object.
+  /// Rotation of an object.
   struct Turn {
-    Transform base, now;
+    Transform base;  ///< at 0 degrees
+    Transform now;
     float degrees = 0;
   };
   std::map<std::string, Turn> turns_;

@@ -6,8 +6,7 @@
 
 namespace kinome::viewer {
 
-/// A picture beside the one that is rendered, for ImGui::Image. Of the thread that has the OpenGL
-/// context.
+/// An OpenGL texture for ImGui::Image. For the thread of the OpenGL context only.
 class ImageTexture {
  public:
   ImageTexture() = default;
@@ -15,7 +14,7 @@ class ImageTexture {
   ImageTexture(const ImageTexture&) = delete;
   ImageTexture& operator=(const ImageTexture&) = delete;
 
-  /// By sRGB, of channels R, G and B.
+  /// Uploads the channels R, G and B of an image as sRGB.
   void set(const Image& image);
   ImTextureID id() const;
   int width() const { return width_; }

@@ -11,7 +11,7 @@ namespace kinome::viewer {
 namespace {
 
 constexpr const char* kImportances[] = {"product", "joint", "luminance", "brdf"};
-/// Of a sphere's picture, in pixels; it is enlarged as the window is.
+/// Resolution of the sphere's image, in pixels. It is scaled to the window.
 constexpr int kSphereSide = 420;
 /// Radians for each pixel of a drag.
 constexpr float kOrbitSpeed = 0.008f;
@@ -42,10 +42,10 @@ void InspectorPanel::ask(Frame& frame) {
       if (findings->asked != question) return;
     }
     const Film& film = access.sensor.film();
-    // As many samples, so that all is as `kinome --inspect` has it.
+    // Uses the same number of samples, so that the result is that of `kinome --inspect`.
     const auto sensor = with_own_film(access.sensor, film.crop().width(), film.crop().height(),
                                       access.sensor.sampler().sample_count());
-    // The film of that sensor begins at its crop window's corner.
+    // The new film starts at the corner of the crop window.
     const Vec2 corner(film.crop().x0, film.crop().y0);
     auto found = std::make_shared<InspectedPixel>(
         inspect_pixel(access.editor, *sensor, access.threads, pixel - corner, importance));
@@ -143,7 +143,7 @@ void InspectorPanel::draw_numbers(const InspectedSet& set) const {
   }
 }
 
-/// Of the first set, which is that of distant light where there is any.
+/// Turns the sphere toward the samples of distant light. Their set is the first, if there is one.
 void InspectorPanel::turn_to_samples() {
   if (shown_->sets.empty()) return;
   const Inspection& report = shown_->sets.front().report;
@@ -153,7 +153,7 @@ void InspectorPanel::turn_to_samples() {
   }
   if (report.kind != LightPoints::Kind::kDistant || sum == Vec3(0.f)) return;
   const Vec3 d = glm::normalize(sum);
-  // Nearly from above, one would no more see where up is.
+  // The view stays away from the poles, where the up direction is not visible.
   orbit_ = {std::atan2(d.x, d.z), std::clamp(std::asin(std::clamp(d.y, -1.f, 1.f)), -1.f, 1.f)};
   turns_ = false;
 }
@@ -161,8 +161,7 @@ void InspectorPanel::turn_to_samples() {
 void InspectorPanel::draw_over_picture(Frame& frame) {
   take();
   const uint64_t edition = frame.info ? frame.info->edition : 0;
-  // While the scene is changed again and again, there are nothing but previews, which must not
-  // wait.
+  // An inspection would delay previews, so it waits for an image that isn't a preview.
   const bool is_at_rest =
       frame.picture && !frame.picture->is_preview && frame.picture->edition == edition;
   if (follows_ && pixel_ && edition != edition_ && is_at_rest) ask(frame);
@@ -183,7 +182,7 @@ void InspectorPanel::draw_marks(const Frame& frame, const InspectionMarks& marks
     const int alpha = 40 + static_cast<int>(150 * std::sqrt(std::clamp(edge.share, 0.f, 1.f)));
     list->AddLine(at(edge.from), at(edge.to), IM_COL32(240, 205, 30, alpha));
   }
-  // What is lit lies above what is not.
+  // Draws lines to visible samples last, on top of the others.
   for (const bool is_lit : {false, true}) {
     for (const InspectionMarks::Line& line : marks.lines) {
       if (line.is_lit != is_lit) continue;
@@ -197,7 +196,7 @@ void InspectorPanel::draw_marks(const Frame& frame, const InspectionMarks& marks
   list->PopClipRect();
 }
 
-/// Of its own, beside the picture's.
+/// Draws the panel's own window, over the image.
 void InspectorPanel::draw_window(Frame& frame) {
   ImGui::SetNextWindowPos({12, std::max(12.f, ImGui::GetIO().DisplaySize.y - 502)},
                           ImGuiCond_FirstUseEver);

@@ -12,8 +12,8 @@
 
 namespace kinome::viewer {
 
-/// Where the samples of a pixel go, that is clicked on with Alt held (Åkerlund 2008, figure 5.6):
-/// in the scene, on a sphere and on a map, for each importance function of `clustered`.
+/// Samples of a pixel, which the user selects with Alt and a click (Åkerlund 2008, figure 5.6).
+/// Shows them in the scene, on a sphere and on a map, for each importance function of `clustered`.
 class InspectorPanel final : public Panel {
  public:
   const char* title() const override { return "Inspector"; }
@@ -22,16 +22,17 @@ class InspectorPanel final : public Panel {
   bool click(Frame& frame, const PictureClick& click) override;
 
  private:
-  /// What the session's thread finds; it may be done after the panel is gone.
+  /// Results of the session's thread, which may arrive after the panel is destroyed.
   struct Findings {
     std::mutex mutex;
     std::shared_ptr<const InspectedPixel> latest;
-    uint64_t edition = 0;  ///< of the scene that it is of
-    uint64_t asked = 0;    ///< counts questions: only the last is of interest
+    uint64_t edition = 0;  ///< edition of the scene that `latest` shows
+    uint64_t asked = 0;    ///< number of requests; older ones are skipped
   };
 
+  /// Requests an inspection of pixel_.
   void ask(Frame& frame);
-  /// The findings that there are.
+  /// Takes a new result, if there is one.
   void take();
   void draw_choices(Frame& frame);
   void draw_numbers(const InspectedSet& set) const;
@@ -48,19 +49,18 @@ class InspectorPanel final : public Panel {
   std::shared_ptr<const InspectedPixel> shown_;
   std::optional<Vec2> pixel_;
   std::string importance_ = "product";
-  uint64_t edition_ = 0;        ///< of the scene, that was asked about
-  uint64_t shown_edition_ = 0;  ///< that shown_ is of
-  bool follows_ = true;         ///< asks again where the scene has changed
+  uint64_t edition_ = 0;        ///< edition of the scene at the last request
+  uint64_t shown_edition_ = 0;  ///< edition of the scene that shown_ is of
+  bool follows_ = true;         ///< inspects again when the scene has changed
   bool marks_scene_ = true;
   bool has_window_ = true;
   size_t set_ = 0;
-  /// Of what is in the window: a sphere, or a map or picture of the scene.
-  bool is_sphere_ = true;
+  bool is_sphere_ = true;  ///< the window shows a sphere instead of a map, for distant light
   Orbit orbit_{0.6f, 0.5f};
-  bool turns_ = false;  ///< toward the samples, once they are known
+  bool turns_ = false;  ///< turns the sphere toward the samples when they arrive
   ImageTexture map_, sphere_;
-  const InspectedSet* map_of_ = nullptr;     ///< what map_ shows
-  const InspectedSet* sphere_of_ = nullptr;  ///< and sphere_, from sphere_orbit_
+  const InspectedSet* map_of_ = nullptr;     ///< set that map_ shows
+  const InspectedSet* sphere_of_ = nullptr;  ///< set that sphere_ shows from sphere_orbit_
   Orbit sphere_orbit_;
 };
 

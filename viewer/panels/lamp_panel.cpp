@@ -8,11 +8,11 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr float kHandle = 7;  ///< radius in pixels of the window
+constexpr float kHandleRadius = 7;  ///< in pixels of the window
 
 }  // namespace
 
-/// Those that the scene has, with their places as they are now.
+/// Collects the scene's emitters, except the environment, with their current positions.
 void LampPanel::find_lamps(const SceneInfo& info) {
   lamps_.clear();
   for (const SceneParameter& parameter : info.parameters) {
@@ -24,7 +24,7 @@ void LampPanel::find_lamps(const SceneInfo& info) {
     }
     Lamp lamp;
     lamp.object = object;
-    // A surface that shines is placed by its shape.
+    // The shape has the position of an area emitter.
     const bool is_surface = parameter.plugin.ends_with("area");
     const std::string placed = is_surface ? object_of(object) : object;
     for (const char* const name : {".position", ".center", ".to_world"}) {
@@ -77,8 +77,8 @@ void LampPanel::draw_over_picture(Frame& frame) {
   for (const Lamp& lamp : lamps_) {
     if (!lamp.seen) continue;
     const Vec2 at = frame.view.area().to_window(*lamp.seen);
-    list->AddCircle({at.x, at.y}, kHandle, IM_COL32(0, 0, 0, 255), 0, 4);
-    list->AddCircle({at.x, at.y}, kHandle, IM_COL32(255, 220, 80, 255), 0, 2);
+    list->AddCircle({at.x, at.y}, kHandleRadius, IM_COL32(0, 0, 0, 255), 0, 4);
+    list->AddCircle({at.x, at.y}, kHandleRadius, IM_COL32(255, 220, 80, 255), 0, 2);
   }
 }
 
@@ -87,7 +87,7 @@ bool LampPanel::press(Frame& frame, const PictureClick& click) {
   for (size_t i = 0; i < lamps_.size(); ++i) {
     if (!lamps_[i].seen) continue;
     const float distance = glm::length(*lamps_[i].seen - click.film) * frame.view.area().scale;
-    if (distance > kHandle + 2) continue;
+    if (distance > kHandleRadius + 2) continue;
     dragged_ = i;
     grabbed_ = lamps_[i].place;
     return true;
@@ -95,7 +95,7 @@ bool LampPanel::press(Frame& frame, const PictureClick& click) {
   return false;
 }
 
-/// In the plane through where it was that is at right angles to the line of sight.
+/// Moves the emitter in the plane through its old position, perpendicular to the viewing direction.
 void LampPanel::drag(Frame& frame, const Vec2& film) {
   if (dragged_ >= lamps_.size()) return;
   const auto ray = frame.picture ? ray_through(*frame.picture, film) : std::nullopt;

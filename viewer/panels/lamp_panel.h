@@ -5,8 +5,8 @@
 
 namespace kinome::viewer {
 
-/// Lamps: their parameters, and handles in the picture by which they are dragged, while the panel
-/// is open.
+/// Emitters other than the environment: their parameters, and handles in the image with which the
+/// user drags them. The handles are visible while the panel is open.
 class LampPanel final : public Panel {
  public:
   const char* title() const override { return "Lamps"; }
@@ -18,21 +18,21 @@ class LampPanel final : public Panel {
  private:
   struct Lamp {
     std::string object;  ///< path of the emitter
-    std::string path;    ///< of the parameter that places it; "": it has no place
+    std::string path;    ///< path of the parameter with its position; "" if it has none
     Vec3 place{0.f};
-    std::optional<Vec2> seen;  ///< on the film
+    std::optional<Vec2> seen;  ///< position on the film; nullopt if it isn't visible
   };
   void find_lamps(const SceneInfo& info);
 
   ParameterWidgets widgets_;
   std::shared_ptr<const SceneInfo> info_;
-  uint64_t generation_ = 0;  ///< of the picture by which they were last looked for
+  uint64_t generation_ = 0;  ///< image from which lamps_ was last updated
   std::vector<Lamp> lamps_;
   bool has_handles_ = true;
-  bool is_drawn_ = false;  ///< in this frame: the panel is open
+  bool is_drawn_ = false;  ///< the side bar has drawn the panel since the last frame
   bool is_open_ = false;
   size_t dragged_ = 0;
-  Vec3 grabbed_{0.f};  ///< where it was
+  Vec3 grabbed_{0.f};  ///< its position at the start of the drag
 };
 
 }  // namespace kinome::viewer

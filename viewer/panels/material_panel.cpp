@@ -8,9 +8,10 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr int kMostShown = 200;
+constexpr int kMaxShown = 200;
 
-/// What was clicked on, with what has been put into it or around it since.
+/// Returns the paths of the selected materials, including objects added to them since the
+/// selection.
 std::vector<std::string> materials_now(const SceneInfo& info, const Pick& pick) {
   std::vector<std::string> paths;
   const auto add = [&](const std::string& path) {
@@ -23,7 +24,7 @@ std::vector<std::string> materials_now(const SceneInfo& info, const Pick& pick) 
       if (object.path.starts_with(material + ".")) add(object.path);
     }
   }
-  // Textures that have ids of their own.
+  // Adds textures with ids of their own, whose paths don't start with the material's.
   for (size_t i = 0; i < paths.size(); ++i) {
     for (const SceneParameter& parameter : info.textured) {
       if (object_of(parameter.path) == paths[i]) add(parameter.texture);
@@ -45,7 +46,7 @@ void MaterialPanel::draw(Frame& frame) {
   ImGui::SameLine();
   ImGui::TextDisabled("   selected: %.3g, %.3g, %.3g", pick.point.x, pick.point.y, pick.point.z);
   if (!widgets_.draw_all(frame.session, *frame.info, materials_now(*frame.info, pick))) {
-    ImGui::TextDisabled("The scene says no material for this shape.");
+    ImGui::TextDisabled("The scene has no material for this shape.");
   }
   if (!pick.emitter.empty()) widgets_.draw_all(frame.session, *frame.info, {pick.emitter});
   if (!pick.shape.empty() && ImGui::TreeNode("Shape")) {
@@ -61,7 +62,7 @@ void ParameterPanel::draw(Frame& frame) {
   int shown = 0;
   for (const SceneParameter& parameter : frame.info->parameters) {
     if (parameter.path.find(wanted_) == std::string::npos) continue;
-    if (++shown > kMostShown) {
+    if (++shown > kMaxShown) {
       ImGui::TextDisabled("... and more");
       break;
     }

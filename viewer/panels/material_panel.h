@@ -5,8 +5,7 @@
 
 namespace kinome::viewer {
 
-/// The material of the surface that was clicked on, its shape and its light: all of their
-/// parameters.
+/// All parameters of the selected surface: of its material, shape and emitter.
 class MaterialPanel final : public Panel {
  public:
   const char* title() const override { return "Selected surface"; }
@@ -17,7 +16,7 @@ class MaterialPanel final : public Panel {
   ParameterWidgets widgets_;
 };
 
-/// Every parameter of the scene, to be looked for by its path.
+/// All parameters of the scene, with a search by path.
 class ParameterPanel final : public Panel {
  public:
   const char* title() const override { return "All parameters"; }

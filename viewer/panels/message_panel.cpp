@@ -5,7 +5,7 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr size_t kMostShown = 30;
+constexpr size_t kMaxShown = 30;
 const ImVec4 kErrorColor(1, 0.45f, 0.4f, 1);
 
 }  // namespace
@@ -14,7 +14,7 @@ void MessagePanel::read(const Frame& frame) {
   for (Message& message : frame.session.messages(known_.empty() ? 0 : known_.back().number)) {
     known_.push_back(std::move(message));
   }
-  while (known_.size() > kMostShown) known_.pop_front();
+  while (known_.size() > kMaxShown) known_.pop_front();
 }
 
 void MessagePanel::draw(Frame& frame) {

@@ -6,20 +6,20 @@
 
 namespace kinome::viewer {
 
-/// What went wrong, and what else there is to know, the latest first.
+/// Errors, warnings and notes, the latest first.
 class MessagePanel final : public Panel {
  public:
   const char* title() const override { return "Messages"; }
   bool is_open_at_first() const override { return true; }
   void draw(Frame& frame) override;
-  /// An error, until it is clicked away or something else is told.
+  /// Draws the latest message if it is an error that the user hasn't dismissed.
   void draw_over_picture(Frame& frame) override;
 
  private:
   void read(const Frame& frame);
 
   std::deque<Message> known_;
-  uint64_t seen_ = 0;  ///< number of the last one that was clicked away
+  uint64_t seen_ = 0;  ///< number of the last message that was dismissed
 };
 
 }  // namespace kinome::viewer

@@ -8,29 +8,29 @@
 
 namespace kinome::viewer {
 
-/// What panels see of the viewer while a frame is drawn, and what they may change.
+/// State of the viewer that panels can use and change while a frame is drawn.
 struct Frame {
   RenderSession& session;
   PictureView& view;
   CameraLink& camera;
-  PicturePointer picture;                 ///< nullptr: there is none yet
-  std::shared_ptr<const SceneInfo> info;  ///< nullptr: the scene is not loaded yet
+  PicturePointer picture;                 ///< nullptr if there is no image yet
+  std::shared_ptr<const SceneInfo> info;  ///< nullptr if the scene is not loaded yet
   Status status;
-  /// What was clicked on last; nullptr: nothing, or nothing that is there any more.
+  /// Surface that was clicked on last; nullptr if there is none.
   std::shared_ptr<const Pick>& selection;
   bool wants_save = false;  ///< Ctrl+S was pressed
 };
 
-/// A mouse button was pressed over the picture, with these keys held; for Panel::click(), it was
-/// released again without a drag.
+/// Press of a mouse button over the image, with the keys that were held. Panel::click() gets it
+/// after the button is released without a drag.
 struct PictureClick {
   Vec2 film{0.f};  ///< position [pixels of the full film]
-  int button = 0;  ///< 0: left
+  int button = 0;  ///< 0 is the left button
   bool alt = false, ctrl = false, shift = false;
 };
 
-/// A part of the side bar, beneath a heading that opens and closes it; what it shows may also be
-/// drawn over the picture. All of its functions are called by the thread of the window.
+/// A section of the side bar, with a heading that opens and closes it. A panel can also draw over
+/// the image. The window's thread calls all functions.
 class Panel {
  public:
   Panel() = default;
@@ -40,18 +40,20 @@ class Panel {
 
   virtual const char* title() const = 0;
   virtual bool is_open_at_first() const { return false; }
-  /// Its widgets, by ImGui; called while it is open.
+  /// Draws the ImGui widgets. Called in each frame while the panel is open.
   virtual void draw(Frame& frame) = 0;
-  /// Draws over the picture, into the current ImGui window; called in each frame.
+  /// Draws over the image, into the current ImGui window. Called in each frame.
   virtual void draw_over_picture(Frame& /*frame*/) {}
-  /// Whether it takes a click: panels are asked in their order, before the click selects a surface.
+  /// Handles a click. Returns true if the click was used: then later panels don't get it, and it
+  /// doesn't select a surface.
   virtual bool click(Frame& /*frame*/, const PictureClick& /*click*/) { return false; }
-  /// Whether it takes what a pressed button will drag, in place of the camera: drag() follows.
+  /// Returns true to receive the drag that this press starts, by calls of drag(). Otherwise the
+  /// drag moves the camera.
   virtual bool press(Frame& /*frame*/, const PictureClick& /*click*/) { return false; }
   virtual void drag(Frame& /*frame*/, const Vec2& /*film*/) {}
 };
 
-/// In the order of the side bar. A new one is added to the list in panels.cpp.
+/// Returns all panels in the order of the side bar. Add new panels to the list in panels.cpp.
 std::vector<std::unique_ptr<Panel>> make_panels();
 
 }  // namespace kinome::viewer

@@ -1,4 +1,4 @@
-// What a parameter can be, and what a material can have around it, besides values that are entered.
+// Menus of parameters and materials: textures, defaults, normal maps and bump maps.
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -15,7 +15,6 @@ const ImVec4 kNameColor(0.6f, 0.8f, 1, 1);
 
 }  // namespace
 
-/// What is offered for a parameter that has no value; nullopt: it can't be entered.
 std::optional<EditedValue> ParameterWidgets::first_value(const SceneParameter& parameter) {
   if (!parameter.kind) return std::nullopt;
   switch (*parameter.kind) {
@@ -78,7 +77,7 @@ std::optional<std::string> ParameterWidgets::choose_image(const char* title) {
   return chosen;
 }
 
-/// What a parameter can be, besides a value that is entered.
+/// Draws the menu of a parameter: textures, default, and the value of the scene file.
 void ParameterWidgets::draw_menu(RenderSession& session, const SceneParameter& parameter) {
   if (ImGui::SmallButton("=")) {
     images_.clear();
@@ -108,7 +107,7 @@ void ParameterWidgets::draw_menu(RenderSession& session, const SceneParameter& p
   ImGui::EndPopup();
 }
 
-/// Of an object, with what can be put around it, if it is a material.
+/// Draws the name of an object. Materials get a menu of normal maps and bump maps.
 void ParameterWidgets::draw_name(RenderSession& session, const SceneInfo& info,
                                  const std::string& object, const std::string& plugin) {
   if (plugin.starts_with("bsdf/")) {

@@ -17,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMostFiles = 200;
+constexpr size_t kMaxFiles = 200;
 
-/// Faster for what is larger.
+/// Returns the drag speed, which increases with the value.
 float speed_of(float value) {
   return std::max(0.002f, 0.005f * std::abs(value));
 }
@@ -59,7 +59,7 @@ bool edit_color(const SceneParameter& parameter, const char* name, UniformColor&
   return true;
 }
 
-/// Of a light: how much of it there is, and its colour, which is brightest at 1.
+/// Edits emission as a power and a colour whose largest component is 1.
 bool edit_light(const char* name, UniformColor& color) {
   Rgb& c = color.value;
   float power = max_component(c);
@@ -106,9 +106,9 @@ std::vector<std::string> files_beside(const std::string& file, const std::string
         !(is_image(entry.path().string()) && own.extension() != ".ply")) {
       continue;
     }
-    // Named as the scene names its own.
+    // The path is relative to the same folder as the parameter's own.
     found.push_back((own.parent_path() / entry.path().filename()).string());
-    if (found.size() == kMostFiles) break;
+    if (found.size() == kMaxFiles) break;
   }
   std::sort(found.begin(), found.end());
   return found;
@@ -116,7 +116,7 @@ std::vector<std::string> files_beside(const std::string& file, const std::string
 
 void ParameterWidgets::begin(const std::shared_ptr<const SceneInfo>& info) {
   if (info_ == info || ImGui::IsAnyItemActive()) return;
-  if (info && info->served < entered_number_) return;  // of before what was entered
+  if (info && info->served < entered_number_) return;  // older than the last entered value
   info_ = info;
   entered_.clear();
 }
@@ -153,7 +153,7 @@ bool ParameterWidgets::edit_text(const SceneParameter& parameter, const char* na
     ImGui::EndCombo();
     return is_new;
   }
-  // What is typed counts once it is whole.
+  // Applies text only after Enter.
   const auto [typed, is_first] = typed_.emplace(parameter.path, text);
   const bool is_done = ImGui::InputText(name, &typed->second, ImGuiInputTextFlags_EnterReturnsTrue);
   const std::string entered = typed->second;
@@ -180,7 +180,7 @@ bool ParameterWidgets::edit_file(const char* name, std::string& file) {
 
 bool ParameterWidgets::edit_transform(const SceneParameter& parameter, Transform& transform) {
   Turn& turn = turns_[parameter.path];
-  // Set by someone else.
+  // Starts again from a value that was set elsewhere.
   if (!are_alike(turn.now, transform.matrix())) turn = {transform.matrix(), transform.matrix()};
   Mat4 m = turn.now;
   bool is_new = false;
@@ -190,7 +190,7 @@ bool ParameterWidgets::edit_transform(const SceneParameter& parameter, Transform
   }
   is_new |= ImGui::DragFloat3("turn", &turn.degrees.x, 0.5f, -360, 360, "%.1f");
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("degrees around x, y and z");
-  // What shines or looks from a point has none.
+  // The transforms of emitters and sensors have no size.
   const bool has_size =
       !parameter.plugin.starts_with("emitter/") && !parameter.plugin.starts_with("sensor/");
   if (has_size) is_new |= ImGui::DragFloat("size", &turn.size, 0.005f, 0.01f, 100, "%.3f");

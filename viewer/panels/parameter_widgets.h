@@ -9,32 +9,36 @@
 
 namespace kinome::viewer {
 
-/// Path of the object that a parameter with this path is of.
+/// Returns the path of the object that has the parameter with this path.
 std::string object_of(const std::string& path);
 
-/// Files beside the one of a parameter that end as it does, by name; itself among them. `scene`:
-/// the scene's file, by whose folder names are meant.
+/// Returns the files in the folder of `file` with its extension, including `file`, sorted by name.
+/// For all but .ply files, also returns images. Paths are relative to the folder of `scene`, the
+/// scene file.
 std::vector<std::string> files_beside(const std::string& file, const std::string& scene);
 
-/// By the ending of its name.
+/// Returns true if the file's extension is that of an image.
 bool is_image(const std::string& file);
-/// Images in the scene's folder, and beside those that the scene reads, as it would name them.
+/// Returns the images in the scene's folder and in the folders of images that the scene uses, with
+/// paths as in the scene file.
 std::vector<std::string> image_files(const SceneInfo& info);
 
-/// Widgets of a scene's parameters, each of its type, and what was entered until the scene has it.
-/// Of the window's thread.
+/// Widgets for the parameters of a scene, by their types. Entered values are kept until the scene
+/// has applied them. For the window's thread only.
 class ParameterWidgets {
  public:
-  /// Once a frame, before any are drawn.
+  /// Must be called once per frame, before any widget is drawn.
   void begin(const std::shared_ptr<const SceneInfo>& info);
-  /// A widget by the name of the parameter without its object's path; sets what is entered.
+  /// Draws a widget, labelled by the last part of the parameter's path. Sets the value that the
+  /// user enters.
   void draw(RenderSession& session, const SceneParameter& parameter);
-  /// All parameters of the objects with these paths, beneath their names. False: there are none.
+  /// Draws all parameters of these objects below the objects' names. Returns false if none of the
+  /// objects exists.
   bool draw_all(RenderSession& session, const SceneInfo& info,
                 const std::vector<std::string>& objects);
-  /// What it is, or what was entered for it.
+  /// Returns the value that was entered last, or else the value in the scene.
   std::optional<EditedValue> value(const SceneParameter& parameter) const;
-  /// Sets it, and shows it so from now on.
+  /// Sets a parameter of the session, and shows the new value at once.
   void set(RenderSession& session, const std::string& path, EditedValue value, bool is_moving);
 
  private:
@@ -42,14 +46,14 @@ class ParameterWidgets {
                  const std::string& plugin);
   void draw_textured(RenderSession& session, const SceneInfo& info,
                      const SceneParameter& parameter);
-  /// What is offered for a parameter that has no value; nullopt: it can't be entered.
+  /// Returns an initial value for a parameter without a value; nullopt if the user can't enter one.
   static std::optional<EditedValue> first_value(const SceneParameter& parameter);
-  /// Its name, without the object's.
+  /// Returns the parameter's name without the path of its object.
   static std::string last_name(const std::string& path);
-  /// Place, turn and size.
+  /// Edits position, rotation and size.
   bool edit_transform(const SceneParameter& parameter, Transform& transform);
   void draw_menu(RenderSession& session, const SceneParameter& parameter);
-  /// Files to choose from; what is to be made of the one that is chosen, if any.
+  /// Draws a menu of image files. Returns the selected file, if any.
   std::optional<std::string> choose_image(const char* title);
   bool edit(const SceneParameter& parameter, const char* name, EditedValue& value);
   bool edit_file(const char* name, std::string& file);
@@ -57,17 +61,18 @@ class ParameterWidgets {
 
   std::shared_ptr<const SceneInfo> info_;
   std::map<std::string, EditedValue> entered_;
-  uint64_t entered_number_ = 0;               ///< RenderSession::set's, of the last one
-  std::map<std::string, std::string> typed_;  ///< texts that are being typed
-  /// What an angle of 0 and a size of 1 stand for, of each transform.
+  uint64_t entered_number_ = 0;               ///< number of the last request
+  std::map<std::string, std::string> typed_;  ///< unfinished text
+  /// Edits of a transform.
   struct Turn {
-    Mat4 base{1.f}, now{1.f};
+    Mat4 base{1.f};  ///< at angles of 0 and a size of 1
+    Mat4 now{1.f};
     Vec3 degrees{0.f};
     float size = 1;
   };
   std::map<std::string, Turn> turns_;
-  std::vector<std::string> images_;  ///< while a menu shows them
-  std::string file_;                 ///< that is being typed into a menu
+  std::vector<std::string> images_;  ///< image files in the open menu
+  std::string file_;                 ///< unfinished file name in a menu
 };
 
 }  // namespace kinome::viewer

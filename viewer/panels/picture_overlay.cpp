@@ -9,11 +9,11 @@
 namespace kinome::viewer {
 namespace {
 
-/// Pixels of the window that a picture's pixel needs for a grid, and for its values.
+/// Minimum sizes of an image's pixel in the window, for a grid and for its values.
 constexpr float kGridScale = 12, kValueScale = 52;
 constexpr ImU32 kGridColor = IM_COL32(128, 128, 128, 90);
 
-/// Dark on what is bright, and the other way round.
+/// Returns black for bright pixels and white for dark ones.
 ImU32 text_color(const uint8_t* rgba) {
   const int brightness = 3 * rgba[0] + 6 * rgba[1] + rgba[2];
   return brightness > 1275 ? IM_COL32(0, 0, 0, 255) : IM_COL32(255, 255, 255, 255);
@@ -35,7 +35,7 @@ std::optional<ImagePixel> pixel_at(const Picture& picture, const PictureArea& ar
 void draw_pixel_values(const Picture& picture, const PictureArea& area, const Tone& tone) {
   const Image& image = picture.image;
   if (picture.is_preview || area.scale < kGridScale || image.width != area.crop.width()) return;
-  // The part that is seen.
+  // Visible part of the image, in pixels.
   const Vec2 low = (area.low - area.corner) / area.scale,
              high = (area.high - area.corner) / area.scale;
   const int x0 = std::max(0, static_cast<int>(low.x)), y0 = std::max(0, static_cast<int>(low.y));
@@ -93,7 +93,7 @@ void draw_color_legend(const PictureArea& area, const Tone& tone, const char* te
   }
   list->AddRect({corner.x - 1, corner.y - 1}, {corner.x + width + 2, corner.y + height + 1},
                 IM_COL32(128, 128, 128, 255));
-  float free_from = -1e9f;  // marks that would touch the one before get no text
+  float free_from = -1e9f;  // labels that would overlap the previous one are left out
   for (const LegendMark& mark : legend_marks(range)) {
     const float x = corner.x + width * std::clamp(mark.place, 0.f, 1.f);
     list->AddLine({x, corner.y + height}, {x, corner.y + height + 4}, IM_COL32(210, 210, 210, 255));

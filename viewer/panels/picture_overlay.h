@@ -8,19 +8,19 @@
 
 namespace kinome::viewer {
 
-/// A pixel of an image, which may have fewer than the film: a preview's.
+/// A pixel of an image. A preview has fewer pixels than the film.
 struct ImagePixel {
   int x, y;
 };
-/// The one at a position on the film; nullopt: none.
+/// Returns the pixel at a position on the film, or nullopt if the position is outside the image.
 std::optional<ImagePixel> pixel_at(const Picture& picture, const PictureArea& area,
                                    const Vec2& film);
 
-/// Into the current ImGui window: between the pixels a grid where they are large, and in them their
-/// values where there is room for these.
+/// Draws a grid between the pixels if they are large, and their values if there is room for them.
+/// Draws into the current ImGui window.
 void draw_pixel_values(const Picture& picture, const PictureArea& area, const Tone& tone);
 
-/// Which colour stands for which number, at the lower edge of the picture.
+/// Draws the legend of a colour map at the lower edge of the image.
 void draw_color_legend(const PictureArea& area, const Tone& tone, const char* text);
 
 }  // namespace kinome::viewer

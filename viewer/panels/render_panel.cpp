@@ -5,7 +5,7 @@
 namespace kinome::viewer {
 namespace {
 
-const char* words_of(const Status& status) {
+const char* label_of(const Status& status) {
   switch (status.activity) {
     case Activity::kLoading:
       return "loading";
@@ -29,7 +29,7 @@ void RenderPanel::draw(Frame& frame) {
   draw_numbers(frame);
   draw_integrators(frame);
   const bool is_paused = frame.status.is_paused;
-  if (ImGui::Button(is_paused ? "Go on" : "Pause")) frame.session.set_paused(!is_paused);
+  if (ImGui::Button(is_paused ? "Resume" : "Pause")) frame.session.set_paused(!is_paused);
   ImGui::SameLine();
   if (ImGui::Button("Restart")) frame.session.restart();
   ImGui::SameLine();
@@ -40,12 +40,12 @@ void RenderPanel::draw(Frame& frame) {
   ImGui::SameLine();
   if (ImGui::Button("Render##samples")) frame.session.render(static_cast<uint32_t>(samples_));
   if (ImGui::IsItemHovered()) {
-    ImGui::SetTooltip("The picture that `kinome` renders with so many samples a pixel");
+    ImGui::SetTooltip("The picture that `kinome` renders with this number of samples per pixel");
   }
 }
 
 void RenderPanel::draw_numbers(const Frame& frame) {
-  ImGui::Text("%s%s", words_of(frame.status), frame.status.is_exact ? ", all samples at once" : "");
+  ImGui::Text("%s%s", label_of(frame.status), frame.status.is_exact ? ", all samples at once" : "");
   ImGui::ProgressBar(static_cast<float>(frame.status.fraction), ImVec2(-1, 4), "");
   const PicturePointer& picture = frame.picture;
   if (!picture) return;
@@ -56,16 +56,16 @@ void RenderPanel::draw_numbers(const Frame& frame) {
   } else {
     ImGui::Text("%d x %d by %s", image.width, image.height, picture->integrator.c_str());
   }
-  ImGui::Text("%.0f samples a pixel, %.2f s", picture->samples, picture->seconds);
+  ImGui::Text("%.0f samples per pixel, %.2f s", picture->samples, picture->seconds);
   if (picture->rel_mse >= 0) {
     ImGui::Text("relMSE about %.2g", picture->rel_mse);
   } else {
-    ImGui::TextDisabled("relMSE not known yet");
+    ImGui::TextDisabled("relMSE unknown");
   }
   ImGui::Text("%.2f million rays/s, %.0f pictures/s", 1e-6 * picture->rays_per_second, rate);
 }
 
-/// Of the last second.
+/// Returns the number of images in the last second.
 double RenderPanel::pictures_per_second(const Picture& picture) {
   const auto now = std::chrono::steady_clock::now();
   if (picture.generation != seen_generation_) {

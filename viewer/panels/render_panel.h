@@ -7,7 +7,8 @@
 
 namespace kinome::viewer {
 
-/// How far the picture is, by which integrator; pause, restart, and a picture of so many samples.
+/// Progress of the render, choice of the integrator, pause, restart, and a render with a given
+/// number of samples.
 class RenderPanel final : public Panel {
  public:
   const char* title() const override { return "Render"; }

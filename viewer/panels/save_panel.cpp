@@ -7,7 +7,7 @@
 
 namespace kinome::viewer {
 
-/// Of before any is entered.
+/// Sets default file names, unless there are names already.
 void SavePanel::set_names(const SceneInfo& info) {
   if (!scene_.empty()) return;
   const std::filesystem::path file(info.file);
@@ -33,7 +33,7 @@ void SavePanel::draw(Frame& frame) {
     try {
       write_picture(picture_, *frame.picture);
       frame.session.say(false, "wrote " + picture_ +
-                                   (frame.picture->is_preview ? ", which is but a preview" : ""));
+                                   (frame.picture->is_preview ? ", which is only a preview" : ""));
     } catch (const std::exception& fault) {
       frame.session.say(true, fault.what());
     }

@@ -4,7 +4,7 @@
 
 namespace kinome::viewer {
 
-/// Writes the scene as XML, and the picture as EXR and PNG.
+/// Saves the scene as XML, and the image as EXR or PNG.
 class SavePanel final : public Panel {
  public:
   const char* title() const override { return "Save"; }

@@ -10,7 +10,7 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr size_t kMostBadPixels = 4;
+constexpr size_t kMaxBadPixels = 4;
 constexpr float kHistogramHeight = 84;
 constexpr ImU32 kChannelColors[] = {IM_COL32(255, 70, 60, 150), IM_COL32(60, 220, 70, 150),
                                     IM_COL32(80, 130, 255, 150)};
@@ -22,7 +22,7 @@ std::string range_text(const ChannelHistogram& h) {
   return text;
 }
 
-/// The bins that have anything, and one more on each side.
+/// Returns the range of bins that aren't empty, with one more on each side.
 std::pair<int, int> used_bins(const std::vector<ChannelHistogram>& all) {
   int first = ChannelHistogram::kBins, last = -1;
   for (const ChannelHistogram& h : all) {
@@ -48,7 +48,7 @@ void TonePanel::draw(Frame& frame) {
   ImGui::SameLine();
   has_changed |= ImGui::Checkbox("negative", &display_->tone.marks_negative);
   if (ImGui::IsItemHovered()) {
-    ImGui::SetTooltip("Of samplers that subtract what they know, and of filters, some are right");
+    ImGui::SetTooltip("Some are correct: those of control variates and of filters");
   }
   if (has_changed) frame.view.refresh();
   draw_histogram(*frame.picture);
@@ -125,7 +125,7 @@ void TonePanel::draw_histogram(const Picture& picture) {
   if (picture.generation != generation_ || !(display_->tone == histogram_tone_)) {
     const ChannelGroup group = group_named(picture.image, display_->tone.group);
     histograms_ = histograms(picture.image, group, display_->tone.exposure);
-    bad_pixels_ = bad_pixels(picture.image, group, kMostBadPixels);
+    bad_pixels_ = bad_pixels(picture.image, group, kMaxBadPixels);
     generation_ = picture.generation;
     histogram_tone_ = display_->tone;
   }
@@ -135,22 +135,22 @@ void TonePanel::draw_histogram(const Picture& picture) {
   list->AddRectFilled(corner, {corner.x + width, corner.y + kHistogramHeight},
                       IM_COL32(20, 20, 20, 255));
   const auto [first, end] = used_bins(histograms_);
-  uint32_t most = 1;
+  uint32_t max_count = 1;
   for (const ChannelHistogram& h : histograms_) {
-    most = std::max(most, *std::max_element(h.counts.begin(), h.counts.end()));
+    max_count = std::max(max_count, *std::max_element(h.counts.begin(), h.counts.end()));
   }
   const float step = width / static_cast<float>(end - first);
   for (size_t c = 0; c < histograms_.size(); ++c) {
     const ImU32 color = histograms_.size() == 1 ? IM_COL32(200, 200, 200, 220) : kChannelColors[c];
     for (int i = first; i < end; ++i) {
       const float share =
-          std::sqrt(static_cast<float>(histograms_[c].counts[i]) / static_cast<float>(most));
+          std::sqrt(static_cast<float>(histograms_[c].counts[i]) / static_cast<float>(max_count));
       const float left = corner.x + step * static_cast<float>(i - first);
       list->AddRectFilled({left, corner.y + kHistogramHeight * (1 - share)},
                           {left + step, corner.y + kHistogramHeight}, color);
     }
   }
-  // White at this exposure.
+  // Position of white at this exposure.
   const float white =
       ChannelHistogram::kBinsPerStop * (-display_->tone.exposure - ChannelHistogram::kFirstStop);
   const float x = corner.x + step * (white - static_cast<float>(first));
@@ -199,7 +199,8 @@ void TonePanel::draw_bad_pixels(Frame& frame) {
   }
 }
 
-/// Always of the same height, so that nothing below jumps as the mouse moves.
+/// Draws the values of the pixel under the mouse. The height is constant, so that nothing below
+/// jumps as the mouse moves.
 void TonePanel::draw_values(const Frame& frame) {
   const ImVec2 mouse = ImGui::GetMousePos();
   const PictureArea& area = frame.view.area();

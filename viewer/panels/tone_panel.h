@@ -9,8 +9,8 @@
 
 namespace kinome::viewer {
 
-/// How pictures are shown: exposure, curve, channel; their histogram, and the values under the
-/// mouse. Zoomed in, each pixel's values are written into it.
+/// Tone mapping: exposure, curve and channel, with a histogram and the values of the pixel under
+/// the mouse. When zoomed in, draws its values into each pixel.
 class TonePanel final : public Panel {
  public:
   explicit TonePanel(std::shared_ptr<Display> display) : display_(std::move(display)) {}
@@ -27,8 +27,8 @@ class TonePanel final : public Panel {
   void draw_values(const Frame& frame);
 
   std::shared_ptr<Display> display_;
-  bool has_tone_ = false;  ///< the view goes by display_
-  /// What the histograms are of.
+  bool has_tone_ = false;  ///< the view uses display_
+  /// Image and tone of the histograms.
   uint64_t generation_ = 0;
   Tone histogram_tone_;
   std::vector<ChannelHistogram> histograms_;

@@ -13,7 +13,7 @@ int find(const Image& image, const std::string& name) {
   return at == image.channels.end() ? -1 : static_cast<int>(at - image.channels.begin());
 }
 
-/// The channels `prefix` + a letter, where all are there.
+/// Adds the channels `prefix` + letter as a group, if all of them exist.
 void add_group(const Image& image, const std::string& name, const std::string& prefix,
                std::string_view letters, std::vector<ChannelGroup>& groups) {
   ChannelGroup group{name, {-1, -1, -1}, static_cast<int>(letters.size())};
@@ -32,7 +32,7 @@ std::vector<ChannelGroup> channel_groups(const Image& image) {
   if (groups.empty()) add_group(image, "luminance", "", "Y", groups);
   for (const std::string& channel : image.channels) {
     for (const std::string_view letters : kSuffixes) {
-      // Each group is found by its first channel.
+      // The first channel of a group identifies it.
       if (channel.size() < 3 || !channel.ends_with(std::string(".") + letters[0])) continue;
       const std::string name = channel.substr(0, channel.size() - 2);
       add_group(image, name, name + ".", letters, groups);

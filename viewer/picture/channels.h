@@ -8,21 +8,21 @@
 
 namespace kinome::viewer {
 
-/// What of an image is looked at: a colour of two or three channels, or a single one.
+/// Channels of an image that are shown together: a colour of two or three channels, or one channel.
 struct ChannelGroup {
   std::string name;          ///< "colour", "albedo", "depth", "A"
-  std::array<int, 3> index;  ///< of its channels; the first `count` count
+  std::array<int, 3> index;  ///< indices of the channels; only the first `count` are valid
   int count;
 
   bool operator==(const ChannelGroup&) const = default;
 };
 
-/// All that an image can be looked at by: its colour first ("R", "G", "B", or "Y"), then other
-/// channels of one name that end in ".R", ".G", ".B", in ".X", ".Y", ".Z" or in ".U", ".V"; then
-/// each channel by itself.
+/// Returns all groups of an image. The first is its colour ("R", "G", "B", or "Y"), followed by
+/// groups of channels with a common name that end in ".R", ".G", ".B", in ".X", ".Y", ".Z" or in
+/// ".U", ".V". Then each channel is a group of its own.
 std::vector<ChannelGroup> channel_groups(const Image& image);
 
-/// The group of this name; where there is none, the first.
+/// Returns the group with this name, or the first group if there is none.
 ChannelGroup group_named(const Image& image, const std::string& name);
 
 }  // namespace kinome::viewer

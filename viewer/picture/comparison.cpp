@@ -14,7 +14,7 @@ namespace {
 
 const std::string kColor = "colour", kLuminance = "luminance";
 
-/// The group of colours; of no channels where there is none.
+/// Returns the colour group, or a group without channels if there is none.
 ChannelGroup colors_of(const Image& image) {
   const ChannelGroup group = group_named(image, kColor);
   return group.name == kColor || group.name == kLuminance ? group
@@ -37,7 +37,8 @@ bool is_finite(const Rgb& c) {
   return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z);
 }
 
-/// 0.01 times the square of the mean of the values that count; 1 where all are 0: absolute errors.
+/// Returns 0.01 times the square of the mean of the counted values; 1, for absolute errors, if the
+/// mean is 0.
 double floor_of(const Image& image, const ChannelGroup& colors, const std::vector<bool>& counts) {
   double sum = 0;
   size_t count = 0;
@@ -52,7 +53,7 @@ double floor_of(const Image& image, const ChannelGroup& colors, const std::vecto
   return mean != 0 ? 0.01 * mean * mean : 1;
 }
 
-/// What isn't finite or is negative counts as 0.
+/// Replaces non-finite and negative values by 0.
 LinearPicture radiance_of(const Image& image) {
   const ChannelGroup colors = colors_of(image);
   LinearPicture picture{image.width, image.height, {}};
@@ -81,18 +82,18 @@ Reference::Reference(Image image, std::string name)
     : name_(std::move(name)), image_(std::move(image)) {
   colors_ = colors_of(image_);
   if (colors_.count == 0) {
-    throw Error(fmt::format("'{}' has no channels R, G and B, nor Y, to compare with", name_));
+    throw Error(fmt::format("'{}' must have the channels R, G and B, or Y", name_));
   }
   variance_ = variance_of(image_, colors_);
 }
 
 void Reference::check(const Image& picture) const {
   if (picture.width != image_.width || picture.height != image_.height) {
-    throw Error(fmt::format("the picture has {}x{} pixels, and '{}' has {}x{}", picture.width,
+    throw Error(fmt::format("the picture has {}x{} pixels, but '{}' has {}x{}", picture.width,
                             picture.height, name_, image_.width, image_.height));
   }
   if (colors_of(picture).count != colors_.count) {
-    throw Error(fmt::format("the picture doesn't have the same channels of colour as '{}'", name_));
+    throw Error(fmt::format("the picture doesn't have the same colour channels as '{}'", name_));
   }
 }
 

@@ -11,42 +11,43 @@
 namespace kinome::viewer {
 
 enum class Difference {
-  kSigned,    ///< picture - reference, for each channel of colour
-  kRelative,  ///< the same by sqrt(reference² + 0.01 mean²): the mean of its square is the relMSE
-  kFlip,      ///< FLIP of what is shown, from 0 to 1
-  kHdrFlip,   ///< the largest FLIP over all exposures, whatever is shown: some seconds
+  kSigned,    ///< image - reference, for each colour channel
+  kRelative,  ///< kSigned / sqrt(reference² + 0.01 mean²); the mean of its square is the relMSE
+  kFlip,      ///< FLIP of the displayed images, from 0 to 1
+  kHdrFlip,   ///< maximum FLIP over all exposures, independent of the display; takes some seconds
 };
 const char* to_string(Difference difference);
 
-/// Errors of a picture, by its colours, against a reference.
+/// Errors of an image's colours against a reference.
 struct PictureErrors {
-  /// As validation/compare: mean of ((picture - reference)² - variance of the reference) /
-  /// (reference² + 0.01 mean(reference)²) over pixels and channels.
+  /// Mean of ((image - reference)² - variance of the reference) / (reference² +
+  /// 0.01 mean(reference)²) over pixels and channels, as in validation/compare.
   double rel_mse = 0;
-  double largest = 0;   ///< of one value
-  size_t left_out = 0;  ///< pixels that have a value that isn't finite, here or there
+  double largest = 0;   ///< maximum of the averaged terms
+  size_t left_out = 0;  ///< number of pixels with a non-finite value in either image
 };
 
-/// A picture, such as an EXR file has, that others are compared with. Its colours are "R", "G" and
-/// "B", or "Y"; what variance it has itself are channels "variance.R", ... of the same file.
+/// A reference image for comparisons, for example from an EXR file. Its colours are the channels
+/// "R", "G" and "B", or "Y". Channels "variance.R", ... contain its own variance, if known.
 /// Immutable.
 class Reference {
  public:
-  /// Throws Error where the file can't be read, or has no colours.
+  /// Throws Error if the file can't be read or has no colours.
   explicit Reference(const std::string& path);
   Reference(Image image, std::string name);
 
   const std::string& name() const { return name_; }
   const Image& image() const { return image_; }
-  /// Throws Error where the picture has another size or no colours.
+  /// Throws Error if the image's size or colour channels are not those of the reference.
   PictureErrors errors_of(const Image& picture) const;
-  /// Channels "R", "G", "B", or "Y" for kFlip and kHdrFlip; of kFlip `tone`'s curve and exposure
-  /// say what is seen. kSrgb is in place of false colours. Throws Error as errors_of().
+  /// Returns an image of the difference with the channels "R", "G", "B", or "Y" for kFlip and
+  /// kHdrFlip. kFlip displays both images with `tone`'s exposure and curve, with kSrgb instead of
+  /// false colours. Throws Error like errors_of().
   Image difference_of(const Image& picture, Difference kind, const Tone& tone) const;
 
  private:
   void check(const Image& picture) const;
-  /// Which pixels have no value that isn't finite.
+  /// Returns for each pixel whether all of its values are finite.
   std::vector<bool> counted(const Image& picture) const;
 
   std::string name_;
@@ -54,13 +55,14 @@ class Reference {
   ChannelGroup colors_, variance_;
 };
 
-/// The tone by which a difference is shown: signed ones in red and blue, FLIP by false colour.
+/// Returns the tone mapping for a difference: red and blue for signed values, false colours for
+/// FLIP.
 Tone tone_of(Difference kind, float range);
 
-/// What a display shows of an image's colours: for Flip.
+/// Returns an image's colours as displayed, as input of Flip.
 LinearPicture displayed_picture(const Image& image, float exposure, Curve curve);
 
-/// Of two images of one size, what is left of column `split` of the first, the rest of the second.
+/// Combines two images of equal size: `left` in the columns before `split`, `right` in the others.
 std::vector<uint8_t> split_view(const ToneMapper& mapper, const Image& left, const Image& right,
                                 int split);
 

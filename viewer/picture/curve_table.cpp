@@ -16,9 +16,9 @@ CurveTable::CurveTable(const std::function<float(float)>& curve)
     const float value = curve(std::bit_cast<float>(bits));
     return static_cast<int>(std::lround(255 * std::clamp(value, 0.f, 1.f)));
   };
-  least_[0] = 0;
+  min_bits_[0] = 0;
   for (int level = 1; level < kLevels; ++level) {
-    uint32_t below = least_[level - 1], above = kInfinityBits;
+    uint32_t below = min_bits_[level - 1], above = kInfinityBits;
     if (level_of(below) >= level) {
       above = below;
     } else if (level_of(kInfinityBits - 1) < level) {
@@ -28,11 +28,11 @@ CurveTable::CurveTable(const std::function<float(float)>& curve)
       const uint32_t middle = below + (above - below) / 2;
       (level_of(middle) < level ? below : above) = middle;
     }
-    least_[level] = above;
+    min_bits_[level] = above;
   }
   int level = 0;
   for (uint32_t run = 0; run < first_.size(); ++run) {
-    while (level + 1 < kLevels && run << kShift >= least_[level + 1]) ++level;
+    while (level + 1 < kLevels && run << kShift >= min_bits_[level + 1]) ++level;
     first_[run] = static_cast<uint8_t>(level);
   }
 }

@@ -8,31 +8,31 @@
 
 namespace kinome::viewer {
 
-/// A rising function of a number as 256 levels, by table: level(x) is curve(x), clamped to [0,1],
-/// times 255 and rounded, exactly, in a nanosecond or two whatever the curve is. Immutable.
+/// Table of an increasing function with 256 levels. level(x) is exactly curve(x), clamped to [0,1],
+/// times 255 and rounded. It takes one or two nanoseconds, independent of the curve. Immutable.
 class CurveTable {
  public:
   static constexpr int kLevels = 256;
 
-  /// `curve` must not fall, over the floats >= 0.
+  /// `curve` must not decrease for floats >= 0.
   explicit CurveTable(const std::function<float(float)>& curve);
 
-  /// Of what is negative or NaN: as of 0.
+  /// Treats negative numbers and NaN as 0.
   uint8_t level(float x) const {
     if (!(x > 0)) return first_[0];
     const uint32_t bits = std::bit_cast<uint32_t>(x);
     uint32_t level = first_[bits >> kShift];
-    // Few curves are so steep that there is a second one.
-    while (level + 1 < kLevels && bits >= least_[level + 1]) ++level;
+    // Only steep curves need more than one iteration.
+    while (level + 1 < kLevels && bits >= min_bits_[level + 1]) ++level;
     return static_cast<uint8_t>(level);
   }
 
  private:
-  /// Floats > 0 are ordered as their bits are: each run of them that share the upper bits knows the
-  /// level of its first. 256 runs for each power of two.
+  /// Positive floats have the order of their bits. Floats with the same bits above kShift form a
+  /// run, with 256 runs for each power of two.
   static constexpr int kShift = 15;
-  std::array<uint32_t, kLevels> least_;
-  std::vector<uint8_t> first_;
+  std::array<uint32_t, kLevels> min_bits_;  ///< bits of the smallest float of each level
+  std::vector<uint8_t> first_;              ///< level of the first float of each run
 };
 
 }  // namespace kinome::viewer

@@ -32,7 +32,7 @@ Rgb cubehelix(float t) {
 
 Rgb signed_color(float t) {
   const float a = std::min(std::abs(t), 1.f);
-  // The first two thirds to the full colour, the rest toward white.
+  // From black to the full colour in the first two thirds, then toward white.
   const float strong = std::min(1.5f * a, 1.f), pale = std::max(0.f, 3 * a - 2);
   const Rgb hue = t < 0 ? Rgb(0.1f, 0.45f, 1) : Rgb(1, 0.3f, 0.1f);
   return glm::mix(strong * hue, Rgb(1), 0.75f * pale);
@@ -73,7 +73,7 @@ std::vector<LegendMark> legend_marks(const ColorRange& range) {
     }
     return marks;
   }
-  // 1, 2 or 5 times a power of ten apart, five to ten of them.
+  // The step is 1, 2 or 5 times a power of ten, for about five to ten marks.
   const double span = static_cast<double>(range.high) - range.low;
   double step = std::pow(10, std::floor(std::log10(span / 5)));
   for (const double factor : {5., 2.}) {
@@ -83,7 +83,7 @@ std::vector<LegendMark> legend_marks(const ColorRange& range) {
     }
   }
   for (double i = std::ceil(range.low / step - 1e-6); i * step <= range.high + 1e-6 * span; ++i) {
-    add(i * step + 0.);  // no "-0"
+    add(i * step + 0.);  // avoids "-0"
   }
   return marks;
 }

@@ -9,10 +9,10 @@
 
 namespace kinome::viewer {
 
-/// What a display is told to show of radiance (linear, 1 is white), as linear light in [0,1]:
-/// bright parts are compressed as film does, by the fit of Narkowicz ("ACES Filmic Tone Mapping
-/// Curve", 2015) to the ACES reference transform, exposed by 0.6 as that is. Per channel; rises
-/// everywhere. x >= 0; infinite: 1.
+/// Maps linear radiance >= 0 (1 is white) to linear light of the display in [0,1], per channel.
+/// Compresses bright parts like film, by the fit of Narkowicz ("ACES Filmic Tone Mapping Curve",
+/// 2015) to the ACES reference transform, with its exposure of 0.6. Increases everywhere; returns
+/// 1 for infinity.
 inline float filmic(float x) {
   const float exposed = 0.6f * std::min(x, 1e6f);
   const float value =
@@ -20,25 +20,26 @@ inline float filmic(float x) {
   return std::min(value, 1.f);
 }
 
-/// A map of [0,1] to sRGB colours whose perceived brightness rises evenly while the hue goes round:
+/// Maps [0,1] to sRGB colours. Perceived brightness increases evenly while the hue rotates:
 /// cubehelix (Green 2011, "A colour scheme for the display of astronomical intensity images", with
 /// his values: start 0.5, -1.5 rotations, hue 1).
 Rgb cubehelix(float t);
-/// A map of [-1,1] with black in the middle: negative is blue, positive red, far ends are pale.
+/// Maps [-1,1] to sRGB colours: 0 is black, negative values are blue, positive ones red. Both ends
+/// are pale.
 Rgb signed_color(float t);
 
 using ColorMap = std::array<std::array<uint8_t, 3>, 256>;
 const ColorMap& cubehelix_map();
-/// Of -1 at 0 to 1 at 255; 128 is 0.
+/// Index 0 is the colour of -1, 255 that of 1. Indices 127 and 128 are black.
 const ColorMap& signed_map();
 
-/// Which numbers a map of colours stands for.
+/// Range of values that a colour map covers.
 struct ColorRange {
-  float low = 0.001f;  ///< > 0 where logarithmic
+  float low = 0.001f;  ///< > 0 if logarithmic
   float high = 10;
   bool is_logarithmic = true;
 
-  /// Where a number lies, 0 at low and 1 at high.
+  /// Returns the position of a value in the range: 0 for low, 1 for high.
   float place(float value) const {
     if (is_logarithmic) return std::log(value / low) / std::log(high / low);
     return (value - low) / (high - low);
@@ -46,12 +47,13 @@ struct ColorRange {
   bool operator==(const ColorRange&) const = default;
 };
 
-/// A mark of a legend: where it is, from 0 to 1, and the number that is there.
+/// A mark of a legend.
 struct LegendMark {
-  float place;
-  std::string text;
+  float place;       ///< position from 0 to 1
+  std::string text;  ///< value at this position
 };
-/// Powers of ten, and what lies between where there are few of them; or round numbers.
+/// Returns marks at powers of ten, with 2 and 5 times these for short ranges. Linear ranges get
+/// marks at round numbers.
 std::vector<LegendMark> legend_marks(const ColorRange& range);
 
 }  // namespace kinome::viewer

@@ -8,35 +8,36 @@
 
 namespace kinome::viewer {
 
-/// What of a picture and its reference is shown.
+/// Selects what is displayed of an image and its reference.
 enum class Shown { kPicture, kReference, kSplit, kDifference };
 
-/// How pictures become what is seen, with all that this depends on. Of one thread.
+/// Settings for the conversion of images to display pixels. Not thread-safe.
 struct Display {
   Tone tone;
   Shown shown = Shown::kPicture;
-  std::shared_ptr<const Reference> reference;  ///< nullptr: none, and kPicture is shown
-  float split = 0.5f;                          ///< share of the width that shows the picture
-  std::shared_ptr<const Image> difference;     ///< nullptr: none yet
+  std::shared_ptr<const Reference> reference;  ///< nullptr if there is none; displays kPicture
+  float split = 0.5f;                          ///< fraction of the width that displays the image
+  std::shared_ptr<const Image> difference;     ///< nullptr if it isn't computed yet
   Tone difference_tone;
 
-  /// sRGB, 4 bytes for each of the picture's pixels. A reference of another size, as beside a
-  /// preview, is resampled; a difference of another size isn't shown, but the picture.
+  /// Converts an image to sRGB with 4 bytes per pixel. Resamples a reference of another size, for
+  /// example beside a preview. Displays the image if there is no difference of its size.
   void map(const Image& picture, std::vector<uint8_t>& rgba) const;
 };
 
-/// By the nearest pixel.
+/// Resamples to the nearest pixel.
 Image resampled(const Image& image, int width, int height);
 
-/// What a comparison with a reference has found.
+/// Result of a comparison with a reference.
 struct Comparison {
   PictureErrors errors;
-  double flip = 0;  ///< mean over the picture
+  double flip = 0;  ///< mean over the image
   std::shared_ptr<const Image> difference;
-  std::string fault;  ///< why there is none of these; "": they are there
+  std::string fault;  ///< error message if the comparison failed, otherwise ""
 };
 
-/// Compares what is shown by `tone`; takes a tenth of a second for 640x480 pixels. Throws nothing.
+/// Compares an image, displayed with `tone`, with a reference. Takes about 0.1 s for 640x480
+/// pixels. Doesn't throw; errors are in Comparison::fault.
 Comparison compare(const Image& picture, const Reference& reference, Difference kind,
                    const Tone& tone);
 

@@ -16,7 +16,7 @@ Vec3 relative_xyz(const Rgb& color) {
   return Vec3(xyz(glm::dvec3(color)) / white);
 }
 
-/// YCxCz, a linear opponent space: Y from -16 to 100; and back.
+/// Converts to YCxCz, a linear opponent space with Y from -16 to 100.
 Vec3 opponent(const Rgb& color) {
   const Vec3 v = relative_xyz(color);
   return {116 * v.y - 16, 500 * (v.x - v.y), 200 * (v.y - v.z)};
@@ -29,7 +29,7 @@ Rgb from_opponent(const Vec3& c) {
   return Rgb(to_rgb * (glm::dvec3(y + c.y / 500., y, y - c.z / 200.) * white));
 }
 
-/// CIELAB, with a and b the less the darker it is (Hunt's effect).
+/// Converts to CIELAB, with a and b scaled by the lightness (Hunt effect).
 Vec3 hunt_lab(const Rgb& color) {
   const Vec3 v = relative_xyz(color);
   Vec3 f;
@@ -42,15 +42,15 @@ Vec3 hunt_lab(const Rgb& color) {
   return {lightness, 0.01f * lightness * 500 * (f.x - f.y), 0.01f * lightness * 200 * (f.y - f.z)};
 }
 
-/// HyAB: for large differences of colour.
+/// HyAB, a distance for large colour differences.
 float hyab(const Vec3& a, const Vec3& b) {
   return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
 
-/// A separable filter: `taps` of -radius to radius.
+/// Weights of a one-dimensional filter, from -radius to radius.
 using Taps = std::vector<float>;
 
-/// Some of a pixel's values.
+/// One value per pixel.
 using Plane = std::vector<float>;
 
 Taps gaussian(float variance, int radius) {
@@ -66,14 +66,14 @@ void scale(Taps& taps, float factor) {
 float sum(const Taps& taps) {
   return std::accumulate(taps.begin(), taps.end(), 0.f);
 }
-/// Positive and negative taps each sum to 1 in magnitude.
+/// Scales the positive taps to a sum of 1, and the negative ones to -1.
 void normalise_signs(Taps& taps) {
   float positive = 0, negative = 0;
   for (const float tap : taps) (tap > 0 ? positive : negative) += std::abs(tap);
   for (float& tap : taps) tap /= tap > 0 ? positive : negative;
 }
 
-/// Adds to `out` what `in` becomes by filtering along x, then along y.
+/// Filters `in` along x, then along y, and adds the result to `out`.
 class Convolution {
  public:
   Convolution(int width, int height) : width_(width), height_(height) {}
@@ -109,8 +109,8 @@ class Convolution {
   Plane rows_, padded_;
 };
 
-/// Contrast sensitivity of one of YCxCz as filters in space: sums of Gaussians a sqrt(pi / b)
-/// exp(-pi² x² / b), x in degrees (paper's table 1).
+/// Contrast sensitivity of one channel of YCxCz as a spatial filter: a sum of Gaussians
+/// a sqrt(pi / b) exp(-pi² x² / b), x in degrees (table 1 of the paper).
 struct Sensitivity {
   struct Term {
     float a, b;
@@ -120,12 +120,13 @@ struct Sensitivity {
 constexpr std::array<Sensitivity, 3> kSensitivity{{{{{{1, 0.0047f}, {0, 1e-5f}}}},
                                                    {{{{1, 0.0053f}, {0, 1e-5f}}}},
                                                    {{{{34.1f, 0.04f}, {13.5f, 0.025f}}}}}};
-constexpr float kWidest = 0.04f;
+/// Largest b of these terms, which determines the radius of the filters.
+constexpr float kMaxB = 0.04f;
 
 Plane filtered(const Plane& in, const Sensitivity& sensitivity, float pixels_per_degree,
                Convolution& convolution) {
   const int radius =
-      static_cast<int>(std::ceil(3 * std::sqrt(kWidest / (2 * kPi * kPi)) * pixels_per_degree));
+      static_cast<int>(std::ceil(3 * std::sqrt(kMaxB / (2 * kPi * kPi)) * pixels_per_degree));
   std::vector<Taps> terms;
   float total = 0;
   for (const auto& [a, b] : sensitivity.terms) {
@@ -144,8 +145,8 @@ Plane filtered(const Plane& in, const Sensitivity& sensitivity, float pixels_per
   return out;
 }
 
-/// How much of an edge or a point there is, by derivatives of a Gaussian as wide as what is seen
-/// best.
+/// Returns the strength of edges or points: the first or second derivative of a Gaussian, with the
+/// width of the features that the eye sees best.
 Plane features(const Plane& in, bool edges, float pixels_per_degree, Convolution& convolution) {
   const float deviation = 0.5f * 0.082f * pixels_per_degree;
   const int radius = static_cast<int>(std::ceil(3 * deviation));
@@ -163,13 +164,15 @@ Plane features(const Plane& in, bool edges, float pixels_per_degree, Convolution
   return along_x;
 }
 
-/// From a difference of colours to [0,1] (paper's 4.1.3): most of the range is for what is small.
+/// Maps a colour difference to [0,1] (section 4.1.3 of the paper). Small differences get most of
+/// the range.
 float color_error(float difference) {
   constexpr float kPower = 0.7f, kKnee = 0.4f, kAtKnee = 0.95f;
-  static const float most = std::pow(hyab(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1})), kPower);
-  const float error = std::pow(difference, kPower), knee = kKnee * most;
+  static const float max_difference =
+      std::pow(hyab(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1})), kPower);
+  const float error = std::pow(difference, kPower), knee = kKnee * max_difference;
   if (error < knee) return kAtKnee / knee * error;
-  return kAtKnee + (error - knee) / (most - knee) * (1 - kAtKnee);
+  return kAtKnee + (error - knee) / (max_difference - knee) * (1 - kAtKnee);
 }
 
 }  // namespace
@@ -233,14 +236,14 @@ Exposures flip_exposures(const LinearPicture& reference) {
   const float brightest = *std::max_element(values.begin(), values.end());
   const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
-  float below = 0, above = 100;  // where filmic() is 0.85
+  float below = 0, above = 100;  // bisects for the value at which filmic() is 0.85
   for (int i = 0; i < 40; ++i) {
     const float x = 0.5f * (below + above);
     (filmic(x) < 0.85f ? below : above) = x;
   }
-  constexpr float kLeast = 1e-7f;
-  const float first = std::log2(above / std::max(brightest, kLeast));
-  const float last = std::log2(above / std::max(*middle, kLeast));
+  constexpr float kMinLuminance = 1e-7f;
+  const float first = std::log2(above / std::max(brightest, kMinLuminance));
+  const float last = std::log2(above / std::max(*middle, kMinLuminance));
   return {first, last, std::max(2, static_cast<int>(std::ceil(last - first)))};
 }
 

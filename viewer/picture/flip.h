@@ -7,12 +7,12 @@
 
 namespace kinome::viewer {
 
-/// Differences between two pictures as they are noticed when one is shown in place of the other,
-/// for each pixel from 0 to 1: FLIP (Andersson et al. 2020, "FLIP: A Difference Evaluator for
-/// Alternating Images", DOI 10.1145/3406183). Edges repeat beyond the picture.
+/// FLIP (Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images", DOI
+/// 10.1145/3406183) estimates the differences, from 0 to 1 per pixel, that a viewer notices when
+/// two images alternate. Pixels outside the image repeat its edge.
 ///
-/// `pixels_per_degree`: how many pixels a degree of the visual field has; the paper's is a 4K
-/// screen of 0.7 m seen from 0.7 m.
+/// `pixels_per_degree` is the number of pixels per degree of the visual field. This default, of the
+/// paper, is for a 4K screen of 0.7 m at a distance of 0.7 m.
 inline constexpr float kPixelsPerDegree = 67.0206433f;
 
 /// Linear Rec.709, rows from the top.
@@ -22,13 +22,13 @@ struct LinearPicture {
   std::vector<Rgb> pixels;
 };
 
-/// Of what a display shows: linear light in [0,1]. A reference may be prepared once, and takes half
-/// the time. Immutable.
+/// Computes FLIP between displayed images: linear light in [0,1]. The reference is processed once,
+/// which saves half of the time of further comparisons. Immutable.
 class Flip {
  public:
   explicit Flip(const LinearPicture& reference, float pixels_per_degree = kPixelsPerDegree);
   ~Flip();
-  /// Of a picture of the same size.
+  /// Returns the difference of each pixel. The image must have the size of the reference.
   std::vector<float> differences(const LinearPicture& picture) const;
 
  private:
@@ -38,10 +38,9 @@ class Flip {
   std::unique_ptr<const Seen> reference_;
 };
 
-/// The exposures at which HDR pictures are compared (Andersson et al. 2021, "Visualizing and
-/// Communicating Errors in Rendered Images", DOI 10.1007/978-1-4842-7185-8_19): from the one at
-/// which the reference's median luminance to the one at which its largest is shown as 0.85 by
-/// filmic().
+/// Exposures at which HDR images are compared (Andersson et al. 2021, "Visualizing and
+/// Communicating Errors in Rendered Images", DOI 10.1007/978-1-4842-7185-8_19). At the first
+/// exposure, filmic() maps the reference's largest luminance to 0.85; at the last, the median.
 struct Exposures {
   float first, last;  ///< in stops
   int count;
@@ -49,8 +48,8 @@ struct Exposures {
 };
 Exposures flip_exposures(const LinearPicture& reference);
 
-/// Of radiance >= 0: the largest difference of each pixel over all exposures, each shown by
-/// filmic(). Takes Exposures::count times as long as Flip.
+/// Returns the maximum difference of each pixel over all exposures, displayed by filmic(). The
+/// input is radiance >= 0. Takes Exposures::count times as long as Flip.
 std::vector<float> hdr_flip(const LinearPicture& reference, const LinearPicture& picture,
                             float pixels_per_degree = kPixelsPerDegree);
 

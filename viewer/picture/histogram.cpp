@@ -12,7 +12,7 @@ namespace {
 constexpr float kStops =
     static_cast<float>(ChannelHistogram::kBins) / ChannelHistogram::kBinsPerStop;
 
-/// Level i is bin i.
+/// Level i of the table is bin i.
 const CurveTable& bin_table() {
   static const CurveTable table([](float x) {
     const float stops = std::log2(x) - ChannelHistogram::kFirstStop;
@@ -21,8 +21,8 @@ const CurveTable& bin_table() {
   return table;
 }
 
-/// What is less than this is black in 8-bit sRGB.
-float least_visible() {
+/// Returns the value below which 8-bit sRGB is black.
+float min_visible() {
   return srgb_to_linear(0.5f / 255);
 }
 
@@ -37,7 +37,7 @@ std::vector<ChannelHistogram> histograms(const Image& image, const ChannelGroup&
   const CurveTable& bins = bin_table();
   const float lowest_on_axis = ChannelHistogram::least(0);
   const float end_of_axis = std::exp2(ChannelHistogram::kFirstStop + kStops);
-  const float dark = least_visible() * std::exp2(-exposure), bright = std::exp2(-exposure);
+  const float dark = min_visible() * std::exp2(-exposure), bright = std::exp2(-exposure);
   const size_t pixels = static_cast<size_t>(image.width) * image.height;
   std::vector<ChannelHistogram> all(group.count);
   for (int c = 0; c < group.count; ++c) {
@@ -84,7 +84,7 @@ std::vector<ChannelHistogram> histograms(const Image& image, const ChannelGroup&
 
 std::vector<BadPixel> bad_pixels(const Image& image, const ChannelGroup& group, size_t limit) {
   std::vector<BadPixel> found;
-  // NaN before infinity before negative numbers.
+  // The order is NaN, infinity, negative numbers.
   for (int kind = 0; kind < 3; ++kind) {
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) {

@@ -10,39 +10,39 @@
 
 namespace kinome::viewer {
 
-/// How often which values are in a channel, on a logarithmic axis: bin i counts those of
+/// Histogram of a channel on a logarithmic axis. Bin i counts the values in
 /// [least(i), least(i + 1)).
 struct ChannelHistogram {
   static constexpr int kBins = 256;
   static constexpr int kBinsPerStop = 8;
-  static constexpr int kFirstStop = -20;  ///< the axis begins at 2^-20, and ends at 2^12
+  static constexpr int kFirstStop = -20;  ///< the axis covers 2^-20 to 2^12
   static float least(int bin);
 
   std::array<uint32_t, kBins> counts{};
-  uint32_t below = 0;  ///< > 0, but less than the axis has
-  uint32_t above = 0;  ///< finite, but more
+  uint32_t below = 0;  ///< positive values below the axis
+  uint32_t above = 0;  ///< finite values above the axis
   uint32_t zeros = 0;
   uint32_t negative = 0;  ///< finite
   uint32_t infinite = 0;
   uint32_t nan = 0;
-  uint32_t underexposed = 0;      ///< finite, >= 0, shown as black by sRGB's curve at this exposure
-  uint32_t overexposed = 0;       ///< more than 1 at this exposure, not NaN
+  uint32_t underexposed = 0;      ///< finite values >= 0 that sRGB displays as black
+  uint32_t overexposed = 0;       ///< values greater than 1 at this exposure, including infinity
   float lowest = 0, highest = 0;  ///< of finite values
   double mean = 0;                ///< of finite values
 };
 
-/// One for each channel of the group. 1280x720 pixels take about ten milliseconds.
+/// Returns the histograms of the group's channels. Takes about 10 ms for 1280x720 pixels.
 std::vector<ChannelHistogram> histograms(const Image& image, const ChannelGroup& group,
                                          float exposure);
 
-/// A value that isn't finite, or is negative.
+/// A value that is not finite, or is negative.
 struct BadPixel {
   int x, y;
   std::string channel;
   float value;
 };
-/// The first `limit` of a group's: NaN first, then infinite ones, then negative ones, in each kind
-/// one a pixel.
+/// Returns the first `limit` bad values of a group: NaN first, then infinite, then negative ones.
+/// Of each kind, a pixel has one entry at most.
 std::vector<BadPixel> bad_pixels(const Image& image, const ChannelGroup& group, size_t limit);
 
 }  // namespace kinome::viewer

@@ -6,7 +6,7 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr size_t kMostBoxes = 200;
+constexpr size_t kMaxBoxes = 200;
 
 std::optional<Vec2> find(const Sensor& sensor, const Vec3& position) {
   const auto connection = sensor.connect(position, Vec2(0.5f));
@@ -14,7 +14,7 @@ std::optional<Vec2> find(const Sensor& sensor, const Vec3& position) {
   return connection->film_position;
 }
 
-/// Calls add(from, to) for those of `parts` equal parts of a line that are seen.
+/// Divides a line into `parts` equal parts, and calls add(from, to) for each visible one.
 template <class Add>
 void add_parts(const Sensor& sensor, const Vec3& from, const Vec3& to, int parts, const Add& add) {
   std::optional<Vec2> last = find(sensor, from);
@@ -71,7 +71,7 @@ InspectionMarks marks_of(const Inspection& report, const Sensor& sensor) {
   }
   std::sort(chosen.begin(), chosen.end(),
             [](auto* a, auto* b) { return a->probability > b->probability; });
-  chosen.resize(std::min(chosen.size(), kMostBoxes));
+  chosen.resize(std::min(chosen.size(), kMaxBoxes));
   for (const InspectedCluster* cluster : chosen) {
     add_box(sensor, cluster->box,
             static_cast<float>(cluster->probability / chosen.front()->probability), marks);

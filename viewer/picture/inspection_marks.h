@@ -8,24 +8,25 @@
 
 namespace kinome::viewer {
 
-/// What of an inspection is drawn over the picture of the scene itself, in pixels of the sensor's
-/// film; without what the camera doesn't see.
+/// Marks of an inspection that are drawn over the image of the scene, in pixels of the sensor's
+/// film. Parts outside the camera's view are left out.
 struct InspectionMarks {
   struct Line {
     Vec2 from, to;
-    bool is_lit;  ///< or shadowed
+    bool is_lit;  ///< false if the sample is occluded
   };
-  struct Edge {  ///< of a cluster's box
+  /// Edge of a cluster's bounding box.
+  struct Edge {
     Vec2 from, to;
-    float share;  ///< the cluster's probability by that of the likeliest
+    float share;  ///< probability of the cluster, divided by the largest one
   };
-  std::optional<Vec2> point;  ///< that is lit
-  /// Of distant light: from the point toward the samples, a seventh as long as the camera is away.
-  /// Of local light: from the point to the samples.
+  std::optional<Vec2> point;  ///< the inspected surface point
+  /// Lines from the point to the samples. For distant light they have a seventh of the length from
+  /// the camera to the point.
   std::vector<Line> lines;
-  std::vector<Edge> edges;  ///< of local light's clusters that are chosen, the likeliest 200
+  std::vector<Edge> edges;  ///< boxes of the 200 most probable clusters of local light
 
-  /// By an offset on the film.
+  /// Adds an offset on the film to all marks.
   void move(const Vec2& offset);
 };
 InspectionMarks marks_of(const Inspection& report, const Sensor& sensor);

@@ -10,10 +10,11 @@
 namespace kinome::viewer {
 namespace {
 
-/// The scene's own settings, but for the importance function.
+/// Returns the scene's own settings of `clustered`, with this importance function.
 ObjectDescription integrator_of(const SceneEditor& editor, const std::string& importance) {
-  ObjectDescription made{.tag = "integrator", .type = "clustered", .where = {"the inspector"}};
-  made.values.push_back({"importance", importance, made.where});
+  ObjectDescription description{
+      .tag = "integrator", .type = "clustered", .where = {"the inspector"}};
+  description.values.push_back({"importance", importance, description.where});
   for (const SceneParameter& parameter : editor.parameters()) {
     if (parameter.plugin != "integrator/clustered" || !parameter.is_set || !parameter.value)
       continue;
@@ -22,12 +23,12 @@ ObjectDescription integrator_of(const SceneEditor& editor, const std::string& im
     std::visit(
         [&](const auto& value) {
           if constexpr (std::is_constructible_v<Properties::Value, decltype(value)>) {
-            made.values.push_back({name, value, made.where});
+            description.values.push_back({name, value, description.where});
           }
         },
         *parameter.value);
   }
-  return made;
+  return description;
 }
 
 InspectedSet draw(Inspection report, const Scene& scene, const Sensor& sensor) {

@@ -10,24 +10,24 @@
 
 namespace kinome::viewer {
 
-/// Where a pixel's samples go, for one set of light points: see InspectionView.
+/// Samples of a pixel from one set of light points: see InspectionView.
 struct InspectedSet {
   Inspection report;
-  Image picture;  ///< linear R, G, B: of distant light a map of all directions, else of the scene
+  Image picture;  ///< linear RGB: a map of all directions for distant light, otherwise the scene
   InspectionMarks marks;
 };
 
-/// What an integrator `clustered` does at a pixel. Immutable once it is made.
+/// Inspection of the integrator `clustered` at a pixel. Immutable once it is made.
 struct InspectedPixel {
   Vec2 pixel{0.f};         ///< of the film
   std::string importance;  ///< "joint", "luminance", "brdf" or "product"
   std::vector<InspectedSet> sets;
-  std::string fault;  ///< why there are none; "": there are
+  std::string fault;  ///< error message if `sets` is empty, otherwise ""
 };
 
-/// Inspects a pixel by that importance function and else by the settings of the scene's own
-/// integrator, where that is `clustered`. The sensor's film isn't written to. Takes some tenths of
-/// a second. Throws nothing.
+/// Inspects a pixel with this importance function. All other settings are those of the scene's
+/// integrator, if that is `clustered`. Doesn't write to the sensor's film. Takes some tenths of a
+/// second. Doesn't throw; errors are in InspectedPixel::fault.
 InspectedPixel inspect_pixel(SceneEditor& editor, const Sensor& sensor, unsigned threads,
                              const Vec2& pixel, const std::string& importance);
 

@@ -4,19 +4,20 @@
 
 namespace kinome::viewer {
 
-/// From where a sphere of directions is looked at, in radians: 0, 0 is from +Z, with +Y up.
+/// Position of the viewer of a sphere of directions, in radians. At 0, 0 the viewer is at +Z, with
+/// +Y up.
 struct Orbit {
   float yaw = 0;    ///< toward +X
   float pitch = 0;  ///< in [-pi/2, pi/2]; positive: from above
 };
 
-/// The direction at a place of the sphere's picture, x and y from -1 to 1 (y down), as seen from
-/// outside by a parallel projection; z of the result is 2 where the place is off the sphere.
+/// Returns the direction at a position in the sphere's image, with x and y from -1 to 1 (y down).
+/// The sphere is seen from outside by a parallel projection. Off the sphere, the result has z = 2.
 Vec3 sphere_direction(const Orbit& orbit, float x, float y);
 
-/// A map of all directions (see drawing::map_direction; rows below its lower half, such as a
-/// legend, are none of it), wrapped around a sphere: `size` pixels square, R, G, B, over
-/// `background`.
+/// Wraps a map of all directions around a sphere. The result has `size` x `size` pixels, the
+/// channels R, G, B, and this background. Ignores rows of `map` below drawing::kMapHeight, such as
+/// a legend. See drawing::map_direction.
 Image sphere_picture(const Image& map, const Orbit& orbit, int size, float background);
 
 }  // namespace kinome::viewer

@@ -6,7 +6,7 @@
 namespace kinome::viewer {
 namespace {
 
-/// 0 is fine; others are as bad as they are large.
+/// Kinds of values that can't be displayed, from good to worst.
 enum Badness { kFine, kNegative, kInfinite, kNan };
 
 Badness badness(float value) {
@@ -15,7 +15,7 @@ Badness badness(float value) {
   return value < 0 ? kNegative : kFine;
 }
 
-/// Of several channels: the worst.
+/// Returns the worst value of the channels.
 Badness badness(const float* pixel, const ChannelGroup& group) {
   Badness worst = kFine;
   for (int c = 0; c < group.count; ++c) worst = std::max(worst, badness(pixel[group.index[c]]));
@@ -49,7 +49,7 @@ CurveTable table_of(const Tone& tone) {
   return CurveTable([](float x) { return x; });
 }
 
-/// 0 to 255 for low to high, of numbers that may be negative.
+/// Maps low to 0 and high to 255, linearly; the values can be negative.
 int linear_level(float value, float low, float high) {
   const float place = (value - low) / (high - low);
   if (!(place > 0)) return 0;
@@ -94,7 +94,7 @@ std::vector<uint8_t> ToneMapper::map(const Image& image) const {
 
 void ToneMapper::map_colors(const float* in, int channels, const ChannelGroup& group, int count,
                             uint8_t* out) const {
-  // Two channels are red and green.
+  // Two channels are displayed as red and green.
   const int r = group.index[0], g = group.count > 1 ? group.index[1] : r;
   const int b = group.count > 2 ? group.index[2] : group.count == 1 ? r : -1;
   const bool has_marks = tone_.marks || tone_.marks_negative;
@@ -141,7 +141,7 @@ Rgb displayed(const Rgb& color, float exposure, Curve curve) {
 ColorRange range_of(const Image& image, const ChannelGroup& group, bool is_logarithmic) {
   std::vector<float> values;
   const size_t count = static_cast<size_t>(image.width) * image.height;
-  const size_t step = std::max<size_t>(1, count / 100'000);  // enough to tell hundredths
+  const size_t step = std::max<size_t>(1, count / 100'000);  // enough values for percentiles
   for (size_t i = 0; i < count && group.count > 0; i += step) {
     const float* in = image.data.data() + i * image.channels.size();
     float value = in[group.index[0]];
@@ -159,7 +159,7 @@ ColorRange range_of(const Image& image, const ChannelGroup& group, bool is_logar
   };
   const size_t last = values.size() - 1;
   const float low = at(last / 100), high = at(last - last / 100);
-  // The next of 1, 2, 5, 10, ... in magnitude.
+  // Rounds to 1, 2 or 5 times a power of ten.
   const auto rounded = [](float value, bool up) {
     if (value == 0) return 0.f;
     const bool grow = up == (value > 0);

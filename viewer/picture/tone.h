@@ -14,45 +14,45 @@
 namespace kinome::viewer {
 
 enum class Curve {
-  kSrgb,        ///< as it is: what is more than 1 is white
-  kFilmic,      ///< bright parts compressed: filmic()
-  kFalseColor,  ///< the value, or a colour's luminance, by cubehelix()
-  kSigned,      ///< the same by signed_color(), from -range.high to range.high, linear
+  kSrgb,        ///< unchanged; values above 1 are white
+  kFilmic,      ///< compresses bright parts: filmic()
+  kFalseColor,  ///< maps the value, or the luminance of a colour, by cubehelix()
+  kSigned,      ///< maps it linearly by signed_color(), from -range.high to range.high
 };
 const char* to_string(Curve curve);
 
-/// How an image is shown. Applies to any image.
+/// Settings for the display of an image. They apply to any image.
 struct Tone {
   std::string group = "colour";  ///< see group_named()
-  float exposure = 0;            ///< in stops; not of false colours, which have a range
+  float exposure = 0;            ///< in stops; ignored by false colours, which use `range`
   Curve curve = Curve::kSrgb;
   ColorRange range;
-  /// Values that can't be shown stand out: NaN in magenta, infinite ones in cyan. Otherwise they
-  /// are as 0, or as the brightest.
+  /// Displays NaN in magenta and infinite values in cyan. If false, NaN appears as 0, and infinity
+  /// as the brightest value.
   bool marks = true;
-  /// Negative ones in green, unless the range has negative numbers. Control variates and filters
-  /// make some that are right.
+  /// Displays negative values in green, unless the range contains negative values. Control variates
+  /// and filters produce negative values that are correct.
   bool marks_negative = false;
 
   bool operator==(const Tone&) const = default;
 };
 
-/// What a pixel that can't be shown is drawn in.
+/// Colours of pixels that can't be displayed.
 inline constexpr std::array<uint8_t, 3> kNanColor{255, 0, 255};
 inline constexpr std::array<uint8_t, 3> kInfiniteColor{0, 255, 255};
 inline constexpr std::array<uint8_t, 3> kNegativeColor{0, 200, 0};
 
-/// Makes pixels for a display (8-bit sRGB) of images, by a Tone. Immutable; making one takes a
-/// millisecond, mapping 1280x720 pixels about ten on one core.
+/// Converts images to display pixels (8-bit sRGB). Immutable. Construction takes 1 ms; mapping
+/// 1280x720 pixels takes about 10 ms on one core.
 class ToneMapper {
  public:
   explicit ToneMapper(const Tone& tone);
 
   const Tone& tone() const { return tone_; }
-  /// R, G, B and 255 of each of an image's `pixels`, row by row, into 4 bytes each, `stride` bytes
-  /// from row to row.
+  /// Writes R, G, B and 255 for each pixel in the rectangle `pixels`, with 4 bytes per pixel and
+  /// `stride` bytes per row.
   void map(const Image& image, const Rect& pixels, uint8_t* out, size_t stride) const;
-  /// Of all of an image.
+  /// Maps the whole image.
   std::vector<uint8_t> map(const Image& image) const;
 
  private:
@@ -66,12 +66,12 @@ class ToneMapper {
   CurveTable table_;
 };
 
-/// The linear light in [0,1] that a display is told to show of a colour, by kSrgb or kFilmic: what
-/// differences are seen in. What isn't finite or is negative counts as 0, or 1 where infinite.
+/// Returns the linear light in [0,1] with which a display shows a colour, by kSrgb or kFilmic. NaN
+/// and negative values become 0, infinity becomes 1.
 Rgb displayed(const Rgb& color, float exposure, Curve curve);
 
-/// The range of a group's values, between the darkest and the brightest hundredth of those that are
-/// finite (and > 0 where logarithmic), rounded outward to 1, 2 or 5 times a power of ten.
+/// Returns the range between the 1st and 99th percentile of a group's values, rounded outward to 1,
+/// 2 or 5 times a power of ten. Uses only finite values, which must be > 0 if logarithmic.
 ColorRange range_of(const Image& image, const ChannelGroup& group, bool is_logarithmic);
 
 }  // namespace kinome::viewer

@@ -8,13 +8,13 @@
 namespace kinome::viewer {
 namespace {
 
-/// Pixels that the mouse may move during a click.
-constexpr float kClick = 4;
+/// Maximum movement of the mouse during a click [pixels].
+constexpr float kMaxClickMovement = 4;
 constexpr float kWheelZoom = 1.25f;
 constexpr float kWheelDolly = 1.1f;
-/// For a way as long as the picture is high [rad].
+/// Angles for a drag by the height of the image [rad].
 constexpr float kOrbitSpeed = kPi, kLookSpeed = 1;
-/// Of what is seen, by distances: of an angle of view of 40 degrees.
+/// Height of the view divided by the target's distance, for a field of view of 40 degrees.
 constexpr float kViewHeight = 0.73f;
 
 Vec2 mouse_position() {
@@ -36,7 +36,7 @@ void PictureMouse::update(Frame& frame, const std::vector<std::unique_ptr<Panel>
     if (is_over && ImGui::IsMouseClicked(button)) press(frame, panels, button);
   }
   if (button_ >= 0) {
-    is_drag_ = is_drag_ || glm::length(mouse_position() - pressed_at_) > kClick;
+    is_drag_ = is_drag_ || glm::length(mouse_position() - pressed_at_) > kMaxClickMovement;
     if (is_drag_) drag(frame);
     if (!ImGui::IsMouseDown(button_)) release(frame, panels);
   }
@@ -86,8 +86,7 @@ void PictureMouse::drag(Frame& frame) {
   const float height = area.scale * static_cast<float>(std::max(1, area.crop.height()));
   const Vec2 share = moved / height;
   if (button_ == 2 || (button_ == 0 && io.KeyShift)) {
-    // What is at the target's distance keeps up with the mouse, if the angle of view is a usual
-    // one.
+    // Objects at the target's distance follow the mouse, for a field of view of about 40 degrees.
     const float length = kViewHeight * camera.distance();
     camera.move(-share.x * length, share.y * length, 0);
   } else if (button_ == 1) {

@@ -4,10 +4,11 @@
 
 namespace kinome::viewer {
 
-/// What the mouse does over the picture: clicks, drags and the wheel.
+/// Mouse input over the image: clicks, drags and the wheel.
 class PictureMouse {
  public:
-  /// Called while the picture's ImGui window is the current one, once all else is drawn into it.
+  /// Must be called while the image's ImGui window is current, after everything else is drawn in
+  /// it.
   void update(Frame& frame, const std::vector<std::unique_ptr<Panel>>& panels);
 
  private:
@@ -17,11 +18,11 @@ class PictureMouse {
   void turn_wheel(Frame& frame);
   void take_selection(Frame& frame);
 
-  int button_ = -1;  ///< that was pressed over the picture and is held
+  int button_ = -1;  ///< button that was pressed over the image and is held; -1 if none
   bool is_drag_ = false;
-  Panel* taker_ = nullptr;  ///< of what is dragged; nullptr: the camera
+  Panel* taker_ = nullptr;  ///< panel that receives the drag; nullptr for the camera
   Vec2 pressed_at_{0.f};
-  PictureClick pressed_;  ///< with the keys that were held then
+  PictureClick pressed_;
   std::shared_ptr<const PickAnswer> selecting_;
 };
 

@@ -11,7 +11,7 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr float kMostZoom = 256;
+constexpr float kMaxZoom = 256;
 
 void to_srgb(const Picture& picture, std::vector<uint8_t>& rgba) {
   static const ToneMapper plain{Tone()};
@@ -46,7 +46,7 @@ void PictureView::upload(const Picture& picture) {
   shown_generation_ = picture.generation;
 }
 
-/// In the middle, by whole pixels where that can be.
+/// Centres the image, scaled by an integer if it is smaller than the window.
 void PictureView::place(const Rect& crop) {
   const ImVec2 low = ImGui::GetCursorScreenPos(), space = ImGui::GetContentRegionAvail();
   area_.low = Vec2(low.x, low.y);
@@ -66,7 +66,7 @@ void PictureView::draw(const PicturePointer& picture) {
   }
   if (picture->generation != shown_generation_) upload(*picture);
   place(picture->crop);
-  // Pixels are to be seen as such, but those of previews.
+  // Magnified pixels stay sharp, except those of previews.
   const bool is_sharp = area_.scale >= 1 && !picture->is_preview;
   glBindTexture(GL_TEXTURE_2D, texture_);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
@@ -81,7 +81,7 @@ void PictureView::draw(const PicturePointer& picture) {
 
 void PictureView::zoom(float factor, const Vec2& window_position) {
   const float before = zoom_;
-  zoom_ = std::clamp(zoom_ * factor, 1.f, kMostZoom);
+  zoom_ = std::clamp(zoom_ * factor, 1.f, kMaxZoom);
   if (zoom_ == 1) return reset_zoom();
   const Vec2 middle = 0.5f * (area_.low + area_.high);
   const Vec2 from_middle = window_position - middle - offset_;

@@ -7,12 +7,12 @@
 
 namespace kinome::viewer {
 
-/// Where the picture is in the window, and what is where in it. Window positions are ImGui's.
+/// Position of the image in the window. Window positions are ImGui's.
 struct PictureArea {
-  Vec2 corner{0.f};          ///< of the film's crop window, in the window
-  float scale = 1;           ///< pixels of the window for each pixel of the film
-  Rect crop;                 ///< of the film
-  Vec2 low{0.f}, high{0.f};  ///< the part of the window that pictures may cover
+  Vec2 corner{0.f};          ///< upper left corner of the crop window, in the window
+  float scale = 1;           ///< pixels of the window per pixel of the film
+  Rect crop;                 ///< crop window of the film
+  Vec2 low{0.f}, high{0.f};  ///< part of the window that is reserved for the image
 
   /// Positions on the film, in pixels; (0, 0) is the upper left corner of the full film.
   Vec2 to_film(const Vec2& window) const {
@@ -27,11 +27,11 @@ struct PictureArea {
   }
 };
 
-/// Turns a picture into what is shown: R, G, B and A of 8 bits, sRGB, rows from top to bottom, as
-/// many pixels as its image has.
+/// Converts an image to display pixels of the same number: 8-bit sRGB with R, G, B and A, rows from
+/// top to bottom.
 using ToneFunction = std::function<void(const Picture& picture, std::vector<uint8_t>& rgba)>;
 
-/// Shows pictures, zoomed and moved. Of the thread that has the OpenGL context.
+/// Displays an image with zoom and offset. For the thread of the OpenGL context only.
 class PictureView {
  public:
   PictureView();
@@ -39,17 +39,17 @@ class PictureView {
   PictureView(const PictureView&) = delete;
   PictureView& operator=(const PictureView&) = delete;
 
-  /// In place of sRGB without more ado. The picture is converted anew.
+  /// Replaces the default tone mapping, plain sRGB, and converts the image again.
   void set_tone(ToneFunction tone);
-  /// Converts it anew: when what the ToneFunction depends on has changed.
+  /// Converts the image again. Call it when the settings of the ToneFunction have changed.
   void refresh() { shown_generation_ = 0; }
 
-  /// Draws the picture into the current ImGui window, over all of its contents; nullptr: nothing.
+  /// Draws the image into the current ImGui window, filling it. Draws nothing for nullptr.
   void draw(const PicturePointer& picture);
-  /// As it was drawn last.
+  /// Returns the area of the last draw().
   const PictureArea& area() const { return area_; }
-  /// By a factor, such that what is at this place of the window stays there. At zoom 1 all of the
-  /// picture is seen.
+  /// Multiplies the zoom by a factor, keeping the point at this window position fixed. At zoom 1
+  /// the whole image is visible.
   void zoom(float factor, const Vec2& window_position);
   void move(const Vec2& window_offset) { offset_ += window_offset; }
   void reset_zoom() { zoom_ = 1, offset_ = Vec2(0.f); }

@@ -13,14 +13,14 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr float kSideBar = 380;
-/// ImGui needs some frames after an event until everything has its place.
+constexpr float kSideBarWidth = 380;
+/// Number of frames to draw after an event, until ImGui's layout is stable.
 constexpr int kFramesAfterEvent = 3;
-/// Without any event: numbers change all the same.
-constexpr double kPatience = 0.25;
-/// Between two frames of a flight [s].
-constexpr double kFlightStep = 0.02;
-/// Distances of the target a second.
+/// Time between two frames without events, to update displayed values [s].
+constexpr double kIdleInterval = 0.25;
+/// Time between two frames of a flight [s].
+constexpr double kFlightInterval = 0.02;
+/// Speed of a flight, in distances to the target per second.
 constexpr float kFlightSpeed = 0.7f;
 
 std::string& glfw_fault() {
@@ -46,7 +46,7 @@ ViewerWindow::ViewerWindow(Options options) : options_(std::move(options)) {
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);
   glfwSetWindowUserPointer(window_, this);
-  // Before ImGui's, which call it in turn.
+  // Installed before ImGui's callback, which calls it.
   glfwSetKeyCallback(window_, on_key);
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;
@@ -73,7 +73,7 @@ void ViewerWindow::wake() {
 
 void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int mods) {
   auto& self = *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
-  // Ctrl+S doesn't fly, whichever of the two is released first.
+  // Ctrl+S must not fly, no matter which of the two keys is released first.
   if (action == GLFW_RELEASE) self.held_.erase(key);
   if (action != GLFW_PRESS || ImGui::GetIO().WantTextInput) return;
   if ((mods & GLFW_MOD_CONTROL) == 0) self.held_.insert(key);
@@ -110,12 +110,12 @@ void ViewerWindow::run(RenderSession& session) {
     glfwSwapBuffers(window_);
     if (options_.trace) trace(frame);
     if (is_flying_) {
-      glfwWaitEventsTimeout(kFlightStep);
+      glfwWaitEventsTimeout(kFlightInterval);
     } else if (frames_wanted_ > 0) {
       --frames_wanted_;
       glfwPollEvents();
     } else {
-      glfwWaitEventsTimeout(kPatience);
+      glfwWaitEventsTimeout(kIdleInterval);
       frames_wanted_ = kFramesAfterEvent - 1;
     }
   }
@@ -132,7 +132,7 @@ void ViewerWindow::draw(Frame& frame) {
   constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
                                       ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
                                       ImGuiWindowFlags_NoBringToFrontOnFocus;
-  const float side = std::min(kSideBar, 0.5f * size.x);
+  const float side = std::min(kSideBarWidth, 0.5f * size.x);
   ImGui::SetNextWindowPos({0, 0});
   ImGui::SetNextWindowSize({size.x - side, size.y});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
@@ -157,7 +157,7 @@ void ViewerWindow::draw_picture(Frame& frame) {
 }
 
 void ViewerWindow::draw_side_bar(Frame& frame) {
-  // Room for the names beside the widgets.
+  // Leaves room for the names to the right of the widgets.
   ImGui::PushItemWidth(-150);
   for (const auto& panel : panels_) {
     const auto flags = panel->is_open_at_first() ? ImGuiTreeNodeFlags_DefaultOpen : 0;
@@ -169,7 +169,7 @@ void ViewerWindow::draw_side_bar(Frame& frame) {
   ImGui::PopItemWidth();
 }
 
-/// By keys that are held.
+/// Moves the camera by the keys that are held.
 void ViewerWindow::fly(Frame& frame) {
   const auto now = std::chrono::steady_clock::now();
   const float seconds = std::chrono::duration<float>(now - last_frame_).count();
@@ -181,8 +181,8 @@ void ViewerWindow::fly(Frame& frame) {
   const bool was_flying = is_flying_;
   is_flying_ = way != Vec3(0.f) && frame.camera.can_move() && !ImGui::GetIO().WantTextInput;
   if (!is_flying_) return;
-  // The frame before may be long ago.
-  const float step = was_flying ? std::min(seconds, 0.25f) : static_cast<float>(kFlightStep);
+  // The previous frame may have been long ago.
+  const float step = was_flying ? std::min(seconds, 0.25f) : static_cast<float>(kFlightInterval);
   const Vec3 length = way * step * kFlightSpeed * frame.camera.controls().distance();
   frame.camera.controls().move(length.x, length.y, length.z);
   frame.camera.send(frame.session);
@@ -197,7 +197,7 @@ void ViewerWindow::take_screenshot(RenderSession& session) {
   Image image{width, height, {"R", "G", "B"}, std::vector<float>(bytes.size())};
   const size_t row = 3 * static_cast<size_t>(width);
   for (size_t i = 0; i < bytes.size(); ++i) {
-    // OpenGL counts rows from below.
+    // OpenGL's rows start at the bottom.
     const size_t from = (static_cast<size_t>(height) - 1 - i / row) * row + i % row;
     image.data[i] = srgb_to_linear(static_cast<float>(bytes[from]) / 255);
   }
@@ -210,7 +210,7 @@ void ViewerWindow::take_screenshot(RenderSession& session) {
   }
 }
 
-/// A line for each new picture and each message, for tests and for measuring.
+/// Prints a line for each new image, message and selection, for tests and measurements.
 void ViewerWindow::trace(const Frame& frame) {
   const double now =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - options_.start).count();

@@ -13,19 +13,19 @@ struct GLFWwindow;
 
 namespace kinome::viewer {
 
-/// The window: the picture, and beside it the panels. Of the main thread, as GLFW wants it.
+/// The window, with the image and the panels. For the main thread only, as GLFW requires.
 class ViewerWindow {
  public:
   struct Options {
     std::string title;
     int width = 1280, height = 800;
-    std::string screenshot;  ///< file that F12 writes; "": kinome-view.png
-    bool trace = false;      ///< tells the standard output what is shown
-    /// For times in the trace.
+    std::string screenshot;  ///< file that F12 writes; "" for kinome-view.png
+    bool trace = false;      ///< prints displayed images and messages to the standard output
+    /// Origin of the times in the trace.
     std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   };
 
-  /// Throws Error where no window can be opened.
+  /// Throws Error if no window can be opened.
   explicit ViewerWindow(Options options);
   ~ViewerWindow();
   ViewerWindow(const ViewerWindow&) = delete;
@@ -33,7 +33,7 @@ class ViewerWindow {
 
   /// Shows the session until the window is closed.
   void run(RenderSession& session);
-  /// Has the window look for what is new; from any thread, while there is a window.
+  /// Makes the window draw a frame. Can be called from any thread while the window exists.
   static void wake();
 
  private:
@@ -56,7 +56,7 @@ class ViewerWindow {
   bool wants_reload_ = false;
   bool wants_undo_ = false;
   bool wants_save_ = false;
-  std::set<int> held_;  ///< keys that were pressed without Ctrl
+  std::set<int> held_;  ///< held keys that were pressed without Ctrl
   int frames_wanted_ = 0;
   bool is_flying_ = false;
   std::chrono::steady_clock::time_point last_frame_ = std::chrono::steady_clock::now();
