@@ -18,8 +18,8 @@ constexpr float kConeMargin = 0.0175f;
 /// Maximum distance from the plane, in widths of the tile.
 constexpr float kPlaneWidths = 1;
 constexpr size_t kMaxPatches = 48;
-/// Minimum of the probed values, so that no cell is left without rays: a lobe that is dark along the
-/// probed azimuth may be bright along another.
+/// Minimum of the probed values. It leaves no cell without rays, because a lobe that is dark along
+/// the probed azimuth may be bright along another.
 constexpr float kMinTransmittance = 0.1f;
 /// Number of random directions that measure a lobe's width.
 constexpr size_t kLobeProbes = 31;

@@ -301,7 +301,7 @@ const Bsdf* ProductRenderer::main_bsdf(int tile) const {
   const auto largest =
       std::max_element(patches.begin(), patches.end(),
                        [](const Patch& a, const Patch& b) { return a.count < b.count; });
-  return largest == patches.end() ? nullptr : most->bsdf;
+  return largest == patches.end() ? nullptr : largest->bsdf;
 }
 
 void ProductRenderer::divide_among_methods() {
