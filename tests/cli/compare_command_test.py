@@ -106,7 +106,7 @@ class Command(unittest.TestCase):
             self.assert_bad(f"comes from {text} independent renders, by kinome:renders", a, told)
         self.reference("told", seeds=None, header={"kinome:renders": "2",
                                                    "kinome:complete": "false"})
-        self.assert_bad("in its header, as it was interrupted; needs at least 4", a, told)
+        self.assert_bad("in its header, because it was interrupted; needs at least 4", a, told)
 
     def test_damaged_variances_of_tiles_are_refused(self):
         a, header = self.renders("a", picture(), 1), {"kinome:renders": "16"}
@@ -120,9 +120,9 @@ class Command(unittest.TestCase):
         for value, text, words in ((1e-5, None, "no kinome:variance_of_mean"),
                                    (1e-5, "1e-7 1e-7", "no kinome:variance_of_mean"),
                                    (1e-5, "a b c", "no kinome:variance_of_mean"),
-                                   (-1e-5, "1e-7 1e-7 1e-7", "negative or no numbers"),
-                                   (np.nan, "1e-7 1e-7 1e-7", "negative or no numbers"),
-                                   (1e-5, "1e-7 nan 1e-7", "negative or no numbers")):
+                                   (-1e-5, "1e-7 1e-7 1e-7", "negative or not finite"),
+                                   (np.nan, "1e-7 1e-7 1e-7", "negative or not finite"),
+                                   (1e-5, "1e-7 nan 1e-7", "negative or not finite")):
             if text is not None:
                 header["kinome:variance_of_mean"] = text
             bad = self.reference("bad", change=tiles(value), header=header)
@@ -145,7 +145,7 @@ class Command(unittest.TestCase):
                 self.assertIn("a15.exr, 16 renders\nB: ", out)
                 self.assertIn("b15.exr, 16 renders\n", out)
         # Whose are the files in the middle? And what has a variance, is it A's or B's?
-        self.assert_bad("32 files, and it isn't plain which of them are B", *a, *b)
+        self.assert_bad("32 files, and it is ambiguous which of them are the reference B", *a, *b)
         other = self.reference("other")
         self.assert_bad("Put --reference before", other, reference, self.reference("third"))
         self.assert_bad("none.exr: no such file", *a, self.folder / "none.exr")
@@ -154,7 +154,7 @@ class Command(unittest.TestCase):
                     io.StringIO()) as said:
                 main([str(argument) for argument in arguments])
             self.assertEqual(end.exception.code, 2)
-            self.assertIn("expected two pictures to compare, A and B", said.getvalue())
+            self.assertIn("expected two images to compare, A and B", said.getvalue())
 
     def test_masked_pixels_of_a_reference_are_said_and_left_out(self):
         def mask(channels):
@@ -189,7 +189,7 @@ class Command(unittest.TestCase):
         def spoil(channels):
             channels["G"][1, 2] = np.nan
 
-        self.assert_bad("the reference holds 1 NaN", a, self.reference("nan", change=spoil))
+        self.assert_bad("the reference contains 1 NaN", a, self.reference("nan", change=spoil))
         shutil.copy(self.folder / "a03.exr", self.folder / "a99.exr")
         self.assert_bad("different seeds", a, b)
         (self.folder / "a99.exr").unlink()
@@ -264,7 +264,7 @@ class Command(unittest.TestCase):
                                                "--reference",
                                                *(self.folder / f"k{i}.exr" for i in range(4, 8)))
         self.assertEqual(status, 0, errors)
-        self.assertIn("both pictures are black", out)
+        self.assertIn("both images are black", out)
 
     def test_outputs_that_cannot_be_written_are_refused_first(self):
         # Neither A nor B is there: what is said is said before anything is read.
@@ -295,7 +295,7 @@ class Command(unittest.TestCase):
         (self.folder / "link.png").symlink_to(one)
         for path in (one, self.folder / "link.png"):
             before = one.read_bytes()
-            self.assert_bad(f"{path}: is one of the compared pictures", a, a, "--json", path)
+            self.assert_bad(f"{path}: is one of the compared images", a, a, "--json", path)
             self.assertEqual(one.read_bytes(), before)
 
     def test_a_full_disk_is_no_verdict(self):
@@ -376,7 +376,7 @@ class Command(unittest.TestCase):
             quiet = self.run_command(a, a, "-q")
         self.assertEqual((status, errors), (0, ""))
         line, = (line for line in out.splitlines() if "FLIP" in line)
-        self.assertIn("flip-evaluator, which Debian hasn't got", line)
+        self.assertIn("flip-evaluator is missing", line)
         self.assertIn("sh validation/run.sh", line)
         self.assertEqual(quiet, (0, "pass\n", ""))
 

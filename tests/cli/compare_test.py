@@ -96,7 +96,7 @@ class FalseAlarms(unittest.TestCase):
         verdict = compare(Estimate.from_renders("a", exact),
                           Estimate.from_renders("b", with_corner))
         self.assertTrue(verdict.tests[2].passed, verdict.tests[2].worst)
-        self.assertIn("6 of 3072 values vary in one picture but not in the other",
+        self.assertIn("6 of 3072 values vary in one image but not in the other",
                       " ".join(verdict.notes))
 
     def test_without_noise_rounding_passes_and_more_fails(self):

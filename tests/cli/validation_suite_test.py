@@ -331,7 +331,7 @@ class BadInput(InFolder):
         path = self.folder / "spot.exr"
         write_exr(path, channels)
         path.with_suffix(".json").write_text('{"seeds": 16}')
-        with self.assertRaisesRegex(Problem, r"^spot.exr: the reference holds 1 NaN and 0 Inf"):
+        with self.assertRaisesRegex(Problem, r"^spot.exr: the reference contains 1 NaN and 0 Inf"):
             truth.load_reference(path)
 
     def test_no_reference_without_mitsuba(self):

@@ -1,4 +1,4 @@
-"""Comparison of renders by statistics: see kinome-compare."""
+"""Statistical comparison of renders: see kinome-compare."""
 from .errors import Errors, flip
 from .images import BadInput, Estimate, load
 from .verdict import Verdict, compare

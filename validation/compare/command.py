@@ -1,4 +1,4 @@
-"""The command kinome-compare: arguments, report, exit status."""
+"""Command kinome-compare: arguments, report, exit status."""
 import argparse
 import contextlib
 import dataclasses
@@ -7,7 +7,7 @@ import os
 import pathlib
 import sys
 
-import OpenImageIO  # noqa: F401: that there is none is told before anything else
+import OpenImageIO  # noqa: F401: a missing module must be reported before anything else
 
 from .errors import Errors, flip
 from .images import FEWEST, BadInput, files_of, has_variance, load
@@ -16,9 +16,9 @@ from .packages import use_packages
 from .verdict import compare
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-NO_FLIP = ("HDR-FLIP: not measured, for want of the Python package flip-evaluator, which Debian "
-           "hasn't got (pip install flip-evaluator; in Kinome's source, `sh validation/run.sh "
-           "correctness spot` installs it for this command)")
+NO_FLIP = ("HDR-FLIP: not measured, because the Python package flip-evaluator is missing. It isn't "
+           "part of Debian: pip install flip-evaluator. In Kinome's source tree, `sh validation/run.sh "
+           "correctness spot` installs it for this command")
 
 USAGE = """\
 kinome-compare [OPTION...] A B
@@ -26,17 +26,17 @@ kinome-compare [OPTION...] A B
        kinome-compare [OPTION...] A... --reference B..."""
 
 DESCRIPTION = """\
-Do two renderings of a scene have the same expectation? B is the reference, A is what is doubted.
-Each of both is one of
+Tests whether two renders of a scene have the same expected value. A is compared with the reference B.
+Each of them is one of these:
 
-  - a picture by `kinome --variance`, or another EXR file with channels R, G, B and variance.R,
-    variance.G, variance.B of its mean (a JSON file beside it may say under "seeds" how many renders
-    made it, a channel `mask` where it has no value);
-  - 4 renders or more of different seeds, 16 if possible: their names (m-*.exr, which the shell
-    spells out), a pattern in quotes ('out/m-*.exr'), or names with commas between.
+  - an image rendered with `kinome --variance`, or another EXR file with the channels R, G, B of the
+    mean and variance.R, variance.G, variance.B of the variance of the mean. The number of renders may
+    be in a JSON file beside it, under "seeds". A channel `mask` may mark pixels without a value;
+  - at least 4 renders (better 16) with different seeds: file names (m-*.exr, which the shell
+    expands), a pattern in quotes ('out/m-*.exr'), or names separated by commas.
 
-Without --reference, the last name alone is B, and all before it are A.
-Exit status: 0 the same as far as can be seen, 1 different, 2 bad input.
+Without --reference, only the last name is B.
+Exit status: 0 no difference found, 1 a difference, 2 invalid input.
 
   kinome-compare new.exr old.exr
   kinome-compare m-*.exr reference.exr
@@ -48,21 +48,21 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog="kinome-compare", usage=USAGE, description=DESCRIPTION,
                                      formatter_class=argparse.RawDescriptionHelpFormatter,
                                      allow_abbrev=False)
-    parser.add_argument("names", metavar="A", nargs="*", help="what is compared, and the reference")
+    parser.add_argument("names", metavar="A", nargs="*", help="images to compare, and the reference")
     parser.add_argument("-r", "--reference", metavar="B", nargs="+", default=[],
-                        help="the reference, where it is several files: all names after this")
+                        help="the files of the reference: all names after this option")
     parser.add_argument("--alpha", type=float, default=0.01,
-                        help="how often two correct renderings may fail; default: 0.01")
+                        help="rate of false alarms for correct renders; default: 0.01")
     parser.add_argument("--renders-a", type=int, metavar="N",
-                        help="how many independent renders A's variance comes from, where the file "
-                             "doesn't say so, or is wrong")
-    parser.add_argument("--renders-b", type=int, metavar="N", help="the same of B")
-    parser.add_argument("--json", metavar="FILE", help="also write all figures as JSON")
+                        help="number of independent renders from which A's variance was computed; "
+                             "overrides the number in the file")
+    parser.add_argument("--renders-b", type=int, metavar="N", help="the same for B")
+    parser.add_argument("--json", metavar="FILE", help="also write all results as JSON")
     parser.add_argument("--picture", metavar="FILE", help="also write a PNG of the difference")
     parser.add_argument("-q", "--quiet", action="store_true", help="print only the last line")
     options = parser.parse_args(arguments)
     if not 0 < options.alpha < 1:
-        parser.error(f"--alpha must lie between 0 and 1, got {options.alpha:g}")
+        parser.error(f"--alpha must be between 0 and 1, got {options.alpha:g}")
     if None not in (options.json, options.picture) and (
             os.path.realpath(options.json) == os.path.realpath(options.picture)):
         parser.error(f"--json and --picture are the same file, {options.json}")
@@ -70,39 +70,40 @@ def parse(arguments):
     if not options.b:
         options.a, options.b = options.names[:-1], options.names[-1:]
     if not options.a:
-        parser.error("expected two pictures to compare, A and B; the files of A come first, before "
+        parser.error("expected two images to compare, A and B; the files of A come first, before "
                      "--reference" if options.reference or options.names else
-                     "expected two pictures to compare, A and B")
+                     "expected two images to compare, A and B")
     return options
 
 
 def refuse_doubt(options):
-    """m-*.exr n-*.exr are but names to us: where the first set ends, nobody says."""
+    """Raises BadInput if the files of A and B can't be told apart. The shell expands m-*.exr n-*.exr into
+    one list of names."""
     if options.reference or len(options.a) < 2:
         return
     first, last = files_of(options.a), files_of(options.b)
     is_pattern = len(last) >= FEWEST
     is_alone = len(last) == 1 and has_variance(last[0]) and not any(map(has_variance, first))
     if not is_pattern and not is_alone:
-        raise BadInput(f"{len(first) + len(last)} files, and it isn't plain which of them are B, "
-                       "the reference: the last one is, without a word, only where it has a variance "
-                       "and no other has. Put --reference before the files of B: "
+        raise BadInput(f"{len(first) + len(last)} files, and it is ambiguous which of them are the "
+                       "reference B. Without --reference, the last file is B only if it has a variance "
+                       "and no other file has one. Put --reference before the files of B: "
                        f"kinome-compare {options.a[0]} ... --reference ...")
 
 
 def notes_on_shared(options):
-    """A picture's noise is its own: compared with itself, there is no difference that noise could
-    explain, and what is said of chance doesn't hold."""
+    """Returns a note if A and B share a file. Their noise is then not independent, so the probabilities
+    of the tests are wrong."""
     reference = files_of(options.b)
     shared = [name for name in files_of(options.a)
               if any(os.path.samefile(name, other) for other in reference)]
-    return [f"{name} is both in A and in B: a picture tells nothing about itself, whatever else is "
-            "said here" for name in shared[:1]]
+    return [f"{name} is both in A and in B, so all results here are meaningless: the noise of A and B "
+            "must be independent" for name in shared[:1]]
 
 
 @contextlib.contextmanager
 def writing(path):
-    """What goes wrong here goes wrong with that file."""
+    """Raises BadInput with the name of the file for each OSError."""
     try:
         yield
     except OSError as reason:
@@ -110,9 +111,9 @@ def writing(path):
 
 
 def check_outputs(options):
-    """Before the files of A and B are read, which may take long."""
+    """Raises BadInput if an output can't be written. Called before A and B are read, which may take long."""
     if options.picture is not None:
-        # Whoever names another format expects that format.
+        # A user who gives another extension expects another format.
         ending = pathlib.Path(options.picture).suffix
         if ending.lower() not in ("", ".png"):
             raise BadInput(f"{options.picture}: --picture writes a PNG, not {ending}")
@@ -122,7 +123,7 @@ def check_outputs(options):
             check(path)
     for path in filter(os.path.isfile, paths):
         if any(os.path.samefile(path, name) for name in files_of([*options.a, *options.b])):
-            raise BadInput(f"{path}: is one of the compared pictures, which are never overwritten")
+            raise BadInput(f"{path}: is one of the compared images, which are never overwritten")
 
 
 def write_outputs(options, a, b, verdict, result):
@@ -130,13 +131,13 @@ def write_outputs(options, a, b, verdict, result):
         with writing(options.json), whole(options.json) as file:
             file.write((json.dumps(result, indent=2) + "\n").encode())
     if options.picture is not None:
-        from . import picture  # matplotlib takes a second to load: only where it is asked for
+        from . import picture  # imported late because matplotlib takes a second to load
         with writing(options.picture), whole(options.picture) as file:
             picture.write(file, a, b, verdict)
 
 
 def figures(a, b, verdict):
-    """Everything that is printed, as JSON has it."""
+    """Returns all results in the form of --json."""
     result = {"passed": verdict.passed, "alpha": verdict.alpha,
               "a": {"name": a.name, "renders": a.renders, "nan": a.nans, "inf": a.infinities},
               "b": {"name": b.name, "renders": b.renders, "masked": int(b.masked.sum())},
@@ -155,11 +156,11 @@ def figures(a, b, verdict):
 
 
 def error_figure(value):
-    """The reference's noise is subtracted: what is negative is an error too small to be seen."""
+    """Formats a relMSE. A negative value is an error below the reference's noise, which is subtracted."""
     return f"below the reference's noise ({value:.4g})" if value < 0 else f"{value:.4g}"
 
 
-VALUES = {"image": "the mean of the whole picture, in each channel",
+VALUES = {"image": "the mean of the whole image, in each channel",
           "tiles": "the means of 16x16 pixels", "pixels": "every pixel"}
 
 
@@ -168,17 +169,17 @@ def count(number, what):
 
 
 def report(result):
-    """Lines for people."""
+    """Yields the lines of the human-readable report."""
     a, b = result["a"], result["b"]
     yield f"A: {a['name']}, {count(a['renders'], 'render')}"
     yield f"B: {b['name']}, {count(b['renders'], 'render')}"
     for test in result["tests"].values():
         size = test["detectable"]
-        power = "no light to be wrong" if size is None else f"would find a bias of {size:.3%}"
+        power = "no light to test" if size is None else f"would find a bias of {size:.3%}"
         yield (f"{'pass' if test['passed'] else 'FAIL'}  {test['name']:<7} "
                f"{VALUES[test['name']]}: p = {test['p']:.3g}, {test['failed']} of "
                f"{test['values']} wrong; {power}")
-        yield f"      least likely: {test['worst']}"
+        yield f"      worst: {test['worst']}"
     for label, key in (("A's mean", "relmse"), ("one render of A", "relmse_of_one_render")):
         if result[key] is not None:
             mean, trimmed, maximum = (error_figure(result[key][name])
@@ -215,7 +216,7 @@ def main(arguments=None):
             [test.name for test in verdict.tests if not test.passed] +
             ([f"{broken} values are NaN or Inf"] if broken else [])), flush=True)
     except OSError as reason:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # where Python flushes once more at its end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # target of Python's last flush at exit
         print(f"kinome-compare: stdout can't be written: {reason.strerror}", file=sys.stderr)
         return 2
     return 0 if verdict.passed else 1

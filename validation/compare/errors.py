@@ -1,4 +1,4 @@
-"""Measures of error: relMSE with the reference's noise taken out, and FLIP."""
+"""Measures of error: relMSE without the reference's noise, and FLIP."""
 import dataclasses
 
 import numpy as np
@@ -17,8 +17,8 @@ class Errors:
 
     @classmethod
     def of(cls, image, reference, masked):
-        """Of an array against an Estimate. What is left of an exact picture is 0 on average, and so
-        may be slightly negative."""
+        """Returns the errors of an array against an Estimate. They have a mean of 0 for an exact image, so
+        they may be slightly negative."""
         r = reference.mean[~masked]
         floor = 0.01 * r.mean() ** 2
         if floor == 0 and not r.any():
@@ -30,9 +30,9 @@ class Errors:
 
 
 def flip(image, reference, masked):
-    """Mean HDR-FLIP, or None where the package flip-evaluator isn't installed."""
+    """Returns the mean HDR-FLIP, or None if the package flip-evaluator isn't installed."""
     try:
-        import flip_evaluator  # not one of Debian's packages
+        import flip_evaluator  # not a package of Debian
     except ImportError:
         return None
     pictures = []

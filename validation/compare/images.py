@@ -1,7 +1,7 @@
-"""Reading: one estimate of a picture (mean and variance of the mean) from files.
+"""Reads an estimate of an image (mean and variance of the mean) from files.
 
-An estimate is one file that holds both, or several renders of different seeds. Files are OpenEXR or
-PFM with linear radiance.
+An estimate is one file with both, or several renders with different seeds. The files are OpenEXR or PFM
+with linear radiance.
 """
 import dataclasses
 import glob
@@ -13,25 +13,25 @@ import numpy as np
 
 from .noise import TILE, tile_sums
 
-FEWEST = 4  # renders; with fewer, a variance says next to nothing of noise with heavy tails
-ENOUGH = 16
+FEWEST = 4  # minimum number of renders; fewer give a poor variance for noise with heavy tails
+ENOUGH = 16  # recommended number of renders
 
 
 class BadInput(Exception):
-    """What the user has to put right, in one line."""
+    """Invalid input, with a message of one line for the user."""
 
 
 @dataclasses.dataclass
 class Estimate:
-    """A picture's values with their uncertainty. Arrays are float64, rows from the top.
+    """Values of an image with their uncertainty. Arrays are float64, top row first.
 
-    mean, variance: (height, width, channels); variance is that of the mean, not of one render.
-    renders: how many independent renders the variance comes from.
-    stack: (renders, height, width, channels) where the renders themselves are known, or None.
-    tile_variance, whole_variance: what a file tells of what pixels have in common, or None:
-    variances of the sums over tiles (rows, columns, channels) and over the picture (channels).
-    masked: (height, width), pixels that have no value; their mean and variance are 0.
-    rounding: relative error that the file's number format may leave in any value.
+    mean, variance: (height, width, channels); the variance is that of the mean, not of one render.
+    renders: number of independent renders from which the variance was computed.
+    stack: (renders, height, width, channels), or None if the single renders are unknown.
+    tile_variance, whole_variance: variances of the sums over tiles (rows, columns, channels) and over
+    the image (channels), or None. They include noise that pixels share.
+    masked: (height, width), pixels without a value; their mean and variance are 0.
+    rounding: relative error of any value by the number format of the file.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Estimate:
 
     @classmethod
     def from_renders(cls, name, stack, rounding=1e-5):
-        """Of several renders; a pixel that is not finite in any one of them is masked."""
+        """Returns the estimate of several renders. Masks pixels that aren't finite in all of them."""
         stack = np.array(stack, np.float64)
         broken = ~np.isfinite(stack)
         masked = broken.any(axis=(0, 3))
@@ -63,7 +63,8 @@ class Estimate:
 
 
 def files_of(patterns):
-    """Each is a file, or a pattern, or several of either with commas between."""
+    """Returns the files of a list of names. Each is a file, a pattern, or several of them separated by
+    commas."""
     names = []
     for part in (p for pattern in patterns
                  for p in ([pattern] if os.path.exists(pattern) else pattern.split(","))):
@@ -75,14 +76,14 @@ def files_of(patterns):
 
 
 def refuse_repeated(names):
-    """The same file again is no other render. Another file with the same values may be: see
-    load_renders."""
+    """Raises BadInput if a file occurs twice, because it isn't an independent render. load_renders checks
+    for different files with the same values."""
     seen = {}
     for name in names:
         try:
             found = os.stat(name)
         except OSError:
-            continue  # read() says why
+            continue  # read() reports the reason
         key = found.st_dev, found.st_ino
         other = seen.get(key)
         seen[key] = name
@@ -92,11 +93,11 @@ def refuse_repeated(names):
 
 
 def has_variance(path):
-    """Does the file say so, by its channels? Without reading its pixels."""
-    import OpenImageIO as oiio  # pictures in memory need none
+    """Returns whether the file has variance channels. Doesn't read its pixels."""
+    import OpenImageIO as oiio  # not needed for images in memory
     source = oiio.ImageInput.open(str(path))
     if source is None:
-        return False  # read() says why
+        return False  # read() reports the reason
     names = source.spec().channelnames
     source.close()
     return any(name.startswith("variance.") for name in names)
@@ -104,23 +105,23 @@ def has_variance(path):
 
 @dataclasses.dataclass
 class Picture:
-    """What a file holds."""
+    """Contents of a file."""
 
-    channels: dict  # (height, width) by name
-    header: dict  # texts by name, of attributes that begin with "kinome:"
-    rounding: float  # relative error that the number format may leave in a value
+    channels: dict  # {name: array of (height, width)}
+    header: dict  # {name: text} of attributes that begin with "kinome:"
+    rounding: float  # relative error of a value by the number format
 
 
-# Names of layers that hold the whole picture.
+# Names of layers that contain the whole image.
 WHOLE = ("combined", "beauty", "rgba", "rgb", "composite", "color", "colour")
-# From XYZ to linear Rec.709, the inverse of what Kinome and Mitsuba write XYZ by.
+# Matrix from XYZ to linear Rec.709: the inverse of the matrix with which Kinome and Mitsuba write XYZ.
 TO_RGB = np.linalg.inv([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169],
                         [0.019334, 0.119193, 0.950227]])
 
 
 def colour_names(names):
-    """Finds the channels that are a file's colour, as Kinome's reader does (exr_colors.h). Returns
-    their rank, of which the lowest is the best, and their names; no names if there is no colour."""
+    """Finds the colour channels of a file, as Kinome's reader does (exr_colors.h). Returns their rank
+    (the lowest is the best) and their names. There are no names if the file has no colour."""
     layers = {}
     for name in sorted(names):  # capital letters come first
         layer, _, letter = name.rpartition(".")
@@ -142,7 +143,7 @@ def colour_names(names):
 
 
 def name_colour(channels):
-    """Renames the channels of a colour to R, G and B, or Y; converts XYZ to RGB."""
+    """Renames the colour channels to R, G and B, or to Y. Converts XYZ to RGB."""
     rank, names = colour_names(channels)
     found = [channels.pop(name) for name in names]
     if rank == 1:
@@ -151,7 +152,7 @@ def name_colour(channels):
 
 
 def seek_colour(source):
-    """Goes to the part of a file with the best colour, the first part if none has any."""
+    """Seeks the part of a file with the best colour, or the first part if none has a colour."""
     ranks = []
     while source.seek_subimage(len(ranks), 0):
         ranks.append(colour_names(source.spec().channelnames)[0])
@@ -159,7 +160,7 @@ def seek_colour(source):
 
 
 def read(path):
-    """The Picture in an EXR or PFM file."""
+    """Returns the Picture in an EXR or PFM file."""
     import OpenImageIO as oiio
     source = oiio.ImageInput.open(str(path))
     if source is None:
@@ -168,12 +169,12 @@ def read(path):
     seek_colour(source)
     spec = source.spec()
     if spec.format.basetype not in (oiio.FLOAT, oiio.HALF):
-        raise BadInput(f"{path}: holds {spec.format}, expected an OpenEXR or PFM file of floats")
+        raise BadInput(f"{path}: has values of type {spec.format}, must be an OpenEXR or PFM file of floats")
     pixels = source.read_image(source.current_subimage(), 0, 0, spec.nchannels, oiio.FLOAT)
     if pixels is None:
         raise BadInput(f"{path}: can't be read: {(source.geterror().splitlines() or ['?'])[0]}")
     source.close()
-    # Half floats have 11 bits; what many of them leave in a mean has no sign, but may in one value.
+    # Half floats have 11 bits. Their rounding errors cancel in means, but not in single values.
     rounding = 2.0 ** -12 if spec.format.basetype == oiio.HALF else 1e-5
     pixels = np.asarray(pixels, np.float64).reshape(spec.height, spec.width, spec.nchannels)
     header = {a.name: a.value for a in spec.extra_attribs
@@ -183,36 +184,35 @@ def read(path):
 
 
 def colour(path, channels, prefix=""):
-    """The colour channels of a file as one array, or None if it has none of that prefix."""
+    """Returns the colour channels of a file as one array, or None if it has none with that prefix."""
     for names in (("R", "G", "B"), ("Y",)):
         if all(prefix + name in channels for name in names):
             return np.stack([channels[prefix + name] for name in names], axis=2)
     if prefix:
         return None
-    raise BadInput(f"{path}: needs channels R, G, B or X, Y, Z or Y, has {', '.join(channels)}")
+    raise BadInput(f"{path}: needs channels R, G, B or X, Y, Z or Y, got {', '.join(channels)}")
 
 
 def renders_of(path, picture, wanted):
-    """How many renders a file's variance comes from: `wanted`, where the user says so; else the
-    header of a picture by `kinome --variance`, or "seeds" in the JSON beside a reference."""
+    """Returns the number of renders from which a file's variance was computed: `wanted`, if the user gave
+    it; else the number in the header by `kinome --variance`, or "seeds" in the JSON beside a reference."""
     note = pathlib.Path(path).with_suffix(".json")
-    found, source = wanted, "as --renders-a or --renders-b says"
+    found, source = wanted, "by --renders-a or --renders-b"
     if found is None and "kinome:renders" in picture.header:
         text = picture.header["kinome:renders"]
         found, source = int(text) if text.isdecimal() else text, "by kinome:renders in its header"
         if picture.header.get("kinome:complete") == "false":
-            source += ", as it was interrupted"
+            source += ", because it was interrupted"
     if found is None and note.is_file():
         try:
             found = json.loads(note.read_text(encoding="utf-8")).get("seeds")
         except (ValueError, AttributeError) as reason:
-            raise BadInput(f"{note}: not the JSON object that belongs to a reference: "
-                           f"{reason}") from reason
+            raise BadInput(f"{note}: not the JSON object of a reference: {reason}") from reason
         source = f'by "seeds" in {note.name}'
     if found is None:
-        raise BadInput(f"{path}: has a variance, but nothing says how many independent renders it "
-                       "comes from (neither kinome:renders in its header nor \"seeds\" in "
-                       f"{note.name} beside it): give --renders-a N for A, --renders-b N for B")
+        raise BadInput(f"{path}: has a variance, but the number of independent renders is unknown: there is "
+                       f"no kinome:renders in its header, and no \"seeds\" in {note.name} beside it. Give "
+                       "--renders-a N for A, or --renders-b N for B")
     if not isinstance(found, int) or isinstance(found, bool) or found < FEWEST:
         raise BadInput(f"{path}: its variance comes from {found} independent renders, {source}; "
                        f"needs at least {FEWEST} ({ENOUGH} are better)")
@@ -220,7 +220,7 @@ def renders_of(path, picture, wanted):
 
 
 def shared_noise(path, picture, variance):
-    """(tile_variance, whole_variance) of an Estimate, or (None, None) where the file has none."""
+    """Returns (tile_variance, whole_variance) of an Estimate, or (None, None) if the file has none."""
     tiles = colour(path, picture.channels, "tile_variance.")
     if tiles is None:
         return None, None
@@ -230,33 +230,32 @@ def shared_noise(path, picture, variance):
     except ValueError:
         whole = np.array([])
     if tiles.shape != variance.shape or whole.shape != variance.shape[2:]:
-        raise BadInput(f"{path}: has tile_variance, but not of the same channels as its colours, "
-                       "or no kinome:variance_of_mean in its header: write it again by "
-                       "kinome --variance")
-    # Pixels without a variance were left out of both.
+        raise BadInput(f"{path}: tile_variance has other channels than the colours, or there is no "
+                       "kinome:variance_of_mean in the header: render it again with kinome --variance")
+    # Both exclude pixels without a variance.
     known = np.isfinite(variance).all(axis=2)[:, :, None].astype(float)
     count = tile_sums(known)
     tiles = np.where(count > 0, tiles[::TILE, ::TILE], 0) * count ** 2
     whole = whole * known.sum() ** 2
     if not (tiles >= 0).all() or not (whole >= 0).all() or not np.isfinite([*tiles.flat,
                                                                             *whole]).all():
-        raise BadInput(f"{path}: variances of its tiles or of the whole are negative or no numbers")
+        raise BadInput(f"{path}: variances of tiles or of the whole image are negative or not finite")
     return tiles, whole
 
 
 def load_mean(path, renders):
-    """An estimate that is stored as such: channels R, G, B, variance.R, …, perhaps tile_variance.R,
-    …, and perhaps mask."""
+    """Returns the estimate in a file with the channels R, G, B, variance.R, …, optionally
+    tile_variance.R, …, and optionally mask."""
     return mean_of(path, read(path), renders)
 
 
 def mean_of(path, picture, renders):
-    """The same of a picture that was read; `path` is what it is called."""
+    """Does the same for a Picture that was already read. `path` is its name in messages."""
     channels = picture.channels
     mean, variance = colour(path, channels), colour(path, channels, "variance.")
     if variance is None:
         raise BadInput(f"{path}: one render, without a variance, can't be compared: give at least "
-                       f"{FEWEST} renders of different seeds, or one by kinome --variance")
+                       f"{FEWEST} renders with different seeds, or one with kinome --variance")
     if mean.shape != variance.shape:
         raise BadInput(f"{path}: mean and variance have different channels")
     renders = renders_of(path, picture, renders)
@@ -274,7 +273,7 @@ def mean_of(path, picture, renders):
 
 
 def load_renders(names):
-    """The estimate that several renders of different seeds make."""
+    """Returns the estimate from several renders with different seeds."""
     refuse_repeated(names)
     if len(names) < FEWEST:
         raise BadInput(f"{names[0]} and others: {len(names)} renders, needs at least {FEWEST} "
@@ -286,8 +285,8 @@ def load_renders(names):
         roundings.append(picture.rounding)
         if stack[-1].shape != stack[0].shape:
             raise BadInput(f"{name}: {size(stack[-1])}, but {names[0]} is {size(stack[0])}")
-    # The same seed twice would pass for a certainty that isn't there. Without any noise at all,
-    # every render is the same, and rightly so.
+    # Two renders with the same seed would make the variance too small. Only if there is no noise at
+    # all, every render may be the same.
     first, twins = {}, []
     for image, name in zip(stack, names):
         values = image.tobytes()
@@ -296,15 +295,15 @@ def load_renders(names):
         else:
             first[values] = name
     if twins and len(first) > 1:
-        raise BadInput(f"{twins[0][0]} and {twins[0][1]} are the same picture: render with "
+        raise BadInput(f"{twins[0][0]} and {twins[0][1]} are the same image: render with "
                        "different seeds")
     label = names[0] if len(names) == 1 else f"{names[0]} … {pathlib.Path(names[-1]).name}"
     return Estimate.from_renders(label, stack, max(roundings))
 
 
 def load(patterns, renders=None):
-    """The estimate in one file, or of the renders that are named: a pattern or a list of several,
-    see files_of."""
+    """Returns the estimate in one file, or from several renders. `patterns`: a pattern or a list of
+    patterns, see files_of."""
     several = isinstance(patterns, (list, tuple))
     names = files_of([str(p) for p in (patterns if several else [patterns])])
     return load_mean(names[0], renders) if len(names) == 1 else load_renders(names)

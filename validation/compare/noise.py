@@ -1,27 +1,27 @@
-"""How uncertain pixels, tiles and the whole picture are: variances and their degrees of freedom.
+"""Variances and their degrees of freedom, of pixels, of tiles and of the whole image.
 
-Pixels may have noise in common. A reconstruction filter wider than its pixel spreads each sample
-over several (with the Gaussian, the mean of a tile is 1.8 times as uncertain as its pixels alone
-would have it); lights and light paths may be shared by all of them. Two things are known of a tile:
+The noise of pixels may be correlated. A reconstruction filter wider than a pixel adds each sample to
+several pixels: with the Gaussian, the standard deviation of a tile's mean is 1.8 times as large as the
+variances of its pixels imply. Pixels may also share light points or light paths. There are two estimates
+of a tile's variance:
 
-  own    the variance of its mean from render to render: right whatever the pixels share, but known
-         by N renders only, with N - 1 degrees of freedom;
-  P      the sum of its pixels' variances: 256 times the sample, but right by a factor only, which
-         is 1 where pixels share nothing.
+  own    the variance of its mean between the renders. It is correct for correlated pixels, too, but with
+         N renders it has only N - 1 degrees of freedom;
+  P      the sum of its pixels' variances. It uses a sample that is 256 times larger, but it is wrong by
+         an unknown factor, which is 1 if pixels are independent.
 
-That factor, own / P, is much the same in all tiles where it comes from the filter, and another in
-each where it comes from what the scene does. How much of its spread is more than N - 1 degrees of
-freedom bring about is estimated from all tiles, and each tile's variance is the mean of its own and
-of what all tiles have it to be, weighed by what either is worth:
+The factor own / P is nearly the same in all tiles if the filter causes it, and different in each tile if
+the scene causes it. The spread of this factor is estimated from all tiles, without the spread due to
+N - 1 degrees of freedom. The variance of a tile is then a weighted mean of both estimates:
 
     V = (d0 s P + d own) / (d0 + d),    d = N - 1
 
-with the scale s and the degrees of freedom d0 of the factor's distribution by moments of log(own/P)
-(the moderated t statistic: Smyth, Linear models and empirical Bayes methods, 2004). A tile whose
-own variance is beyond what that distribution allows one in a hundred has its own alone.
+The scale s and the degrees of freedom d0 of the factor's distribution are computed from moments of
+log(own/P). This is the moderated t statistic: Smyth, Linear models and empirical Bayes methods, 2004. A
+tile whose `own` has a probability below 1 % in this distribution uses `own` alone.
 
-The whole picture's variance is the one from render to render. A file that tells of its pixels alone
-is taken for one of a box filter and independent pixels, as Mitsuba's references are.
+The variance of the whole image is that between renders. A file with only variances of pixels is assumed
+to have a box filter and independent pixels, as Mitsuba's references have.
 """
 import dataclasses
 
@@ -29,34 +29,35 @@ import numpy as np
 from scipy import special
 
 TILE = 16
-FEWEST_TILES = 3  # to tell how much their factors differ
-UNUSUAL = 0.01  # of tiles as all others: how often one is taken for unlike them
-NOTABLE = 1e-3  # false-alarm rate of saying that pixels share noise
+MIN_TILES = 3  # minimum number of tiles for estimating the spread of their factors
+UNUSUAL_ALPHA = 0.01  # probability that a usual tile is treated as unusual
+NOTABLE_ALPHA = 1e-3  # false-alarm rate of the note that pixels share noise
 
 
 def tile_sums(x):
-    """Sums over tiles of the two axes before the last; the last tile of a row may be narrower."""
+    """Returns sums over tiles of the two axes before the last. The last tiles may be smaller."""
     rows = np.add.reduceat(x, np.arange(0, x.shape[-3], TILE), axis=-3)
     return np.add.reduceat(rows, np.arange(0, x.shape[-2], TILE), axis=-2)
 
 
 def neighbourhood(x):
-    """Sums over 3x3 pixels; beyond the edge there is nothing."""
+    """Returns sums over 3x3 pixels. Values beyond the edge are 0."""
     padded = np.pad(x, ((1, 1), (1, 1)) + ((0, 0),) * (x.ndim - 2))
     rows = padded[:-2] + padded[1:-1] + padded[2:]
     return rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
 
 
 def quotient(a, b, otherwise):
-    """a / b, and what to take where b is 0."""
+    """Returns a / b, or `otherwise` where b is 0."""
     return np.divide(a, b, out=np.full(np.broadcast(a, b).shape, float(otherwise)), where=b > 0)
 
 
 def hits(estimate):
-    """How many of the renders each value's light comes from, by its mean and variance: n where all
-    found the same, 1 where one found all of it, 0 where none found any.
+    """Estimates how many of the n renders found the light of each value, from its mean and variance: n if
+    all found the same, 1 if one found all of it, 0 if none found any.
 
-    k of n renders that found alike make a relative variance of the mean of (n - k) / (k (n - 1)).
+    If k of n renders found the same light, the relative variance of the mean is
+    (n - k) / (k (n - 1)).
     """
     n = estimate.renders
     found = quotient(n * estimate.mean ** 2,
@@ -65,10 +66,10 @@ def hits(estimate):
 
 
 def freedom_of_pixels(estimate):
-    """Degrees of freedom of each value's variance: n - 1, or fewer where few renders found light.
+    """Returns the degrees of freedom of each value's variance: n - 1, or fewer if few renders found light.
 
-    The variance of a variance is V² (kurtosis excess / n + 2 / (n - 1)); where k of n found light,
-    the excess is about n / k - 1.
+    The variance of a variance is V² (excess kurtosis / n + 2 / (n - 1)). If k of n renders found
+    light, the excess kurtosis is about n / k - 1.
     """
     n = estimate.renders
     found = np.clip(hits(estimate), 1, n)
@@ -76,13 +77,14 @@ def freedom_of_pixels(estimate):
 
 
 def satterthwaite(total, squares, otherwise):
-    """Degrees of freedom of a sum of independent variances. squares: the sum of V² / freedom."""
+    """Returns the degrees of freedom of a sum of independent variances. squares: the sum of
+    V² / freedom."""
     return quotient(total ** 2, squares, otherwise)
 
 
 @dataclasses.dataclass
 class Noise:
-    """Of one estimate. Variances of sums over pixels that aren't masked, with their freedom."""
+    """Noise of an estimate: variances of sums over unmasked pixels, with their degrees of freedom."""
 
     pixels: np.ndarray  # (height, width, channels)
     pixels_freedom: np.ndarray
@@ -90,7 +92,7 @@ class Noise:
     tiles_freedom: np.ndarray
     whole: np.ndarray  # (channels,)
     whole_freedom: np.ndarray
-    factor: float | None  # by which pixels that share noise raise a tile's variance, if notable
+    factor: float | None  # own / P of all tiles if pixels notably share noise, else None
 
 
 def noise_of(estimate, masked):
@@ -109,7 +111,7 @@ def noise_of(estimate, masked):
     else:
         whole = own_variance_of_whole(estimate, keep, own)
         whole_freedom = np.full_like(whole, single)
-        # What varies by rounding alone says nothing of noise.
+        # Excludes tiles whose values vary only by rounding.
         noisy = total > (estimate.rounding * tile_sums(estimate.mean * keep)) ** 2
         tiles, tiles_freedom, factor = moderated(own, total, freedom, noisy, single)
         notable = factor if is_notable(own, total, noisy, single) else None
@@ -118,8 +120,9 @@ def noise_of(estimate, masked):
 
 
 def pooled(variance, squares, masked, factor):
-    """Of each pixel: its own variance, or the mean over itself and its neighbours (see verdict.py).
-    Where neighbours share noise, their variances tell as much as 1/factor as many."""
+    """Returns the variance of each pixel and its degrees of freedom: its own variance, or the mean over
+    itself and its neighbours (see verdict.py). If neighbours share noise, their number of independent
+    variances is divided by `factor`."""
     count = neighbourhood((~masked).astype(float))[:, :, None]
     total = neighbourhood(variance)
     mean = total / np.maximum(count, 1)
@@ -129,12 +132,13 @@ def pooled(variance, squares, masked, factor):
 
 
 def own_variance_of_tiles(estimate, keep):
-    """Of each tile's sum, from render to render; None where only pixels are known."""
+    """Returns the variance of each tile's sum between renders, or None if only the variances of pixels are
+    known."""
     if estimate.stack is not None:
         return tile_sums(estimate.stack * keep).var(axis=0, ddof=1) / estimate.renders
     if estimate.tile_variance is None:
         return None
-    # What else is masked takes its share with it.
+    # Scales the variance by the share of the pixels that aren't masked.
     kept = quotient(tile_sums(estimate.variance * keep), tile_sums(estimate.variance), 1)
     return estimate.tile_variance * kept
 
@@ -148,27 +152,27 @@ def own_variance_of_whole(estimate, keep, own):
 
 
 def moderated(own, total, freedom, noisy, single):
-    """(variances of tiles, their degrees of freedom, the factor s): see the top of this file."""
+    """Returns (variances of tiles, their degrees of freedom, the factor s): see the top of this file."""
     count = noisy.any(axis=2).sum()
     if not count:
         return np.maximum(own, total), freedom, 1.0
-    if count < FEWEST_TILES:
+    if count < MIN_TILES:
         return own, np.full_like(own, single), float((own[noisy] / total[noisy]).mean())
     ratio = quotient(own, total, 1)
     scale, prior = distribution_of_factors(ratio[noisy], single)
-    share = single / (prior + single)  # of a tile's own; prior may be infinite
+    share = single / (prior + single)  # weight of a tile's own variance; prior may be infinite
     variance = (1 - share) * scale * total + share * own
     known = min(prior + single, single * count)  # the channels of a tile count as one
     tiles_freedom = 1 / ((1 - share) ** 2 * max(scale, 1.0) / freedom + 1 / known)
-    unlike = special.fdtrc(single, min(prior, 1e9), ratio / scale) < UNUSUAL
+    unlike = special.fdtrc(single, min(prior, 1e9), ratio / scale) < UNUSUAL_ALPHA
     use_own = unlike & noisy
     tiles = np.where(use_own, own, np.where(noisy, variance, np.maximum(own, total)))
     return tiles, np.where(use_own, single, tiles_freedom), scale
 
 
 def distribution_of_factors(ratio, single):
-    """(scale, degrees of freedom) of the distribution that factors have beside the noise of an
-    estimate with `single` degrees of freedom: the latter infinite where all are the same."""
+    """Returns (scale, degrees of freedom) of the distribution of factors, without the noise of an estimate
+    with `single` degrees of freedom. The degrees of freedom are infinite if all factors are the same."""
     half = single / 2
     logs = np.log(np.maximum(ratio, 1e-5 * np.median(ratio))) - special.digamma(half) + np.log(half)
     spread = logs.var(ddof=1) - special.polygamma(1, half)
@@ -179,7 +183,7 @@ def distribution_of_factors(ratio, single):
 
 
 def inverse_trigamma(value):
-    """By Newton's method on 1 / trigamma, which is nearly linear."""
+    """Inverts the trigamma function by Newton's method on 1 / trigamma, which is nearly linear."""
     x = 0.5 + 1 / value
     for _ in range(50):
         trigamma = special.polygamma(1, x)
@@ -191,9 +195,9 @@ def inverse_trigamma(value):
 
 
 def is_notable(own, total, noisy, single):
-    """Is it more than chance that tiles vary more than their pixels?"""
+    """Returns whether tiles vary significantly more than their pixels imply."""
     if not noisy.any():
         return False
     freedom = noisy.any(axis=2).sum() * single
     ratio = (own[noisy] / total[noisy]).mean()
-    return special.chdtrc(freedom, ratio * freedom) < NOTABLE
+    return special.chdtrc(freedom, ratio * freedom) < NOTABLE_ALPHA

@@ -1,4 +1,4 @@
-"""Files that are written in full or not at all."""
+"""Writes files atomically: in full or not at all."""
 import contextlib
 import errno
 import os
@@ -7,7 +7,7 @@ import sys
 
 
 def is_stdout(path):
-    """/dev/stdout, whatever that is: text that is printed later goes to the same file."""
+    """Returns whether `path` is the standard output, to which the report is also printed."""
     try:
         return os.path.samestat(os.stat(path), os.fstat(sys.stdout.fileno()))
     except (OSError, ValueError):
@@ -15,25 +15,25 @@ def is_stdout(path):
 
 
 def is_stream(path):
-    """A pipe, a device or /dev/stdout: nothing may take its place."""
+    """Returns whether `path` is a pipe, a device or the standard output, which can't be replaced."""
     return is_stdout(path) or (os.path.exists(path) and not os.path.isfile(path)
                                and not os.path.isdir(path))
 
 
 def names(path):
-    """(the file that `path` or a link there stands for, the name it has until it is whole).
-    Raises OSError where the file can't be written whatever its folder allows."""
+    """Returns the target of `path`, with links resolved, and the name of its temporary file. Raises OSError
+    if the target is a folder, or a file without write permission."""
     target = os.path.realpath(path)
     if os.path.isdir(target) or not os.path.basename(path):
         raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
-    # The folder alone decides what may be replaced; a file that is read-only is so for a reason.
+    # Replacing a file needs only permissions of its folder. A read-only file must be kept, nevertheless.
     if os.path.exists(path) and not os.access(path, os.W_OK):
         raise OSError(errno.EACCES, os.strerror(errno.EACCES))
     return target, f"{target}.{secrets.token_hex(8)}.part"
 
 
 def check(path):
-    """Raises OSError if nothing can be written there, before much work is done for it."""
+    """Raises OSError if `path` can't be written. For use before expensive work."""
     unfinished = names(path)[1]
     if not is_stream(path):
         with open(unfinished, "xb"):
@@ -43,7 +43,7 @@ def check(path):
 
 @contextlib.contextmanager
 def whole(path):
-    """A binary file to write to, which replaces the one at `path` if all goes well."""
+    """Opens a temporary binary file, which replaces the one at `path` on success."""
     target, unfinished = names(path)
     if is_stdout(path):
         yield sys.stdout.buffer

@@ -1,10 +1,10 @@
-"""Packages that Debian hasn't got."""
+"""Python packages that aren't part of Debian."""
 import sys
 
 
 def use_packages(build):
-    """flip_evaluator comes from the virtual environment that validation/run.sh makes in the build
-    folder, after Debian's own packages."""
+    """Adds the packages of the virtual environment of validation/run.sh in the build folder, for
+    flip_evaluator. Debian's packages take precedence."""
     for found in (build / "validation/mitsuba/lib").glob("python*/site-packages"):
         if str(found) not in sys.path:
             sys.path.append(str(found))

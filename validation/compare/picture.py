@@ -1,4 +1,4 @@
-"""The difference picture: both images, their relative difference, and where the tests see it."""
+"""Plot of a comparison: both images, their relative difference, and the results of the tests."""
 import matplotlib
 
 matplotlib.use("Agg")
@@ -7,14 +7,14 @@ import numpy as np  # noqa: E402
 
 
 def encoded(image, scale):
-    """sRGB of linear values."""
+    """Converts scaled linear values to sRGB."""
     x = np.clip(image * scale, 0, 1)
     x = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
     return np.repeat(x, 3, axis=2) if x.shape[2] == 1 else x
 
 
 def write(path, a, b, verdict):
-    """A PNG of four panels, to a file or its name."""
+    """Writes a PNG with four panels. `path`: a file or its name."""
     grey_a, grey_b = a.mean.mean(axis=2), b.mean.mean(axis=2)
     relative = (grey_a - grey_b) / (grey_b + 0.1 * max(grey_b.mean(), 1e-30))
     relative[a.masked | b.masked] = np.nan

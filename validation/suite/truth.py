@@ -77,7 +77,7 @@ def load_reference(path):
     except BadInput as reason:
         raise Problem(reason) from reason
     if found.nans or found.infinities:
-        raise Problem(f"{path.name}: the reference holds {found.nans} NaN and "
+        raise Problem(f"{path.name}: the reference contains {found.nans} NaN and "
                       f"{found.infinities} Inf: it isn't used")
     return found
 
