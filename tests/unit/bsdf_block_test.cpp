@@ -90,7 +90,7 @@ struct Bounds {
   bool hold(const Vec3& a, const Vec3& b, float scale = 1) const {
     return hold(a.x, b.x, scale) && hold(a.y, b.y, scale) && hold(a.z, b.z, scale);
   }
-  /// f has the magnitude of the density, unless the surface is nearly diffuse.
+  /// f has the magnitude of the density, or that of a diffuse surface.
   bool hold(const Rgb& f, float pdf, const BsdfValue& b) const {
     return hold(f, b.f, 1 + b.pdf) && hold(pdf, b.pdf, 1);
   }

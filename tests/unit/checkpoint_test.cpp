@@ -23,7 +23,7 @@ std::string read_bytes(const std::string& path) {
   return bytes.str();
 }
 
-/// The default filter reaches into neighbouring tiles, so that the order of tiles matters.
+/// The filter reaches into neighbouring tiles, so that the order of tiles matters.
 std::unique_ptr<Scene> scene_with(const std::string& integrator, int samples = 4, int width = 70) {
   return scene_from(integrator + R"(
     <emitter type="constant"/>

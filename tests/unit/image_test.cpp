@@ -118,7 +118,7 @@ TEST(Exr, ReadsTilesAndMixedChannelTypes) {
   }
 }
 
-/// Red, green, blue, white; x and y of each.
+/// x and y of red, green, blue and white.
 using Chromaticities = std::array<float, 8>;
 constexpr Chromaticities kRec709{0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f};
 constexpr Chromaticities kDisplayP3{0.68f, 0.32f, 0.265f, 0.69f, 0.15f, 0.06f, 0.3127f, 0.329f};
@@ -140,7 +140,8 @@ void write_with(const Chromaticities& c, const std::string& path, const Image& i
   file.writePixels(image.height);
 }
 
-/// Columns are the XYZ of red, green and blue, which add up to a white of Y = 1.
+/// Returns the matrix whose columns are the XYZ of red, green and blue. Their sum is a white of Y =
+/// 1.
 glm::dmat3 rgb_to_xyz(const Chromaticities& c) {
   const auto xyz = [&c](int i) {
     return glm::dvec3(c[2 * i], c[2 * i + 1], 1. - c[2 * i] - c[2 * i + 1]);
@@ -162,7 +163,7 @@ TEST(Exr, ChromaticitiesBecomeRec709) {
     for (size_t i = 0; i < image.data.size(); i += 5) {
       const glm::dvec3 color(image.data[i], image.data[i + 1], image.data[i + 2]);
       const glm::dvec3 expected = matrix * color;
-      // A matrix in float, of entries up to 3, and texels up to 90.
+      // Tolerance: a single-precision matrix with entries up to 3, and texels up to 90.
       for (int k = 0; k < 3; ++k) ASSERT_NEAR(back.data[i + k], expected[k], 2e-4) << i << " " << k;
       ASSERT_EQ(back.data[i + 3], image.data[i + 3]);
       ASSERT_EQ(back.data[i + 4], image.data[i + 4]);
@@ -170,8 +171,8 @@ TEST(Exr, ChromaticitiesBecomeRec709) {
   }
 }
 
-/// mi.Bitmap("a.exr") of Mitsuba 3.9.1; `bitmap` (also with raw), `envmap` and `projector` get the
-/// same. For XYZ it has a matrix of its own, rounded to six digits.
+/// Values of mi.Bitmap("a.exr") in Mitsuba 3.9.1; its `bitmap` (also with raw), `envmap` and
+/// `projector` have the same ones. For XYZ it uses a matrix that is rounded to six digits.
 TEST(Exr, ConvertsAsMitsubaDoes) {
   const TemporaryFolder folder;
   const std::string path = folder.path("a.exr");
@@ -190,7 +191,7 @@ TEST(Exr, ConvertsAsMitsubaDoes) {
   }
 }
 
-/// Rec.709's within 0.001, as writers round them, and what has no colours.
+/// Images with Rec.709 primaries within 0.001, as writers round them, and images without colours.
 TEST(Exr, KeepsWhatNeedsNoConversion) {
   const TemporaryFolder folder;
   const std::string path = folder.path("a.exr");
@@ -224,7 +225,7 @@ TEST(Exr, RefusesChromaticitiesOfNoColours) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const Chromaticities bad[] = {
       {},
-      {0.6f, 0.3f, 0.4f, 0.3f, 0.2f, 0.3f, 0.3127f, 0.329f},    // on one line
+      {0.6f, 0.3f, 0.4f, 0.3f, 0.2f, 0.3f, 0.3127f, 0.329f},    // all on one line
       {0.64f, 0.33f, 0.64f, 0.33f, 0.15f, 0.06f, 0.3f, 0.33f},  // red is green
       with(7, 0.f),
       with(0, nan),
@@ -277,7 +278,7 @@ TEST(Exr, DamagedFilesAreErrorsOrImages) {
   int errors = 0;
   for (uint64_t trial = 0; trial < 400; ++trial) {
     std::string bytes = whole;
-    // Mostly the header, where sizes and types are.
+    // Most changes are in the header, which has the sizes and types.
     const size_t range = trial % 4 == 0 ? bytes.size() : 360;
     for (uint64_t k = 0; k < 1 + trial % 3; ++k) {
       const uint64_t h = hash_words(trial, k);
@@ -325,7 +326,7 @@ TEST(Pfm, RoundTrip) {
   // Big-endian, scale 2, bottom row first.
   const std::string big("Pf\n1 2\n2.0\n\x3f\x80\x00\x00\x40\x00\x00\x00", 19);
   EXPECT_EQ(read_pfm(folder.write("b.pfm", big)).data, (std::vector<float>{4.f, 2.f}));
-  // Lines that end in two characters; and one, where the data begins with the other.
+  // Lines may end in "\r\n". A line that ends in "\r" may be followed by data that start with "\n".
   const std::string data("\n\0\x80\x3f", 4);
   const float value = std::bit_cast<float>(0x3f80000a);
   for (const char* const end : {"\n", "\r\n", "\r"}) {
@@ -365,7 +366,7 @@ TEST(Png, EncodesSrgbAndSurvivesAnything) {
 
 TEST(Png, AlphaAndGrey) {
   const TemporaryFolder folder;
-  // Premultiplied: colour .25 at coverage .5 is .5 where it covers.
+  // Colours are premultiplied: .25 at coverage .5 becomes .5.
   write_png(folder.path("a.png"), {1, 1, {"R", "G", "B", "A"}, {0.25f, 0.5f, 0, 0.5f}}, 0);
   EXPECT_EQ(read_png(folder.path("a.png")).rgba, (std::vector<png_byte>{188, 255, 0, 128}));
   write_png(folder.path("y.png"), {1, 1, {"Y"}, {0.5f}}, 0);

@@ -95,7 +95,7 @@ TEST(InstructionSets, AreChosen) {
 }
 
 TEST(InstructionSets, OfALesserProcessorAreRefused) {
-  if (!instruction_set_named("x86-64")) GTEST_SKIP() << "the processor is of another kind";
+  if (!instruction_set_named("x86-64")) GTEST_SKIP() << "not an x86-64 processor";
   const InstructionSet lesser = InstructionSet::kX86V3;
   EXPECT_EQ(choose_instruction_set("x86-64-v3", lesser), lesser);
   EXPECT_EQ(error_of([&] { choose_instruction_set("x86-64-v4", lesser); }),
@@ -166,7 +166,7 @@ TEST(RegistryOfInstructionSets, TakesTheNextWhereOneIsMissing) {
 
 TEST(RegistryOfInstructionSets, RefusesMoreThanItMayUse) {
   const std::vector<InstructionSet> sets = runnable();
-  if (sets.size() < 2) GTEST_SKIP() << "the processor runs but the baseline";
+  if (sets.size() < 2) GTEST_SKIP() << "the processor supports only the baseline";
   const InstructionSet best = sets.back();
   const TemporaryFolder folder;
   fs::create_directories(folder.path("texture"));

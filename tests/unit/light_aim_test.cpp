@@ -176,7 +176,7 @@ TEST(AimDisks, HaveTheDensityThatTheyState) {
   const float plain = 1 / (kPi * kRadius * kRadius);
   const std::vector<AimSphere> spheres = {{{1, 2, 3}, .2f}, {{1, 2, 3}, 1}, {{0, 0, 0}, 9.5f}};
   const AimDisks disks(spheres, plain);
-  EXPECT_EQ(disks.count(), 2) << "the last gains nothing";
+  EXPECT_EQ(disks.count(), 2) << "the last sphere must not become an aim";
   EXPECT_EQ(AimDisks(std::vector<AimSphere>{{{1, 2, 3}, 1e-3f}}, plain).count(), 0)
       << "rays would miss it because of rounding";
   Random random(5);

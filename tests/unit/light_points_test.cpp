@@ -33,7 +33,7 @@ TEST(LightPoints, OfANarrowSpotHaveFiniteRatios) {
     }
     EXPECT_GT(count, 1000) << angle;
   }
-  EXPECT_GT(eye_rays, 0) << "no ray came out beyond the rim: this test is of no use";
+  EXPECT_GT(eye_rays, 0) << "no ray left beyond the rim, so that nothing was tested";
 }
 
 /// A spot that lights nothing but the sky: no draw finds light after a bounce. Such light is
@@ -57,7 +57,7 @@ TEST(LightPoints, LeaveUnknownLightToPaths) {
 }
 
 /// The choice between eye rays and light points for a lobe must not depend on the directions of
-/// view and light, because both ends of a path must make the same choice.
+/// view and light. Both ends of a path must make the same choice.
 TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
   const std::pair<const char*, LobeWidth> kBsdfs[] = {
       {R"(<bsdf type="diffuse"/>)", LobeWidth::kWide},
@@ -90,7 +90,7 @@ TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
     }
     if (std::string(bsdf).find("twosided") != std::string::npos) {
       si.wi = Vec3(0, 0, -1);
-      EXPECT_EQ(lobe_width(si), LobeWidth::kWide) << "its other side";
+      EXPECT_EQ(lobe_width(si), LobeWidth::kWide) << "other side";
     }
   }
 }

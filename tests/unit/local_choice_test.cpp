@@ -62,7 +62,7 @@ TEST(LocalChoice, LooksAtEachPointOnceOnAverage) {
   };
   expect_one(all, kAlpha, "all points", 0);
   for (size_t g = 0; g < groups; ++g) expect_one(looks[g], kAlpha / groups, "group", g);
-  EXPECT_GT(weights.variance_of_mean(), 0) << "all points have one weight";
+  EXPECT_GT(weights.variance_of_mean(), 0) << "all points have the same weight";
 }
 
 /// A block has the powers and eye ratios of its points, times the weight and divided by the rate of
@@ -127,7 +127,7 @@ TEST(TriedPoints, TakeWhatMattersMoreOften) {
   EXPECT_NEAR(takes[1], far * kSeeds, 1 + 1e-4 * kSeeds);
   EXPECT_NEAR(weights[0], 1 / near, 1e-4);
   EXPECT_NEAR(weights[1], 1 / far, 1e-3);
-  EXPECT_LE(weights[1], 4 / kRate) << "no weight is above four times that by the rate";
+  EXPECT_LE(weights[1], 4 / kRate) << "no weight exceeds four times that of the rate";
 }
 
 TEST(TriedPoints, TakeNoPointMoreThanOnceABlock) {

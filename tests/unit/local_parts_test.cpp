@@ -87,11 +87,12 @@ TEST(Turns, GiveEachSourceItsShare) {
     std::vector<uint32_t> of(shares.size());
     for (uint32_t i = 0; i < kCount; ++i) {
       const Turns::Turn turn = turns[i];
-      ASSERT_EQ(turn.number, of[turn.source]) << "numbers of a source's points go up one by one";
+      ASSERT_EQ(turn.number, of[turn.source]) << "a source's points are numbered consecutively";
       ++of[turn.source];
     }
     for (size_t s = 0; s < shares.size(); ++s) {
-      EXPECT_LE(std::abs(of[s] - kCount * shares[s]), 1) << "as even as whole numbers allow";
+      EXPECT_LE(std::abs(of[s] - kCount * shares[s]), 1)
+          << "counts differ by at most one from the shares";
       counts[s].add(of[s]);
     }
   }

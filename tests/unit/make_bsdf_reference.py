@@ -23,7 +23,7 @@ GGX = '<string name="distribution" value="ggx"/>'
 
 
 def checkerboard(rgb):
-    """What Kinome's test reads as a map of one normal."""
+    """Returns a map of one normal for Kinome's test."""
     return (
         '<texture type="checkerboard" name="normalmap">'
         f'<rgb name="color0" value="{rgb}"/><rgb name="color1" value="0.5 0.5 1"/></texture>'
@@ -31,7 +31,7 @@ def checkerboard(rgb):
 
 
 def bitmap(rgb, folder):
-    """The same for Mitsuba, whose checkerboard has no three-channel lookup."""
+    """Returns the same map for Mitsuba, whose checkerboard has no three-channel lookup."""
     texel = np.array([float(x) for x in rgb.split()], np.float32)
     path = folder + "/normals.exr"
     mi.Bitmap(np.tile(texel, (2, 2, 1))).write(path)
@@ -116,7 +116,7 @@ def main():
         rows = 0
         while rows < 12:
             wi, wo = direction(random), direction(random)
-            # A quarter near the mirror direction; the rest anywhere.
+            # A quarter is near the mirror direction, the rest anywhere.
             if rows % 4 == 0:
                 near = np.array([-wi[0], -wi[1], wi[2]]) + 0.1 * np.array(wo)
                 wo = [float(np.float32(x)) for x in near / np.linalg.norm(near)]

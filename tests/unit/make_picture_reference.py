@@ -1,5 +1,5 @@
-"""Prints tests/unit/picture_reference.inc: FLIP by NVIDIA's own implementation and relMSE by
-validation/compare, of two small pictures that picture_comparison_test.cpp makes by the same formulas.
+"""Prints tests/unit/picture_reference.inc: FLIP by NVIDIA's implementation, and relMSE by
+validation/compare, for two small images. picture_comparison_test.cpp computes the same images.
 
     python3 -m venv v && v/bin/pip install flip-evaluator==1.7 numpy
     v/bin/python tests/unit/make_picture_reference.py > tests/unit/picture_reference.inc
@@ -20,7 +20,7 @@ PLACES = [(0, 0), (63, 47), (20, 12), (31, 30), (40, 9), (10, 40), (22, 15), (50
 
 
 def pictures():
-    """(reference, other): linear, in [0,1]."""
+    """Returns (reference, other): linear, in [0,1]."""
     y, x, c = np.meshgrid(np.arange(HEIGHT), np.arange(WIDTH), np.arange(3), indexing="ij")
     reference = ((5 * x + 3 * y + 40 * c) % 256) / 255
     other = np.clip(reference + ((7919 * x + 104729 * y + 1299721 * c) % 61 - 30) / 300, 0, 1)
@@ -54,7 +54,7 @@ def main():
     print_values("kHdrFlipAt", values[:, :, 0])
 
     masked = np.zeros((HEIGHT, WIDTH), bool)
-    masked[5, 7] = masked[30, 11] = True  # where the test has a NaN and an infinity
+    masked[5, 7] = masked[30, 11] = True  # the test has a NaN and an infinity here
     for name, variance in (("", 0 * bright), ("OfNoisy", 0.01 * bright)):
         truth = Estimate("reference", bright.astype(float), variance.astype(float), 16,
                          masked=masked)

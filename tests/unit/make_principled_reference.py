@@ -26,7 +26,7 @@ def random_float(random, name, low, high):
 
 
 def random_bsdf(random, number):
-    """Most parameters at a time, or few, as scenes have them; a tenth of them at their ends."""
+    """Returns values of most parameters, or of few, as in scenes; a tenth are limits of the range."""
     plugin = "principled" if number % 2 else "principledthin"
     names = SOLID if plugin == "principled" else [*SHARES, "diff_trans"]
     given = random.uniform() < 0.5
@@ -36,7 +36,7 @@ def random_bsdf(random, number):
             most = 2 if name == "diff_trans" else 1
             end = random.uniform() < 0.1
             value = most * (random.integers(2) if end else random.uniform())
-            # Lobes narrower than this are all rounding.
+            # Rounding errors dominate narrower lobes.
             if name == "roughness":
                 value = max(value, 0.15)
             text += '<float name="%s" value="%.3g"/>' % (name, value)
@@ -78,7 +78,7 @@ def main():
         bsdf = mi.load_string('<bsdf version="3.0.0" type="%s">%s</bsdf>' % (plugin, children))
         for row in range(DIRECTIONS):
             wi, wo = direction(random), direction(random)
-            # Most are seen from the front; a quarter near the mirror's direction, another straight on.
+            # Most are seen from the front; a quarter near the mirror direction, another at normal incidence.
             if row % 4:
                 wi[2] = abs(wi[2])
             if row % 4 < 2:

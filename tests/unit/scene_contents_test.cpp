@@ -105,7 +105,7 @@ TEST(Scene, LampsMayStandBesideTheirShapes) {
   }
   // Without a shape it emits no light. This is a warning because Mitsuba ignores it.
   EXPECT_TRUE(scene_from(lamp + "<shape type='sphere'/>")->emitters().empty());
-  EXPECT_THROW(scene_from(lamp + shape + shape), Error) << "a lamp is part of one shape";
+  EXPECT_THROW(scene_from(lamp + shape + shape), Error) << "an area emitter belongs to one shape";
 }
 
 TEST(Scene, IgnoresWhatIsOfMitsubasWorkingAlone) {

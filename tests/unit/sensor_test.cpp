@@ -38,7 +38,7 @@ TEST(Sensor, LooksAlongZWithXToTheLeft) {
       return ray.at(1.f);
     };
     EXPECT_GT(at(384, 288).z, 0.9f);
-    EXPECT_GT(at(0, 288).x, 0.1f) << "the picture's left is +X";
+    EXPECT_GT(at(0, 288).x, 0.1f) << "the image's left is +X";
     EXPECT_LT(at(768, 288).x, -0.1f);
     EXPECT_GT(at(384, 0).y, 0.1f) << "its top is +Y";
   }
@@ -62,7 +62,7 @@ TEST(Sensor, ThinLensIsSharpAtItsFocus) {
     EXPECT_LT(glm::length(ray.at(4 / ray.d.z) - focus), 4e-6f);
     EXPECT_NEAR(ray.tmin * ray.d.z, 0.01f, 1e-7f);
   }
-  EXPECT_NEAR(spread, 0.3f, 1e-6f) << "the square's corner lies on the lens's edge";
+  EXPECT_NEAR(spread, 0.3f, 1e-6f) << "the square's corner maps to the lens's edge";
 }
 
 void expect_error(const std::string& type, const std::string& body, const std::string& part) {

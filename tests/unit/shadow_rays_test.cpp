@@ -39,7 +39,7 @@ TEST_F(ShadowRaysTest, AddWhatIsVisibleToTheirSums) {
   for (int k = 0; k < 2; ++k) EXPECT_EQ(sums[k], expected[k]);
   EXPECT_EQ(counters_[RayKind::kShadow], kRays);
   rays_.trace();
-  EXPECT_EQ(sums[0], expected[0]) << "answers are given once";
+  EXPECT_EQ(sums[0], expected[0]) << "results are added once";
 }
 
 TEST_F(ShadowRaysTest, SkipThoseThatCarryNothing) {

@@ -17,8 +17,8 @@ struct ShapeCase {
   uint32_t primitives = 0;  ///< number of primitives; meshes only
 };
 
-/// Triangles of all kinds: an ordinary one, one of zero area, ones whose uv area is zero or nearly
-/// zero, a tiny and a huge one, and one with a zero normal.
+/// Triangles of all kinds: ordinary, of zero area, of zero or nearly zero uv area, tiny, huge, and
+/// with a zero normal.
 inline constexpr const char* kTriangles = R"(
 v 0 0 0
 v 2 0 .5

@@ -85,10 +85,10 @@ TEST(SourceChoice, GoesByWhatArrivesAndByFlux) {
   const SourceChoice choice = sources.choice(10);
   const SourceChoice::At at = choice.at(Vec3(0.f), Vec3(0, 0, 1));
   expect_picks_by_probability(at, 4);
-  EXPECT_GT(at.probability(0), 0.5f) << "the nearest lamp, of little flux";
+  EXPECT_GT(at.probability(0), 0.5f) << "the nearest lamp, in spite of its small flux";
   EXPECT_GT(at.probability(0), 20 * at.probability(1));
   for (uint32_t s = 0; s < 4; ++s) {
-    EXPECT_GE(at.probability(s), 0.249f * sources.shares[s]) << "none is left out: " << s;
+    EXPECT_GE(at.probability(s), 0.249f * sources.shares[s]) << "no source is omitted: " << s;
   }
   // From the other side of the surface, the lamp behind it is the one in front.
   const SourceChoice::At other = choice.at(Vec3(0.f), Vec3(0, 0, -1));

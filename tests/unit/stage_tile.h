@@ -218,7 +218,7 @@ class MeanRgb {
       EXPECT_GT(normal_two_sided((a.mean - b.mean) / deviation), kAlpha / 3)
           << what << ", channel " << k << ": " << a.mean << " for " << b.mean << " +- "
           << deviation;
-      EXPECT_LT(deviation, 0.02 * b.mean) << what << ": too noisy to find anything";
+      EXPECT_LT(deviation, 0.02 * b.mean) << what << ": too noisy";
     }
   }
 

@@ -314,7 +314,7 @@ TEST(EyeRays, OfMirrorsFindWhatTheyShow) {
                 light.first_local(), tile.primaries().size(), 1);
   EyeRays eye_rays(light);
   eye_rays.begin_tile(tile.scene(), choice, 1, tile.counters());
-  EXPECT_FALSE(eye_rays.applies(group)) << "there is no lobe to send rays by";
+  EXPECT_FALSE(eye_rays.applies(group)) << "there is no lobe to sample";
   StageTimes times;
   ShadowRays rays(times);
   rays.begin(tile.scene(), tile.counters());
@@ -322,7 +322,7 @@ TEST(EyeRays, OfMirrorsFindWhatTheyShow) {
     const SurfaceInteraction& si = group.interaction(k);
     Rgb sum(0.f);
     eye_rays.send_mirrored(si, group.primary(k), 7, sum);
-    EXPECT_EQ(sum, Rgb(0.f)) << "rays wait";
+    EXPECT_EQ(sum, Rgb(0.f)) << "rays are queued";
     eye_rays.trace(rays);
     rays.trace();
     const auto mirrored = mirrored_direction(si, 0.5f, Vec2(0.5f));

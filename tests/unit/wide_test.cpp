@@ -62,7 +62,7 @@ TEST_P(Wide, IsAsPromised) {
     for (const std::string& failure : failures.list()) ADD_FAILURE() << failure;
     return;
   }
-  FAIL() << "there is no such check";
+  FAIL() << "unknown check";
 }
 
 INSTANTIATE_TEST_SUITE_P(, Wide,

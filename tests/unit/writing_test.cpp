@@ -55,7 +55,7 @@ TEST(Writing, FullDiskIsOneErrorAndLeavesTheOldFile) {
         expect_error(write, path, "File too large");
       }
       EXPECT_EQ(read_file(path), old_file ? "old" : "");
-      EXPECT_EQ(file_count(folder.folder()), old_file ? 1 : 0) << "a temporary file is left";
+      EXPECT_EQ(file_count(folder.folder()), old_file ? 1 : 0) << "a temporary file remains";
     }
     fs::remove(path);
   }
