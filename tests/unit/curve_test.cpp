@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kTypes[] = {"linearcurve", "bsplinecurve"};
 
-/// Two curves. Part of the second is parallel to the reference axis of u.
+/// Two curves. Part of the second is parallel to z, where the reference direction of u is special.
 constexpr const char* kCurves = R"(0 0 0 .2
 1 0 0 .1
 1 1 0 .3
