@@ -8,7 +8,7 @@
 namespace kinome {
 namespace {
 
-/// Maximum number of a pixel's samples that are added at once.
+/// Maximum number of a pixel's samples that are added in one call.
 constexpr uint32_t kMaxSamples = 1024;
 
 }  // namespace

@@ -8,10 +8,10 @@
 namespace kinome {
 namespace {
 
-/// What an unshadowed candidate takes, in rays.
+/// Cost of an unshadowed candidate, in rays.
 constexpr float kCandidateCost = 0.1f;
-/// Whatever is planned: surfaces that the pilot missed, such as thin ones, must not be left to
-/// control terms.
+/// Minimum number of shadow rays of a pixel, because control terms are wrong on surfaces that the
+/// pilot missed, such as thin ones.
 constexpr uint32_t kLeastRays = 2;
 
 }  // namespace
@@ -31,7 +31,7 @@ Rgb BlockRenderer::colour(size_t index) const {
   return sum / static_cast<float>(pixel.samples);
 }
 
-/// Rays keep addresses of sums, which must not move.
+/// Reserves memory for the block's sums. They must not move, because rays store their addresses.
 void BlockRenderer::reserve(int block, const std::vector<PixelPlan>& plan) {
   size_t sums = 0;
   const Rect pixels = view_.grid.block(block);
@@ -60,7 +60,7 @@ void BlockRenderer::render(int block, const std::vector<PixelPlan>& plan, uint64
   estimator_.flush();
 }
 
-/// What is known of each of the tile's patches.
+/// Finds the learned visibility of each of the tile's patches.
 void BlockRenderer::find_visibilities(int tile) {
   mean_visibility_.clear();
   for (size_t p = 0; p < patches_.size(); ++p) {
@@ -123,7 +123,7 @@ void BlockRenderer::find_units(const TilePrimaries& primaries, const std::vector
   }
 }
 
-/// Of the light that cells send to an unshadowed point, by what is learned.
+/// Returns the mean learned visibility, weighted by the light of each cell on an unshadowed point.
 float BlockRenderer::mean_visibility(const Patch& patch, const Visibility& visibility) const {
   double all = 0, visible = 0;
   for (uint32_t c = 0; c < view_.cells.size(); ++c) {

@@ -5,9 +5,9 @@
 namespace kinome {
 namespace {
 
-/// Squared roughness by which cells are drawn, relative to the lobe's: its tails matter where the
-/// light is bright.
-constexpr float kWider = 4;
+/// Factor of the lobe's squared roughness for drawing cells. It is above 1 because the lobe's tails
+/// matter where the light is bright.
+constexpr float kAlpha2Factor = 4;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ void CellImportance::find(const Lobe& lobe) {
     query.normal[axis] = lobe.normal[axis];
     query.viewer[axis] = lobe.viewer[axis];
   }
-  query.alpha2 = lobe.alpha2 * kWider;
+  query.alpha2 = lobe.alpha2 * kAlpha2Factor;
   query.spread = std::clamp(1 - lobe.cosine, 0.f, 2.f);
   total_ = simd::glossy_importance(light_.columns, query, values_.data(), block_sums_.data());
 }

@@ -6,12 +6,12 @@
 namespace kinome {
 namespace {
 
-constexpr double kRaysPerPoint = 128, kLeastPoints = 1 << 13, kMostPoints = 1 << 15;
+constexpr double kRaysPerPoint = 128, kMinPoints = 1 << 13, kMaxPoints = 1 << 15;
 
 }  // namespace
 
 uint32_t CellLight::points_for(double rays) {
-  return static_cast<uint32_t>(std::clamp(rays / kRaysPerPoint, kLeastPoints, kMostPoints));
+  return static_cast<uint32_t>(std::clamp(rays / kRaysPerPoint, kMinPoints, kMaxPoints));
 }
 
 CellLight::CellLight(const DistantCells& distant, const Emitter* sky, CellPoints distant_points,

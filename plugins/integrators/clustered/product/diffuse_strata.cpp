@@ -6,8 +6,8 @@
 namespace kinome {
 namespace {
 
-/// Points of cells, and surface points, don't all fit the nearest cache: what a ray takes is
-/// fetched while those before it are made.
+/// Distance of prefetching, in rays. Points of cells and surface points don't all fit into the
+/// nearest cache.
 constexpr size_t kAhead = 8;
 
 }  // namespace
@@ -106,7 +106,7 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
     const Rgb light = primaries.diffuse(primary) * (kInvPi * factor) * point.weight;
     const Rgb lambert = cosine * light;
     if (answers.sums) {
-      // Of cells at the horizon, what the patch's normal reflects was counted on.
+      // Control terms of cells at the horizon (v < 0) use the patch's normal.
       answers.sums.of(primary) -= v < 0 ? -v * std::max(glm::dot(patch.normal, point.d), 0.f) * light
                             : v * lambert;
     }
@@ -154,7 +154,7 @@ DiffuseStrata::PatchPlan DiffuseStrata::plan(const Patch& patch, const Visibilit
   plan.uncertainty =
       simd::diffuse_strata(cells, normal, mean_of(patch.diffuse) * kInvPi, columns.weights,
                            columns.block_sums, mixed_visibility_.data(), plan.control, straddling);
-  // As a vector flux, since forecasts multiply it by normals near the patch's.
+  // Converted to a vector flux, because forecasts multiply it by normals near the patch's.
   for (int k = 0; k < 9; ++k) plan.control[k] += straddling[k / 3] * patch.normal[k % 3];
   return plan;
 }

@@ -5,7 +5,7 @@
 namespace kinome {
 namespace {
 
-/// Numbers of a unit's seed.
+/// Random numbers derived from a unit's seed.
 enum UnitSeed : uint32_t {
   kCombOffset = 1,
   kTurns,
@@ -16,7 +16,7 @@ enum UnitSeed : uint32_t {
   kLampNumbers,
   kPaths
 };
-/// And of a tile's.
+/// Random numbers derived from a tile's seed.
 constexpr uint64_t kShared = 1, kEyeBlock = 2;
 
 /// Adds the control term of the candidates that `stage` has just added for the group.
@@ -30,7 +30,8 @@ void add_control(const Stage& stage, const GroupView& group, const Rgb& control,
   }
 }
 
-/// The sky's light that delta lobes mirror.
+/// Samples a direction by the delta lobes. The weight of the result is the light of the sky that
+/// the point sends to the viewer.
 std::optional<MirroredDirection> mirrored_sky(const CellLight& light, const SurfaceInteraction& si,
                                               uint32_t primary, uint64_t seed) {
   const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
@@ -94,7 +95,7 @@ void Estimator::begin_unit(const Unit& unit) {
   local_.begin_unit();
 }
 
-/// Without `sums`, control terms are dropped.
+/// Adds strata and control terms. Drops control terms if `sums` is empty.
 void Estimator::add_diffuse(const GroupView& group, const UnitSums& sums) {
   if (!diffuse_.applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kStrata);
@@ -106,7 +107,7 @@ void Estimator::add_diffuse(const GroupView& group, const UnitSums& sums) {
   }
 }
 
-/// Each group has its share of the unit's candidates.
+/// Adds the group's share of the unit's candidates, in proportion to its number of points.
 void Estimator::add_glossy(const GroupView& group, const Unit& unit, const UnitSums& sums) {
   if (!glossy_.applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kCandidates);
@@ -126,7 +127,8 @@ void Estimator::probe_glossy(const GroupView& group, const Unit& unit,
   glossy_.plan(group, patches_[group.group.patch], points);
 }
 
-/// `points` may be empty.
+/// Adds strata and control terms of local light. Also adds the plan's input unless `points` is
+/// empty.
 void Estimator::add_local(const GroupView& group, const Unit& unit, float eye_rays,
                           const UnitSums& sums, std::span<PointPlan> points) {
   if (!LocalStrata::applies(group)) return;
@@ -138,12 +140,12 @@ void Estimator::add_local(const GroupView& group, const Unit& unit, float eye_ra
   add_control(local_, group, control, sums);
 }
 
-/// A pilot reckons with one for each primary, and sends none.
+/// Expected number of eye rays per primary. The pilot assumes one for each primary, but sends none.
 float Estimator::eye_rays_of(const GroupView& group, const Answers& answers) const {
   return answers.records ? 1 : expected_eye_rays(group.patch, *light_.local);
 }
 
-/// The unit's shadow rays.
+/// Makes the unit's shadow rays.
 void Estimator::shoot(const Unit& unit, const Answers& answers) {
   if (unit.rays == 0) return;
   const StageScope timer = times_.scope(StageTimes::kComb);
@@ -165,7 +167,7 @@ void Estimator::shoot(const Unit& unit, const Answers& answers) {
   comb_.walk(strata_, unit.rays, random_float(unit.seed, kCombOffset), shoot_segment);
 }
 
-/// fn(primary) for those whose BSDF has a delta lobe.
+/// Calls fn(primary) for each primary whose BSDF has a delta lobe.
 template <class Function>
 void Estimator::for_each_mirroring(const Function& fn) const {
   for (uint32_t g = 0; g < groups_.size(); ++g) {
@@ -189,7 +191,7 @@ void Estimator::send_eye_rays(const Unit& unit, const UnitSums& sums) {
   });
 }
 
-/// Where the sky is all that mirrors can show.
+/// Makes shadow rays by delta lobes, for scenes without local light.
 void Estimator::shoot_mirrored(uint64_t seed, const UnitSums& sums) {
   for_each_mirroring([&](uint32_t i) {
     const SurfaceInteraction si = primaries_->interaction(i);
@@ -199,9 +201,8 @@ void Estimator::shoot_mirrored(uint64_t seed, const UnitSums& sums) {
   });
 }
 
-/// Where other lobes than deltas let light through, or the viewer is behind what does, as behind a
-/// pane, primaries go on as those of `path` do: all that is known of light is of what comes to one
-/// side.
+/// Continues primaries as paths of `path`, for which TilePrimaries::goes_on() is true. Cells and
+/// light points describe only the light that reaches one side of a surface.
 template <class SumOf>
 void Estimator::follow_paths(const Unit& unit, const SumOf& sum_of) {
   for (uint32_t i = unit.first; i < unit.end; ++i) {

@@ -19,7 +19,8 @@ void EyeChains::push(const SurfaceInteraction& y, const Begin& begin) {
   go_on(y, begin, light_.passing() != nullptr);
 }
 
-/// `drops_straight`: samples that go straight through y are dropped.
+/// Sends the next ray of a chain from y. Drops samples that go straight through y if
+/// `drops_straight` is set.
 void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drops_straight) {
   const uint32_t edges = begin.edges;
   const uint64_t own = hash_words(begin.seed, edges);
@@ -43,7 +44,8 @@ void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drop
   chains_.push_back(next);
 }
 
-/// d: unit, along which the light leaves.
+/// Adds the light of an emitter that a chain has hit at x (nullptr: the sky). d is the unit
+/// direction in which the light leaves.
 void EyeChains::add(const Begin& chain, const Emitter& emitter, const SurfaceInteraction* x,
                     const Vec3& d, const Rgb& radiance) const {
   if (is_black(radiance)) return;

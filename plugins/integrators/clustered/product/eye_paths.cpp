@@ -11,7 +11,7 @@
 namespace kinome {
 namespace {
 
-/// Paths that go on together.
+/// Number of paths that are traced together.
 constexpr size_t kPaths = 1024;
 
 }  // namespace
@@ -49,7 +49,7 @@ EyePaths::EyePaths(const Scene& scene, const PathSettings& settings, uint32_t ed
 EyePaths::~EyePaths() = default;
 
 void EyePaths::trace(RenderCounters& counters) {
-  // Rays that pass a surface wait behind those that have passed fewer.
+  // pass() adds rays to the next list.
   for (size_t passes = 0; passes < waiting_.size(); ++passes) {
     const std::vector<Begin> paths = std::move(waiting_[passes]);
     for (size_t begin = 0; begin < paths.size(); begin += kPaths) {
@@ -59,9 +59,9 @@ void EyePaths::trace(RenderCounters& counters) {
   waiting_.clear();
 }
 
-/// Sends a ray straight on through the surface that it has met, `distance` from the start.
+/// Continues a ray straight through the surface at z, `distance` from the start.
 void EyePaths::pass(const Begin& path, const SurfaceInteraction& z, float distance) {
-  // With the edge to what is behind, and one more to the light.
+  // The path will have two more edges: to the surface behind z, and to the light.
   if (passes_left(settings_.length.max_depth, edges_before_ + 2 + path.passes) == 0) return;
   Begin next = path;
   next.throughput *= z.shape->bsdf().null_transmission(z).transmittance;
@@ -75,7 +75,7 @@ void EyePaths::pass(const Begin& path, const SurfaceInteraction& z, float distan
   push(next);
 }
 
-/// Of what the place sends on; light points have the rest.
+/// See Shares.
 EyePaths::Shares EyePaths::shares_of_path(const Begin& path, const SurfaceInteraction& z,
                                           float distance) const {
   if (!light_ || !std::isfinite(path.density) || !is_plain(z)) return {};
@@ -84,7 +84,7 @@ EyePaths::Shares EyePaths::shares_of_path(const Begin& path, const SurfaceIntera
   const float odds = path.density * geometry * place.eye_ratio / path.rates[place.cell];
   const float shown_odds = odds * LocalLight::kShownEyeShare;
   if (!(odds < kInfinity)) return {};
-  // Of shown light what is to become of the other's share.
+  // `shown` is the ratio of the share for shown light to `all`.
   return {odds / (1 + odds), (1 + odds) * LocalLight::kShownEyeShare / (1 + shown_odds)};
 }
 

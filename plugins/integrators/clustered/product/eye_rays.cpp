@@ -13,8 +13,7 @@ namespace {
 constexpr size_t kBatch = 1024;
 /// Random numbers of one primary's eye ray.
 constexpr uint32_t kNumbers = 4;
-/// And of what it meets there: those of the light that comes straight from a source, and of the
-/// path that goes on.
+/// Random numbers at the hit of an eye ray.
 enum MetNumber : uint32_t {
   kArrival = 0,
   kFollow = 3,
@@ -23,31 +22,32 @@ enum MetNumber : uint32_t {
   kPath = 10,
   kPoint = 11,
   kChain = 12,
-  kBehind = 13  ///< seed of what an eye ray meets behind a surface that it passes
+  kBehind = 13  ///< seed for the hit behind a surface that the eye ray passes
 };
-/// From the camera to where paths go on.
+/// Number of edges from the camera to the point where paths continue.
 constexpr uint32_t kEdgesBefore = 2;
-/// Of a tile's seed.
+/// Random number derived from a tile's seed.
 constexpr uint32_t kTileBlock = 7;
-/// Paths go on surely if they carry so much of the radiance that they find to the pixel.
+/// Throughput from which paths always survive roulette.
 constexpr float kSureThroughput = 0.5f;
-/// Below this roughness, all primaries whose lobe is glossy send one.
+/// Roughness below which every primary with a glossy lobe sends an eye ray.
 constexpr float kSharpAlpha = 0.1f;
 
-/// Share of one way to find light, by the balance heuristic. Light points find it, eye rays that a
-/// drawn light is seen from, and eye rays that go on by a lobe: 1 / odds : 1 : follow_ratio; `own`
-/// is that way's number. Infinite odds: there are no light points.
+/// Returns the balance weight of one of three techniques. Their densities are in the ratio
+/// 1 / odds : 1 : follow_ratio, for light points, for eye rays with a sampled emitter, and for eye
+/// rays that continue by a lobe. `own` is the value of the technique in this ratio. `odds` is
+/// infinity if there are no light points.
 float share_of(float own, float follow_ratio, float odds) {
   if (odds == 0) return 0;
   if (!std::isfinite(own)) return 1;
-  // Odds that have left the range of numbers, whichever way, mean a point that is too near.
+  // Odds that aren't above 0 are due to overflow (NaN): the light point is too near.
   return own / (1 + follow_ratio + (odds > 0 ? 1 / odds : 0));
 }
 
 }  // namespace
 
-/// What a pilot says of sharp lobes can't be trusted: light points hardly ever lie where these
-/// look.
+/// The pilot's estimate is not used alone for sharp lobes, because they reflect too few light
+/// points.
 float expected_eye_rays(const Patch& patch, const LocalLight& light) {
   if (light.needs_eye_rays()) return 1;
   const float sharpness = std::min(1.f, kSharpAlpha / std::sqrt(patch.alpha2()));
@@ -87,7 +87,7 @@ bool EyeRays::applies(const GroupView& group) const {
          group.has(Lobe::kDiffuse | Lobe::kGlossy);
 }
 
-/// Directions of the chosen members, padded by the last one's.
+/// Draws directions of the chosen members. The padding repeats the last member.
 void EyeRays::draw(const GroupView& group, uint64_t seed) {
   Candidates& c = directions_;
   const size_t count = chosen_.size(), length = padded(count);
@@ -178,15 +178,16 @@ void EyeRays::trace(ShadowRays& shadow_rays) {
   if (paths_) paths_->trace(*counters_);
 }
 
-/// Of a place that an eye ray found: how many such rays there are to one light point.
+/// Returns the density of eye rays at a point that an eye ray found, relative to that of light
+/// points.
 float EyeRays::eye_odds(const EyeRay& eye, const SurfaceInteraction& y, const RayHit& ray,
                         const LocalLight::Place& place) const {
-  if (eye.density == 0) return kInfinity;  // of a delta lobe: nothing else finds it
+  if (eye.density == 0) return kInfinity;  // only a delta lobe finds the point
   const float geometry = std::abs(glm::dot(y.n, ray.ray.d)) / sqr(ray.ray.tmax);
   return eye.density * geometry * place.eye_ratio / rates_of(eye)[place.cell];
 }
 
-/// Sends an eye ray straight on through the surface that it has met.
+/// Continues an eye ray straight through the surface at y.
 void EyeRays::pass(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye) {
   if (max_passes(eye, kEdgesBefore) == 0) return;
   EyeRay next = eye;
@@ -201,15 +202,15 @@ void EyeRays::pass(const RayHit& ray, const SurfaceInteraction& y, const EyeRay&
   push(to, next);
 }
 
-/// Number of surfaces that light may still pass on its way to an eye ray's path, which has `edges`
-/// edges but for the surfaces that the eye ray has passed.
+/// Number of surfaces that light may still pass straight on its way to an eye ray's path. The path
+/// has `edges` edges, and one more for each surface that the eye ray has passed.
 uint32_t EyeRays::max_passes(const EyeRay& eye, uint32_t edges) const {
   return passes_left(light_.local->max_depth(), edges + eye.passes);
 }
 
 void EyeRays::find_light(const RayHit& met, const EyeRay& eye, ShadowRays& shadow_rays) {
   if (!met.hit.valid()) {
-    // Others leave the sky to its own cells.
+    // The cells of the sky account for its light, except for delta lobes.
     if (eye.density == 0 && light_.environment) {
       *eye.sum += eye.weight * light_.environment->eval_environment(met.ray.d);
     }
@@ -245,7 +246,7 @@ void EyeRays::find_light(const RayHit& met, const EyeRay& eye, ShadowRays& shado
   go_on(ray, y, width, eye);
 }
 
-/// Light at a place that an eye ray found, from a source that is chosen.
+/// Makes a shadow ray from y, which an eye ray found, to a sampled source.
 void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                            const EyeRay& eye, ShadowRays& shadow_rays) const {
   const auto arrival = light_.local->sample_arrival(
@@ -254,14 +255,14 @@ void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeW
   if (!arrival) return;
   const Bsdf& bsdf = y.shape->bsdf();
   const Vec3 wo = y.frame.to_local(arrival->d);
-  // Light points see what is sent back alone.
+  // Light points represent reflected light alone.
   const bool is_through = wo.z * y.wi.z < 0;
   const float odds = is_through ? kInfinity : eye_odds(eye, y, ray, arrival->place);
   Rgb f(0.f);
   const bool is_lamp = arrival->density == 0;
   if (is_lamp && width == LobeWidth::kMirroring && light_.local->has_glossy_caustics() &&
       eye.density > 0) {
-    // Paths from the lamp (Caustics) have the rest, but for what delta lobes see.
+    // Paths from the lamp (Caustics) find the light of the glossy lobe.
     f = bsdf.eval_pdf(y, Lobe::kDiffuse, wo).f * share_of(1, 0, odds);
   } else if (width == LobeWidth::kWide || is_lamp) {
     f = bsdf.eval_pdf(y, Lobe::kDiffuse | Lobe::kGlossy, wo).f * share_of(1, 0, odds);
@@ -279,8 +280,8 @@ void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeW
                    {{eye.sum}}, {});
 }
 
-/// Calls fn(Met) for each emitter that a ray from a surface meets in front of or behind at most
-/// `max_passes` surfaces that it passes straight.
+/// Calls fn(Met) for each emitter that a ray from y hits. The ray passes at most `max_passes`
+/// surfaces straight.
 template <class Function>
 void EyeRays::meet(const SurfaceInteraction& y, const Vec3& d, uint32_t max_passes,
                    const Function& fn) {
@@ -314,14 +315,14 @@ void EyeRays::meet(const SurfaceInteraction& y, const Vec3& d, uint32_t max_pass
   if (!is_black(met.radiance)) fn(met);
 }
 
-/// Light that a narrow lobe shows to where an eye ray comes from.
+/// Continues an eye ray by the glossy lobe at y, and adds the light of emitters that it hits.
 void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                      const EyeRay& eye) {
   const Vec2 u(random_float(eye.seed, kFollow), random_float(eye.seed, kFollow + 1));
   const Bsdf& bsdf = y.shape->bsdf();
   const auto sample = bsdf.sample(y, Lobe::kGlossy, random_float(eye.seed, kFollow + 2), u);
   if (!sample) return;
-  // Where light points have a part, shares are of what all lobes send on, as theirs are.
+  // If light points find this light, too, the weight is for all lobes, like theirs.
   const bool is_shared = width == LobeWidth::kNarrow;
   Rgb weight = sample->weight;
   if (is_shared) weight += bsdf.eval_pdf(y, Lobe::kDiffuse, sample->wo).f / sample->pdf;
@@ -337,8 +338,8 @@ void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth w
   });
 }
 
-/// Of f, by which light that comes to y along wo is sent to the eye, what is left to eye rays.
-/// is_shown: as LightPoint has it.
+/// Returns f, with which y sends light from wo to the eye, times the balance weight of eye rays.
+/// `is_shown`: see LightPoint.
 Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                        const Vec3& wo, const Rgb& f, const EyeRay& eye, bool is_shown) const {
   if (wo.z * y.wi.z < 0) return f;
@@ -354,11 +355,11 @@ Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth
     case LobeWidth::kMirroring:
       break;
   }
-  // Light points send on what isn't glossy.
+  // Light points represent the diffuse part alone.
   return f + bsdf.eval_pdf(y, Lobe::kDiffuse, wo).f * (share_of(1, 0, odds) - 1);
 }
 
-/// What eyes_part is for light that delta lobes show, over what it is for other light.
+/// Returns eyes_part() for light that delta lobes show, relative to its value for other light.
 float EyeRays::shown_share(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                            const Vec3& wo, const EyeRay& eye) const {
   if (width != LobeWidth::kWide || wo.z * y.wi.z < 0) return 1;
@@ -367,12 +368,13 @@ float EyeRays::shown_share(const RayHit& ray, const SurfaceInteraction& y, LobeW
   return all > 0 ? share_of(1, 0, LocalLight::kShownEyeShare * odds) / all : 1.f;
 }
 
-/// To light that comes to y by more than one edge, of which connect_point() has its share.
+/// Continues an eye ray at y as a path. It finds light that reaches y by several edges;
+/// connect_point() finds a part of it.
 void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                     const EyeRay& eye) {
   const Vec2 u(random_float(eye.seed, kGoOn + 1), random_float(eye.seed, kGoOn + 2));
   const auto sample = y.shape->bsdf().sample(y, Lobe::kAll, random_float(eye.seed, kGoOn), u);
-  // pass() follows what goes straight on.
+  // pass() follows straight transmission.
   if (!sample || (light_.passing() && any(sample->lobe & Lobe::kNull))) return;
   const bool is_delta = any(sample->lobe & Lobe::kDelta);
   Rgb throughput = eye.weight * sample->weight;
@@ -387,7 +389,7 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
   begin.ray.o = y.ray_origin(begin.ray.d);
   begin.throughput = throughput / survival;
   begin.density = is_delta ? kInfinity : sample->pdf;
-  // EyeChains look for what a chain shows that goes on from a mirror.
+  // EyeChains finds emitters seen through a chain that continues from a mirror.
   begin.shown_share_later = !is_delta ? shown_share(ray, y, width, sample->wo, eye)
                             : eye.chain_density < kInfinity ? 0
                                                             : 1;
@@ -399,6 +401,7 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
   paths_->push(begin);
 }
 
+/// Connects y to a light point with a shadow ray.
 void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                             const EyeRay& eye, ShadowRays& shadow_rays) {
   const std::span<const float> rates = rates_of(eye);
