@@ -46,5 +46,5 @@ def render(samples, seed, output):
 
 
 if BEHAVIOUR == "ends":
-    sys.exit("no libLLVM 19: apt-get install libllvm19")
+    sys.exit("libLLVM 19 not found: apt-get install libllvm19")
 serve({"hello": lambda: {"version": "0"}, "load": load, "render": render})

@@ -1,9 +1,9 @@
-"""Checks legacy_bsdfs.py with Mitsuba's own chi² test, its values by hand and its limits.
+"""Checks legacy_bsdfs.py with Mitsuba's own chi² test, and compares values with the formulas.
 
     python3 -m venv v && v/bin/pip install mitsuba==3.9.1 numpy
     v/bin/python validation/references/check_legacy_bsdfs.py
 
-About a minute. Needs Debian's libllvm19. Exit status 0 if all is well.
+Takes about a minute. Needs Debian's libllvm19. The exit status is 0 if all checks pass.
 """
 import math
 import sys
@@ -11,7 +11,7 @@ import sys
 import environment
 
 if not environment.use_llvm():
-    sys.exit("check_legacy_bsdfs.py: no libLLVM 19: apt-get install libllvm19")
+    sys.exit("check_legacy_bsdfs.py: libLLVM 19 not found: apt-get install libllvm19")
 import drjit as dr  # noqa: E402
 import mitsuba as mi  # noqa: E402
 import numpy as np  # noqa: E402
@@ -21,7 +21,7 @@ import legacy_bsdfs  # noqa: E402
 
 ALPHA = 0.01  # false-alarm rate of all chi² tests together: Mitsuba's tool applies Šidák's rule
 INCIDENT = [(0, 0, 1), (0.6, 0.1, 0.7), (-0.8, 0.5, 0.3)]
-# The lobe alone, without a diffuse base to hide its errors; then two of the mixture.
+# First only the lobe, because a diffuse base would hide its errors; then two mixtures.
 LOBE = {"diffuse_reflectance": 0.0}
 CASES = [("phong", LOBE | {"exponent": n}) for n in (1.0, 30.0, 300.0)] + [
     ("ward", LOBE | {"variant": v, "alpha_u": au, "alpha_v": av})
@@ -34,7 +34,7 @@ def incident(x, y, z):
 
 
 def chi2(kind, parameters, wi, count):
-    # A narrow lobe needs the finer grid: at 101 rows its integral over a cell is too coarse.
+    # A narrow lobe needs this fine grid: with 101 rows, the integral over a cell is too coarse.
     xml = "".join(f'<{"string" if isinstance(v, str) else "float"} name="{k}" value="{v}"/>'
                   for k, v in parameters.items())
     sample, pdf = mi.chi2.BSDFAdapter(kind, xml, wi=wi)
@@ -52,7 +52,7 @@ def value(kind, parameters, wi, wo):
 
 
 def by_hand():
-    """(name, what Mitsuba says, what the formula says): one direction each, worked out here."""
+    """Yields (name, value by Mitsuba, value by the formula), for one pair of directions each."""
     wi, wo = incident(0.3, 0.2, 0.8), incident(-0.1, -0.25, 0.9)
     h = [a + b for a, b in zip(wi, wo)]
     h2 = sum(x * x for x in h)
@@ -85,7 +85,7 @@ def main():
             print(f"{'pass' if passed else 'FAIL'}  chi² {kind} {parameters} wi {direction}: "
                   f"p = {p:.3g}", flush=True)
     for name, got, expected in by_hand():
-        passed = abs(got - expected) <= 2e-5 * abs(expected)  # single precision, powers of 30
+        passed = abs(got - expected) <= 2e-5 * abs(expected)  # single precision, exponents of 30
         failures += not passed
         print(f"{'pass' if passed else 'FAIL'}  {name}: {got:.7g}, by hand {expected:.7g}")
     print(f"{failures} failed")

@@ -1,11 +1,11 @@
-"""Measures what is wrong with Mitsuba's ldsampler: why the references here aren't made with it.
+"""Measures the bias of Mitsuba's ldsampler, because of which the references aren't made with it.
 
     v/bin/python validation/references/check_samplers.py [SCENE.xml]
 
-First the correlation of any two of the random numbers that a path takes, over the samples of a
-pixel: 0 for any sampler whose estimates are unbiased. Then renders of the scene: the 16x16 tile
-that deviates most from `independent` at 1024 samples, in standard deviations. About a minute. Needs
-mitsuba 3.9.1 and Debian's libllvm19.
+First, the script computes the correlation of each pair of random numbers of a path, over the samples of a
+pixel. It is 0 for every sampler with unbiased estimates. Then it renders the scene, and prints the 16x16
+tile with the largest deviation from `independent` at 1024 samples, in standard deviations. Takes about a
+minute. Needs mitsuba 3.9.1 and Debian's libllvm19.
 """
 import pathlib
 import sys
@@ -13,7 +13,7 @@ import sys
 import environment
 
 if not environment.use_llvm():
-    sys.exit("check_samplers.py: no libLLVM 19: apt-get install libllvm19")
+    sys.exit("check_samplers.py: libLLVM 19 not found: apt-get install libllvm19")
 import mitsuba as mi  # noqa: E402
 import numpy as np  # noqa: E402
 
@@ -27,7 +27,8 @@ PAIRS = len(NAMES) * (len(NAMES) - 1) // 2
 
 
 def path_numbers(kind, samples, seed, pixels):
-    """(number, pixels x samples): in the order in which Mitsuba's `path` takes them."""
+    """Returns an array (number, pixels x samples) of random numbers, in the order in which Mitsuba's `path`
+    uses them."""
     sampler = mi.load_dict({"type": kind, "sample_count": samples})
     sampler.set_samples_per_wavefront(samples)
     sampler.seed(seed, samples * pixels)
@@ -47,12 +48,12 @@ def print_correlations(kind, samples):
         z = np.triu(mean / found.std(axis=0, ddof=1) * np.sqrt(SEEDS), 1)
     i, j = np.unravel_index(np.abs(np.triu(mean, 1)).argmax(), mean.shape)
     print(f"{kind:<12} {samples:>5} samples: {(np.abs(z) > 6).sum()} of {PAIRS} "
-          f"pairs correlated beyond 6 sigma; most: {NAMES[i]} with {NAMES[j]}, {mean[i, j]:+.4f}",
+          f"pairs correlated beyond 6 sigma; largest: {NAMES[i]} with {NAMES[j]}, {mean[i, j]:+.4f}",
           flush=True)
 
 
 def tiles(scene, sampler, samples):
-    """Mean of each tile's green, and its variance from the seeds."""
+    """Returns the mean of each tile's green channel, and its variance between seeds."""
     loaded = mi.load_file(str(scene), sampler=sampler)
     renders = []
     for seed in range(SEEDS):

@@ -1,18 +1,18 @@
-"""Mitsuba's Beckmann lobes reflect a little too much or too little where they are sampled by visible
-normals (the default): see README.md.
+"""Measures the bias of Mitsuba's Beckmann lobes with sampling of visible normals, the default: see
+README.md.
 
     v/bin/python validation/references/check_visible_normals.py
 
-A surface that only reflects specularly lies under an even sky of radiance 1. How bright it is follows
-from Mitsuba's own BSDF by quadrature, without any random numbers; its `direct` integrator should say
-the same, whatever it samples by. Half a minute. Needs mitsuba 3.9.1 and Debian's libllvm19.
+A specular surface is below a uniform sky of radiance 1. Its radiance is computed from Mitsuba's own BSDF by
+quadrature, without random numbers. The `direct` integrator should give the same value with every sampling
+method. Takes half a minute. Needs mitsuba 3.9.1 and Debian's libllvm19.
 """
 import sys
 
 import environment
 
 if not environment.use_llvm():
-    sys.exit("check_visible_normals.py: no libLLVM 19: apt-get install libllvm19")
+    sys.exit("check_visible_normals.py: libLLVM 19 not found: apt-get install libllvm19")
 import mitsuba as mi  # noqa: E402
 import numpy as np  # noqa: E402
 
@@ -45,7 +45,8 @@ COSINES = (0.07, 0.1, 0.15, 0.25, 0.5)
 
 
 def quadrature(distribution, cosine, steps=2000):
-    """Integral of f cos over the hemisphere by midpoints, which lie denser near the mirror."""
+    """Returns the integral of f cos over the hemisphere by the midpoint rule. The points are denser near the
+    mirror direction."""
     bsdf = mi.load_dict({"type": "roughplastic", "distribution": distribution,
                          "diffuse_reflectance": {"type": "rgb", "value": 0.0}})
     interaction = mi.SurfaceInteraction3f()
@@ -64,7 +65,7 @@ def quadrature(distribution, cosine, steps=2000):
 
 
 def rendered(distribution, visible, cosine):
-    """Mean of the picture, and its standard error."""
+    """Returns the mean of the image, and its standard error."""
     text = SCENE.format(distribution=distribution, visible=str(visible).lower(), z=2 * cosine,
                         x=2 * np.sqrt(1 - cosine ** 2))
     pixels = np.array(mi.render(mi.load_string(text), seed=1)).mean(2)

@@ -1,8 +1,8 @@
-"""Mitsuba's conductors: prints the table in plugins/bsdfs/conductor_presets.h.
+"""Prints the table of Mitsuba's conductors in plugins/bsdfs/conductor_presets.h.
 
     PYTHON validation/references/conductor_presets.py
 
-PYTHON has the package mitsuba 3.9.1, which integrates the measured indices of refraction to RGB.
+PYTHON must have the package mitsuba 3.9.1, which integrates the measured indices of refraction to RGB.
 """
 import pathlib
 
@@ -13,7 +13,7 @@ mi.set_log_level(mi.LogLevel.Error)
 
 
 def numbers(values):
-    """As few digits as tell the float apart from Mitsuba's to 1e-6 of it."""
+    """Formats values with 6 significant digits, as C++ float literals."""
     texts = (f"{float(v):.6g}" for v in values)
     return ", ".join((t if "." in t or "e" in t else t + ".") + "f" for t in texts)
 

@@ -1,11 +1,11 @@
-"""What Mitsuba has to find before it is imported."""
+"""Environment variables that must be set before importing Mitsuba."""
 import glob
 import os
 
 
 def llvm_library():
-    """Path of an LLVM that Dr.Jit 1.5 works with, or None. 19 does (Debian: libllvm19); 15 and 16
-    abort on machines with AVX-512, and 14 is refused."""
+    """Returns the path of an LLVM library for Dr.Jit 1.5, or None. Version 19 works (Debian: libllvm19).
+    Versions 15 and 16 abort on machines with AVX-512, and Dr.Jit rejects 14."""
     if "DRJIT_LIBLLVM_PATH" in os.environ:
         return os.environ["DRJIT_LIBLLVM_PATH"]
     found = sorted(glob.glob("/usr/lib/*/libLLVM.so.19*"))
@@ -13,7 +13,7 @@ def llvm_library():
 
 
 def use_llvm():
-    """True if Mitsuba's llvm variants will work; must be called before mitsuba is imported."""
+    """Returns whether Mitsuba's llvm variants work. Must be called before mitsuba is imported."""
     library = llvm_library()
     if library:
         os.environ["DRJIT_LIBLLVM_PATH"] = library

@@ -1,13 +1,13 @@
-"""Reference pictures by Mitsuba: the mean of several renders and its variance.
+"""Makes reference images with Mitsuba: the mean of several renders, and its variance.
 
     python3 validation/references/make.py --mitsuba PYTHON validation/scenes/*.xml
 
-For each scene NAME.xml it writes NAME.exr (channels R, G, B of the mean and variance.R, variance.G,
-variance.B of the mean's variance; `mask` is 1 where a pixel has no value) and NAME.json (how it was
-made); a scene of ../../scenes, NAME/scene.xml, is called NAME, too. kinome-compare reads the pair.
-Nothing is done for a scene whose reference is up to date.
+For each scene NAME.xml, the script writes NAME.exr and NAME.json, which kinome-compare reads. The same is
+true for a scene NAME/scene.xml of ../../scenes. NAME.exr has the channels R, G, B of the mean, and
+variance.R, variance.G, variance.B of the variance of the mean. The channel `mask` is 1 for pixels without
+a value. NAME.json records the settings. References that are up to date are skipped.
 
-PYTHON has the package mitsuba 3.9.1 (python3 -m venv v && v/bin/pip install mitsuba==3.9.1 numpy).
+PYTHON must have the package mitsuba 3.9.1 (python3 -m venv v && v/bin/pip install mitsuba==3.9.1 numpy).
 """
 import argparse
 import hashlib
@@ -29,22 +29,23 @@ def parse():
         prog="make.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+", metavar="SCENE.xml")
     parser.add_argument("--mitsuba", metavar="PYTHON",
-                        help="the Python to run Mitsuba in; default: the one that runs this")
+                        help="the Python with Mitsuba; default: the Python that runs this script")
     parser.add_argument("--variant", choices=["llvm_ad_rgb", "scalar_rgb"],
-                        help="default: llvm_ad_rgb if there is an LLVM that it works with")
+                        help="default: llvm_ad_rgb if a suitable LLVM is installed")
     parser.add_argument("--seeds", type=int, default=16, metavar="N",
-                        help="independent renders; default and least: 16")
+                        help="number of independent renders, at least 16; default: 16")
     parser.add_argument("--samples", type=int, default=256, metavar="N",
-                        help="samples a pixel in each; default: 256")
+                        help="samples per pixel of each render; default: 256")
     parser.add_argument("-D", "--define", action="append", default=[], metavar="KEY=VALUE",
-                        help="sets $KEY of the scene file; repeat for more")
+                        help="sets $KEY of the scene file; can be repeated")
     parser.add_argument("--output", type=pathlib.Path, metavar="FOLDER",
                         default=pathlib.Path(__file__).resolve().parent)
-    parser.add_argument("--force", action="store_true", help="make it even if it is up to date")
+    parser.add_argument("--force", action="store_true",
+                        help="also make references that are up to date")
     options = parser.parse_args()
     if options.seeds < 16:
         parser.error(f"--seeds must be at least 16, got {options.seeds}: the variance of a "
-                     "stratified sampler comes from the renders alone")
+                     "stratified sampler is computed only from the differences of renders")
     if options.samples < 1:
         parser.error(f"--samples must be positive, got {options.samples}")
     for define in options.define:
@@ -54,7 +55,7 @@ def parse():
 
 
 def in_mitsubas_python(python):
-    """Runs this script again there; returns its exit status."""
+    """Runs this script in that Python; returns its exit status."""
     arguments, skip = [], False
     for argument in sys.argv[1:]:
         if skip or argument == "--mitsuba":
@@ -69,12 +70,12 @@ def in_mitsubas_python(python):
 
 
 def name_of(scene):
-    """What its reference is called."""
+    """Returns the name of a scene's reference."""
     return scene.resolve().parent.name if scene.stem == "scene" else scene.stem
 
 
 def wanted(scene, options, variant):
-    """What decides whether a reference is up to date; part of its JSON."""
+    """Returns the settings of a reference, which is up to date if its JSON contains the same."""
     return {"scene": scene.name, "scene_sha256": hashlib.sha256(scene.read_bytes()).hexdigest(),
             "defines": dict(sorted(d.split("=", 1) for d in options.define)), "version": VERSION,
             "variant": variant, "samples": options.samples, "seeds": options.seeds}
@@ -89,11 +90,11 @@ def is_current(picture, note, wish):
 
 
 def make(mi, np, scene_file, picture, wish):
-    """Renders, and writes the EXR; returns what else the JSON says."""
+    """Renders, and writes the EXR file; returns the other values of the JSON file."""
     scene = mi.load_file(str(scene_file), **wish["defines"])
     sensor = scene.sensors()[0]
     if sensor.film().rfilter().class_name() != "BoxFilter":
-        raise ValueError("needs the box filter: others share samples between pixels, and then the "
+        raise ValueError("must have the box filter: other filters share samples between pixels, so the "
                          "variance of a sum is not the sum of the variances")
     start = time.perf_counter()
     renders = []
@@ -137,11 +138,11 @@ def main():
         import mitsuba as mi
         import numpy as np
     except ImportError as reason:
-        print(f"make.py: {sys.executable} can't import {reason.name}: give a Python that has "
+        print(f"make.py: {sys.executable} can't import {reason.name}: give a Python with "
               f"mitsuba=={VERSION} and numpy by --mitsuba", file=sys.stderr)
         return 1
     if mi.__version__ != VERSION:
-        print(f"make.py: needs mitsuba {VERSION}, has {mi.__version__}", file=sys.stderr)
+        print(f"make.py: needs mitsuba {VERSION}, got {mi.__version__}", file=sys.stderr)
         return 1
     mi.set_variant(variant)
     mi.set_log_level(mi.LogLevel.Error)
@@ -158,7 +159,7 @@ def main():
                 continue
             made = make(mi, np, scene, picture, wish)
         except (OSError, RuntimeError, ValueError) as reason:
-            # One bad scene must not keep the others from being made.
+            # Continues with the other scenes.
             line = getattr(reason, "strerror", None) or " ".join(str(reason).split())
             print(f"make.py: {scene}: {line}", file=sys.stderr)
             failed += 1

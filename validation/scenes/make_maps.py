@@ -1,4 +1,4 @@
-"""Makes the two small images in maps/ that scenes here use. Needs Debian's python3-openimageio."""
+"""Makes the two small images in maps/, which scenes here use. Needs Debian's python3-openimageio."""
 import pathlib
 
 import numpy as np

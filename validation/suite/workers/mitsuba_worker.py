@@ -8,7 +8,7 @@ import environment  # noqa: E402
 
 VARIANT, THREADS = sys.argv[1], int(sys.argv[2])
 if VARIANT.startswith("llvm") and not environment.use_llvm():
-    sys.exit("no libLLVM 19: apt-get install libllvm19")
+    sys.exit("libLLVM 19 not found: apt-get install libllvm19")
 import mitsuba as mi  # noqa: E402
 import drjit as dr  # noqa: E402
 import numpy as np  # noqa: E402
