@@ -1,4 +1,4 @@
-/// `depth` and `aov` on a scene whose first hits can be written down.
+/// `depth` and `aov` on a scene whose first hits are known in closed form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,8 +8,8 @@
 namespace kinome::test {
 namespace {
 
-/// A unit sphere before a rectangle at z = -1 that covers the left half of the picture, seen along
-/// -z by parallel rays from z = 5; the rest is empty. One sample a pixel.
+/// A unit sphere in front of a rectangle at z = -1 that covers the left half of the image, seen
+/// along -z by parallel rays from z = 5. The rest is empty. One sample per pixel.
 std::string scene_xml(const std::string& integrator, const std::string& pixel_format = "rgba") {
   return "<shape type=\"sphere\">" + diffuse_xml("0.2 0.4 0.6") +
          "</shape><shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"3\" y=\"6\" "
@@ -22,13 +22,13 @@ std::string scene_xml(const std::string& integrator, const std::string& pixel_fo
          integrator;
 }
 
-/// Three pixels: the sphere's middle, the rectangle alone, nothing. The camera's +x is image left.
+/// Three pixels: the sphere's centre, the rectangle alone, nothing. The camera's +x is image left.
 struct Pixel {
   int x;
   int y;
 };
 constexpr Pixel kSphere{10, 10}, kRectangle{3, 3}, kNothing{18, 3};
-/// Depth of the camera's near plane, from where depths count: to_world scales the default
+/// Distance of the camera's near plane, from which depth is measured. to_world scales the default
 /// near_clip.
 constexpr float kNear = 3 * 0.01f;
 
@@ -36,7 +36,7 @@ TEST(Depth, IsTheDistanceAlongTheRay) {
   const auto scene = scene_from(scene_xml("<integrator type=\"depth\"/>"));
   const Image image = render_scene(*scene);
   for (int c = 0; c < 3; ++c) {
-    // The middle pixel spans x, y in [-1/7, 1/7] of the sphere: z in [.979, 1].
+    // The central pixel spans x, y in [-1/7, 1/7] of the sphere: z in [.979, 1].
     EXPECT_NEAR(image.at(kSphere.x, kSphere.y, c), 4.01 - kNear, 0.011);
     EXPECT_NEAR(image.at(kRectangle.x, kRectangle.y, c), 6 - kNear, 1e-5);
     EXPECT_EQ(image.at(kNothing.x, kNothing.y, c), 0);
@@ -64,11 +64,11 @@ constexpr const char* kAll =
 
 std::string named_direct_xml() { return "<integrator type=\"direct\" name=\"img\"/>"; }
 
-/// A wall 3 before the camera, whose near plane is at 1: as Mitsuba 3.9.1 has it, camera rays begin
-/// on the near plane, and what is measured begins with them.
+/// A wall at a distance of 3 from the camera, whose near plane is at 1. As in Mitsuba 3.9.1, camera
+/// rays begin on the near plane, and so do measured distances.
 TEST(Depth, CountsFromTheNearPlane) {
   struct Camera {
-    std::string xml;    ///< type and parameters of its own
+    std::string xml;    ///< type and its own parameters
     std::string scale;  ///< in to_world
     bool is_parallel;
     float expected;  ///< along the axis
@@ -76,7 +76,7 @@ TEST(Depth, CountsFromTheNearPlane) {
   const std::string fov = R"(<float name="fov" value="60"/>)";
   const Camera cameras[] = {
       {"perspective\">" + fov, "", false, 2},
-      // An aperture that is next to nothing: all rays of a pixel begin at the same place.
+      // The aperture is negligible: all rays of a pixel begin at the same point.
       {"thinlens\"><float name=\"aperture_radius\" value=\"1e-5\"/>" + fov, "", false, 2},
       {"orthographic\">", "", true, 2},
       {"orthographic\">", "<scale value=\"2\"/>", true, 1},
@@ -121,7 +121,7 @@ TEST(Aov, ShowsWhatIsHit) {
     return image.at(at.x, at.y, channel_of(image, name));
   };
   EXPECT_NEAR(value(kRectangle, "dd.T"), 6 - kNear, 1e-5);
-  // Pixel 3 of 21, whose width is 2/7: x from -3 + 6/7; rows count from the top, y = 3.
+  // Pixel 3 of 21, whose width is 2/7: x from -3 + 6/7. Rows count from the top, y = 3.
   EXPECT_NEAR(value(kRectangle, "pos.X"), -2, 1.01 / 7);
   EXPECT_NEAR(value(kRectangle, "pos.Y"), 2, 1.01 / 7);
   EXPECT_NEAR(value(kRectangle, "pos.Z"), -1, 1e-5);
@@ -139,7 +139,8 @@ TEST(Aov, ShowsWhatIsHit) {
   EXPECT_NEAR(value(kSphere, "al.G"), 0.4, 1e-6);
   EXPECT_NEAR(value(kRectangle, "al.G"), 0.5, 1e-6);
   EXPECT_GT(value(kSphere, "gn.Z"), 0.97);
-  // Each channel of an unseen pixel is 0; colour and alpha, of the sky, are the nested integrator's.
+  // All channels of a pixel without a hit are 0, except the sky's colour and alpha of the nested
+  // integrator.
   EXPECT_EQ(value(kNothing, "_arg_0.G"), 1);
   EXPECT_EQ(value(kNothing, "_arg_0.A"), 1);
   for (int c = 8; c < image.channel_count(); ++c) {
@@ -148,7 +149,7 @@ TEST(Aov, ShowsWhatIsHit) {
   EXPECT_EQ(image.at(kNothing.x, kNothing.y, 0), 1);
 }
 
-/// Colour with variables is the very colour without them, and rays are the same in both.
+/// The colour is identical with and without variables, because the rays are the same.
 TEST(Aov, LeavesTheNestedImageAsItIs) {
   const Image plain = render_scene(*scene_from(scene_xml(direct_xml())), 9);
   const Image with = render_scene(*scene_from(scene_xml(aov_xml("d:depth", direct_xml()))), 9);
@@ -164,14 +165,14 @@ TEST(Aov, LeavesTheNestedImageAsItIs) {
   }
 }
 
-/// How uv changes from pixel to pixel, divided by the root of their samples; of a pinhole, as
-/// Mitsuba 3.9.1 has it, by what is left of the distance beyond the near plane.
+/// Derivatives of uv per pixel, divided by the square root of the samples per pixel. For a pinhole,
+/// they use the distance beyond the near plane, as in Mitsuba 3.9.1.
 TEST(Aov, TellsHowUvChangesFromPixelToPixel) {
-  constexpr float kTan = 0.363970234f;  // of 20 degrees
+  constexpr float kTan = 0.363970234f;  // tangent of 20 degrees
   struct Camera {
     std::string type;
     float near;
-    float width;  ///< of the wall that the picture's 21 pixels see
+    float width;  ///< of the wall across the image's 21 pixels
   };
   const std::string fov = R"(<float name="fov" value="40"/>)";
   const std::string lens =
@@ -202,7 +203,7 @@ TEST(Aov, TellsHowUvChangesFromPixelToPixel) {
   }
 }
 
-/// What Mitsuba 3.9.1 says of each material: the colour of its diffuse part, coated or not.
+/// Albedos of Mitsuba 3.9.1 for each material: the colour of its diffuse part, coated or not.
 TEST(Aov, AlbedoIsMitsubas) {
   const std::string grey = "<bsdf type=\"diffuse\"><float name=\"reflectance\" value=\"0.4\"/></bsdf>";
   const struct {

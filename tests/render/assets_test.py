@@ -1,4 +1,4 @@
-"""The scenes' assets: the same bytes from each run, nothing done twice, and a closed statue."""
+"""Tests of the scenes' assets: reproducible bytes, no repeated work, and a closed statue."""
 
 import hashlib
 import pathlib
@@ -30,7 +30,7 @@ def hashes(folder):
 
 
 def read_ply(path):
-    """Vertices (n, columns) and faces of a PLY as make_assets writes it."""
+    """Reads the vertices (n, columns) and faces of a PLY file from make_assets."""
     header, body = path.read_bytes().split(b"end_header\n", 1)
     counts = [int(line.split()[2]) for line in header.split(b"\n") if line.startswith(b"element")]
     columns = header.count(b"property float")
@@ -52,7 +52,7 @@ class Command(unittest.TestCase):
             self.check_that_scenes_have_their_files(one)
 
     def check_that_scenes_have_their_files(self, made):
-        """Each scene's file names what was made for it; what holds a parameter is left out."""
+        """Each scene file names all of its assets. Names that contain a parameter are skipped."""
         scenes = sorted(f.parent.name for f in SCENES.glob("*/scene.xml"))
         self.assertEqual(scenes, sorted({pathlib.Path(name).parts[0] for name in made}))
         for scene in scenes:
@@ -79,7 +79,7 @@ class Command(unittest.TestCase):
 
 
 class Statue(unittest.TestCase):
-    """The mesh as it is rendered, not a coarse one."""
+    """Tests the mesh as it is rendered, not a coarse one."""
 
     @classmethod
     def setUpClass(cls):
@@ -97,7 +97,7 @@ class Statue(unittest.TestCase):
         self.assertGreaterEqual(len(self.faces), 100_000)
 
     def test_every_edge_lies_in_two_triangles(self):
-        # Counted here on its own: the script's check isn't trusted.
+        # Counted independently of the script's own check.
         edges = np.sort(np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]],
                                         self.faces[:, [2, 0]]]), axis=1)
         _, counts = np.unique(edges, axis=0, return_counts=True)
@@ -107,17 +107,18 @@ class Statue(unittest.TestCase):
         corners = self.vertices[self.faces][:, :, :3].astype(np.float64)
         volume = np.einsum("ij,ij->i", corners[:, 0],
                            np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
-        self.assertGreater(volume, 0.1)  # positive: faces look outwards; a body of this size
+        self.assertGreater(volume, 0.1)  # positive: faces are oriented outward; a body of this size
         self.assertLess(volume, 0.2)
         lengths = np.linalg.norm(self.vertices[:, 3:6], axis=1)
         self.assertLess(np.abs(lengths - 1.0).max(), 1e-5)  # a few float roundings
 
 
 class Room(unittest.TestCase):
-    """The box scene's room and block are closed, and face the right way."""
+    """The box scene's room and block are closed and oriented correctly."""
 
     def volume(self, meshes, names):
-        """Of the polyhedron that the meshes make together; its faces look outwards if positive."""
+        """Returns the volume of the polyhedron that the meshes form together; positive if its faces
+        are oriented outward."""
         corners = np.concatenate([meshes[n]["positions"][meshes[n]["faces"]] for n in names])
         places, at = np.unique(np.round(corners.reshape(-1, 3), 6), axis=0, return_inverse=True)
         self.assertTrue(meshing.is_watertight(at.reshape(-1, 3)))
@@ -127,7 +128,7 @@ class Room(unittest.TestCase):
     def test_volumes_are_those_of_bevelled_boxes(self):
         size, bevel = np.array([3.0, 4.0, 5.0]), 0.25
         names = [*box.SIDES, "bevels"]
-        # Each edge loses a prism, each corner a cube but for a sixth.
+        # Each edge loses a prism, each corner five sixths of a cube.
         expected = size.prod() - 4 * (size - 2 * bevel).sum() * bevel ** 2 / 2 \
             - 8 * bevel ** 3 * 5 / 6
         outside = box.bevelled_box((1, 2, 3), (1, 2, 3) + size, bevel, inside=False)
@@ -144,7 +145,7 @@ class Room(unittest.TestCase):
 
 
 class Solids(unittest.TestCase):
-    """What the scenes to measure by are built of is closed, of the right volume, and faces out."""
+    """Solids of the measured scenes are closed, of the right volume, and oriented outward."""
 
     def volume(self, mesh):
         corners = mesh["positions"][mesh["faces"]]
@@ -158,7 +159,7 @@ class Solids(unittest.TestCase):
 
     def test_volumes(self):
         self.assertAlmostEqual(self.volume(solids.cuboid((1, 2, 3), (2, 4, 6))), 6.0, places=12)
-        # Inscribed meshes: what they lack falls with the square of the steps.
+        # Inscribed meshes: the missing volume falls with the square of the steps.
         ball = solids.star(lambda x, y, z: np.ones_like(x), 60)
         self.assertAlmostEqual(self.volume(ball) / (4 / 3 * np.pi), 1.0, delta=2e-3)
         ring = solids.torus(0.7, 0.3, 60)
@@ -190,8 +191,8 @@ class Tools(unittest.TestCase):
         mesh = meshing.mesh_field(lambda x, y, z: sdf.sphere(x, y, z, (0.01, 0, 0), radius), axes)
         self.assertTrue(meshing.is_watertight(mesh["faces"]))
         distance = np.linalg.norm(mesh["positions"] - [0.01, 0, 0], axis=1)
-        # Newton's method converges at once on a true distance: what is left is the differences'
-        # error, under step^2 / radius.
+        # Newton's method converges in one step for a true distance. The rest is the error of finite
+        # differences, below step^2 / radius.
         self.assertLess(np.abs(distance - radius).max(), 5e-4 ** 2 / radius + 1e-12)
 
     def test_a_checkered_grid_still_gives_a_closed_mesh(self):

@@ -1,5 +1,5 @@
-// Budgets on real scenes: whatever ends a render, its expectation is what `direct` converges to,
-// and what it says of its own error is so. Every z-test alarms falsely at a rate of 1e-4.
+// Tests of budgets on real scenes. With any limit, the expectation is that of `direct`, and the
+// reported error is correct. Each z-test has a false-alarm rate of 1e-4.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kAlpha = 1e-4;
 
-/// Shadows, and a lobe, under a sky with a sun that is no point.
+/// Shadows and a glossy lobe, under a sky with a sun of finite size.
 std::unique_ptr<Scene> scene_of(const std::string& integrator, int width, int height, int samples,
                                 const std::string& sampler = "sobol") {
   static const TemporaryFolder folder;
@@ -59,7 +59,7 @@ Rendered render_with(const Scene& scene, const RenderBudget& budget, uint64_t se
   return result;
 }
 
-/// As of RenderBudget::rel_mse, against a picture that is as good as exact.
+/// Returns relMSE as in RenderBudget::rel_mse, against an image that is nearly exact.
 double rel_mse(const Image& image, const Image& truth) {
   double mean = 0, sum = 0;
   const auto values = static_cast<double>(truth.data.size());
@@ -71,7 +71,7 @@ double rel_mse(const Image& image, const Image& truth) {
   return sum / values;
 }
 
-/// Sums over tiles of 4x4 pixels of renders with different seeds.
+/// Sums over tiles of 4x4 pixels, for renders with different seeds.
 std::vector<Estimate> tiles_of(const std::function<Image(uint64_t)>& render, int renders) {
   std::vector<Moments> moments;
   for (int k = 1; k <= renders; ++k) {
@@ -99,7 +99,7 @@ const std::vector<Estimate>& direct_tiles() {
   return tiles;
 }
 
-/// Passes in lanes. The number of samples is fixed, so that nothing depends on what was found.
+/// Passes in lanes. The number of samples is fixed, so that nothing depends on the results.
 TEST(Budget, PassesAreUnbiased) {
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
     const auto scene = scene_of(integrator, 16, 12, 32);
@@ -114,7 +114,7 @@ TEST(Budget, PassesAreUnbiased) {
   }
 }
 
-/// Several passes of different sizes, by a clock that counts rays.
+/// Several passes of different sizes, with a clock that counts rays.
 TEST(Budget, TimedRendersAreUnbiased) {
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
     const auto scene = scene_of(integrator, 16, 12, 32);
@@ -134,13 +134,13 @@ TEST(Budget, TimedRendersAreUnbiased) {
           return image;
         },
         kRenders);
-    EXPECT_GT(least, 8) << "there is time for 20000 rays, 104 a pixel";
+    EXPECT_GT(least, 8) << "there is time for 20000 rays, 104 per pixel";
     expect_equal(timed, direct_tiles(), kAlpha, integrator);
   }
 }
 
-/// The number of passes depends on what they found: a bias far below the noise, which these
-/// renders don't show.
+/// The number of passes depends on their results, which causes a bias. It is far below the noise,
+/// so that these renders don't show it.
 TEST(Budget, ErrorsBiasIsBelowTheNoise) {
   const auto scene = scene_of(product_xml(), 16, 12, 32);
   const auto adaptive = tiles_of(
@@ -149,8 +149,8 @@ TEST(Budget, ErrorsBiasIsBelowTheNoise) {
   expect_equal(adaptive, direct_tiles(), kAlpha, "error");
 }
 
-/// The mean of the estimates of eight renders against that of their true errors: a factor of 1.5 is
-/// more than 6 standard deviations, as measured (0.06 and 0.03 of the ratio).
+/// Compares the mean of the estimated errors of eight renders with that of their true errors. A
+/// factor of 1.5 is more than 6 standard deviations, as measured (0.06 and 0.03 of the ratio).
 TEST(Budget, ErrorIsWhatItIsSaidToBe) {
   const Image truth = render_scene(*scene_of(product_xml(), 32, 24, 1500), 999);
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
@@ -181,9 +181,9 @@ TEST(Budget, SameBitsAtAnyThreadCountAndTileOrder) {
   }
 }
 
-/// What the lanes say of the variance is what renders of other seeds show: the sum over the
-/// picture, for which 64 renders and 64 x 7 degrees of freedom at least give a factor of 1.5 at
-/// more than 4 standard deviations even if only 16 pixels mattered.
+/// The variance that lanes report equals that between seeds. The test is on the sum over the image,
+/// with 64 renders and at least 64 x 7 degrees of freedom. A factor of 1.5 is more than 4 standard
+/// deviations even if only 16 pixels mattered.
 TEST(Budget, VarianceIsThatOfThePicture) {
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
     const auto scene = scene_of(integrator, 16, 12, 32);
@@ -203,9 +203,10 @@ TEST(Budget, VarianceIsThatOfThePicture) {
   }
 }
 
-/// Interrupted in the second round of passes or later: a whole picture, of the right brightness.
+/// Renders that are interrupted in the second round of passes or later are whole images of the
+/// right brightness.
 TEST(Budget, InterruptedRendersAreWhole) {
-  // The first round is told as a fifth of the whole, which nobody can know yet.
+  // Progress reports the first round as a fifth of the whole, because the rest is unknown by then.
   constexpr double kFirstRound = 0.2 * (1 + 1e-9);
   const Image truth = render_scene(*scene_of(product_xml(), 48, 40, 64), 9);
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
@@ -217,7 +218,7 @@ TEST(Budget, InterruptedRendersAreWhole) {
         if (share > kFirstRound) ++later;
         if (later >= tiles) cancel = true;
       };
-      // The first round is a sample of each lane: 16 leave no pixel black by chance.
+      // The first round has one sample per lane: with 16, no pixel is black by chance.
       const Rendered r =
           render_with(*scene, {.rel_mse = 1e-5, .lanes = 16}, 1, 1, 0, &cancel, progress);
       EXPECT_FALSE(r.stats.complete);
@@ -226,7 +227,8 @@ TEST(Budget, InterruptedRendersAreWhole) {
         sum += r.image.at(i % 48, i / 48, 1);
         expected += truth.at(i % 48, i / 48, 1);
         const float value = r.image.at(i % 48, i / 48, 1);
-        // Control terms may exceed what rays find in a dark pixel: below 0, but rendered.
+        // Control terms may exceed the light that rays find in a dark pixel: the value is negative,
+        // but rendered.
         EXPECT_TRUE(integrator == product_xml() ? value != 0 : value > 0) << integrator << " " << i;
       }
       EXPECT_NEAR(sum, expected, 0.1 * expected) << integrator;
@@ -253,10 +255,10 @@ TEST(Budget, DiagnosticsSayWhereTheRaysWent) {
     least = std::min<double>(least, r.image.at(x, y, 5));
     most = std::max<double>(most, r.image.at(x, y, 5));
   }
-  // All camera rays but the pilot's, of 2 a pixel.
+  // All camera rays except the pilot's 2 per pixel.
   EXPECT_EQ(samples + 2 * 32 * 24, r.stats.counters.rays[static_cast<int>(RayKind::kCamera)]);
   EXPECT_GT(most, 0.9);   // the open floor
-  EXPECT_LT(least, 0.6);  // and what the cube hides
+  EXPECT_LT(least, 0.6);  // the floor that the cube hides
   EXPECT_EQ(render_with(*scene_of(product_xml(), 32, 24, 16), {}, 1).image.at(9, 9, 1),
             r.image.at(9, 9, 1));
   EXPECT_THROW(scene_of(product_xml(R"(<boolean name="diagnostics" value="true"/>

@@ -1,4 +1,4 @@
-/// `direct` against radiances that can be written down.
+/// `direct` against radiances in closed form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,10 +10,10 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each of about 60 z-tests
+constexpr double kAlpha = 1e-4;  // level of each of about 60 z-tests
 constexpr double kPiD = std::numbers::pi;
 
-/// Wherever a diffuse plane faces, it turns a constant radiance L into reflectance x L.
+/// A diffuse plane of any orientation turns a constant radiance L into reflectance x L.
 TEST(ClosedForm, ConstantEnvironmentOnADiffusePlane) {
   for (const char* sampler : kSamplers) {
     for (const auto& [emitter, bsdf] : {std::pair{1, 1}, {1, 0}, {0, 1}, {3, 2}}) {
@@ -22,7 +22,7 @@ TEST(ClosedForm, ConstantEnvironmentOnADiffusePlane) {
                      direct_xml(samples_xml(emitter, bsdf)) +
                      sensor_xml("perspective", look_at("0 3 1", "0 0 0"), 3, 16, sampler));
       const auto rendered = estimate_pixels(*scene, kRenders);
-      // BSDF sampling of a diffuse surface is exact: then only rounding is left.
+      // BSDF sampling of a diffuse surface is exact: only rounding errors remain.
       if (emitter == 0) {
         for (size_t i = 0; i < rendered.size(); ++i) {
           EXPECT_NEAR(rendered[i].mean, Rgb(0.2, 1, 2.4)[static_cast<int>(i % 3)], 1e-5) << sampler;
@@ -35,8 +35,8 @@ TEST(ClosedForm, ConstantEnvironmentOnADiffusePlane) {
   }
 }
 
-/// One bright texel is a tent of radiance, as wide as two texels; its irradiance on a plane under
-/// the pole is L dphi (sin 2 theta0) / 2 dtheta (sin dtheta / dtheta)².
+/// A single bright texel is a tent of radiance, as wide as two texels. Its irradiance on a plane
+/// under the pole is L dphi (sin 2 theta0) / 2 dtheta (sin dtheta / dtheta)².
 struct Sun {
   static constexpr int kWidth = 64, kHeight = 33, kX = 0, kY = 7;
   static constexpr float kRadiance = 5000;
@@ -65,9 +65,9 @@ TEST(ClosedForm, SingleTexelAsASun) {
   }
 }
 
-/// The map on its side, so that the floor faces its column -1/2: a sun at phi0 then shines with the
-/// cosine cos phi sin theta, and the irradiance is L dphi cos phi0 (sin(dphi/2) / (dphi/2))²
-/// dtheta (1 - cos(2 theta0) (sin dtheta / dtheta)²) / 2. It tells a column from the next.
+/// The map lies on its side, so that the floor faces its column -1/2. A sun at phi0 then shines
+/// with the cosine cos phi sin theta. The irradiance is L dphi cos phi0 (sin(dphi/2) / (dphi/2))²
+/// dtheta (1 - cos(2 theta0) (sin dtheta / dtheta)²) / 2. It distinguishes neighbouring columns.
 TEST(ClosedForm, SingleTexelOnAMapOnItsSide) {
   constexpr int kWidth = 64, kHeight = 33, kX = 12, kY = 14;
   const double dphi = 2 * kPiD / kWidth, dtheta = kPiD / (kHeight - 1);
@@ -88,10 +88,11 @@ TEST(ClosedForm, SingleTexelOnAMapOnItsSide) {
   }
 }
 
-/// The sun on one side of the zenith, a wall on that side: its shadow is black, all else is lit.
+/// The sun and a wall are on the same side of the zenith: the wall's shadow is black, the rest is
+/// lit.
 TEST(ClosedForm, ShadowsAreBlack) {
   const TemporaryFolder folder;
-  // Column 0 of 64 lies by -z: the wall at z = -1 hides the sun from the floor before it.
+  // Column 0 of 64 is near -z: the wall at z = -1 hides the sun from the floor in front of it.
   const std::string wall =
       "<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"50\" y=\"50\" z=\"0.1\"/>"
       "<translate x=\"0\" y=\"0\" z=\"-1\"/></transform></shape>";
@@ -131,8 +132,8 @@ constexpr Material kMaterials[] = {
     {"roughplastic", "<bsdf type=\"roughplastic\"><float name=\"alpha\" value=\"0.2\"/></bsdf>"},
 };
 
-/// The albedo of a material seen at cos theta: its values integrated over the hemisphere by
-/// midpoints in (cos theta, phi), and the weights of its delta lobes.
+/// Returns the albedo of a material seen at cos theta: its values integrated over the hemisphere by
+/// midpoints in (cos theta, phi), plus the weights of its delta lobes.
 Rgb albedo(const Bsdf& bsdf, float cos_theta) {
   SurfaceInteraction si;
   si.wi = Vec3(std::sqrt(1 - cos_theta * cos_theta), 0, cos_theta);

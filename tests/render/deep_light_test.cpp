@@ -1,6 +1,6 @@
 // `clustered` with importance = product has the expectation of `path` at any depth: z-tests over
-// tiles of pixels and over the picture, for each kind of light and material. Every z-test alarms
-// falsely at a rate of 1e-4.
+// tiles of pixels and over the image, for each kind of emitter and material. Each z-test has a
+// false-alarm rate of 1e-4.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct Case {
   std::string light;
   std::string material;
   int max_depth;
-  std::string floor = "";  ///< over the one of that material
+  std::string floor = "";  ///< above the floor of that material
   bool hide = true;        ///< hide_emitters
 };
 
@@ -43,7 +43,7 @@ Arrangement setup_of(const Case& c) {
   Arrangement s;
   s.light = c.light;
   s.max_depth = c.max_depth;
-  // Two walls of stone around the shapes, which are near one another and the floor.
+  // Two stone walls around the shapes, close to one another and to the floor.
   s.shapes = shapes_xml(c.material) + c.floor +
              shape_xml("rectangle", "<scale value=\"4\"/><translate z=\"-1.6\"/>", kGrey) +
              shape_xml("rectangle",
@@ -55,7 +55,7 @@ Arrangement setup_of(const Case& c) {
   return s;
 }
 
-/// Most of the sky's light falls where the camera sees nothing of it, so that light paths are split.
+/// Most of the sky's light falls where the camera doesn't see it, so that light paths are split.
 const std::string kPlain =
     shape_xml("rectangle",
               "<scale value=\"9\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\"-.01\"/>", kGrey);
@@ -99,7 +99,8 @@ INSTANTIATE_TEST_SUITE_P(
              bsdf("mask", number("opacity", .6) + bsdf("twosided", kGrey)), -1}),
     name_of);
 
-/// Through a lens, shares of what glass shows go by the lens's centre: no more than a guess.
+/// With a lens, the fractions of light that glass shows are estimated at the lens's centre, which
+/// is only approximate.
 TEST(DeepLightGlass, IsUnbiasedThroughALens) {
   Arrangement s = setup_of({"", kLamp, bsdf("dielectric"), 8, kStone});
   s.sensor = "thinlens";
@@ -107,8 +108,8 @@ TEST(DeepLightGlass, IsUnbiasedThroughALens) {
   expect_unbiased(s);
 }
 
-/// Paths from the lamp find the light that glass gathers on the floor, where `path` meets the lamp
-/// by chance.
+/// Paths from the lamp find the light that glass focuses on the floor, where `path` hits the lamp
+/// only by chance.
 TEST(DeepLightGlass, IsFoundFromTheLamp) {
   Arrangement s = setup_of({"",
                             shape_xml("rectangle",
@@ -134,15 +135,15 @@ TEST(DeepLightGlass, IsFoundFromTheLamp) {
   expect_unbiased(s);
 }
 
-/// Roulette ends paths earlier, and changes no expectation.
+/// Roulette ends paths earlier without changing the expectation.
 TEST(DeepLightPaths, EndByRouletteUnbiased) {
   Arrangement s = setup_of({"", kLamp, kPlastic, -1});
   s.parameters = integer("rr_depth", 1);
   expect_unbiased(s);
 }
 
-/// Walls that take nothing away: light bounces on until roulette ends it. Seen from within, every
-/// point of a closed sphere that emits e and reflects rho has e / (1 - rho).
+/// Walls that absorb little: light bounces until roulette ends its paths. Seen from inside, every
+/// point of a closed sphere that emits e and reflects rho has the radiance e / (1 - rho).
 TEST(DeepLightPaths, FillAFurnace) {
   for (const double rho : {0.5, 0.9}) {
     const std::string grey = std::to_string(rho);
@@ -157,8 +158,8 @@ TEST(DeepLightPaths, FillAFurnace) {
   }
 }
 
-/// A lamp within a ball of glass: all light comes by paths that only eye rays find, and a trial
-/// leaves the image to `path`.
+/// A lamp within a glass ball: only eye rays find its light, and a trial leaves the image to
+/// `path`.
 TEST(DeepLightPaths, AreThoseOfPathWhereLightComesThroughGlass) {
   const std::string glass =
       "<shape type=\"sphere\"><point name=\"center\" x=\".3\" y=\"2.5\" "
@@ -174,15 +175,14 @@ TEST(DeepLightPaths, AreThoseOfPathWhereLightComesThroughGlass) {
                           [](const Skipped& entry) { return entry.what == "product"; }));
 }
 
-/// The same bits at any number of threads.
+/// The same bits with any number of threads.
 TEST(DeepLightPaths, DoNotDependOnThreads) {
   const auto scene = product_scene(setup_of({"", kLamp + kSpot, kPlastic, -1}));
   EXPECT_EQ(render_scene(*scene, 7, 1).data, render_scene(*scene, 7, 3).data);
 }
 
-/// Every ball has a BSDF of its own, so that most blocks of paths are partly filled: what their
-/// other lanes hold counts for nothing. Vectors of any width have the same random numbers, but not
-/// the same lanes.
+/// Every ball has its own BSDF, so that most blocks of paths are partly filled: unused SIMD lanes
+/// must be ignored. Vectors of any width use the same random numbers, but not the same lanes.
 TEST(DeepLightPaths, LeaveUnusedLanesOut) {
   std::string balls;
   for (int i = 0; i < 60; ++i) {

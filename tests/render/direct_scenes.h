@@ -8,13 +8,13 @@
 #include "kinome/image.h"
 #include "support/render.h"
 
-/// Pieces of scenes for tests that render.
+/// Parts of scenes for tests that render.
 namespace kinome::test {
 
 inline const char* const kSamplers[] = {"independent", "halton", "sobol", "stratified"};
 
-/// A sensor that looks from `origin` to `target`, with `side`² pixels of a box filter: neighbouring
-/// pixels are then independent.
+/// A sensor that looks from `origin` to `target`, with `side`² pixels and a box filter, which makes
+/// neighbouring pixels independent.
 inline std::string sensor_xml(const std::string& type, const std::string& transform, int side,
                               int samples, const std::string& sampler = "independent",
                               const std::string& pixel_format = "rgb") {
@@ -73,18 +73,18 @@ inline std::string envmap_xml(const TemporaryFolder& folder, int width, int heig
          "\"/><transform name=\"to_world\">" + transform + "</transform></emitter>";
 }
 
-/// One channel of estimate_pixels: grey light gives channels that are not independent, which a
-/// z-test takes its pairs to be.
+/// Returns one channel of estimate_pixels(). The channels of grey light are dependent, but a z-test
+/// requires independent values.
 inline std::vector<Estimate> channel(const std::vector<Estimate>& pixels, int c) {
   std::vector<Estimate> one;
   for (size_t i = c; i < pixels.size(); i += 3) one.push_back(pixels[i]);
   return one;
 }
 
-/// Renders of one estimate: enough for a variance whose z is as good as normal.
+/// Renders of one estimate: enough for z values that are nearly normal.
 inline constexpr int kRenders = 64;
 
-/// z-tests of all pixels, channel by channel, at a false-alarm rate of `alpha` in all.
+/// z-tests of all pixels, channel by channel, with a total false-alarm rate of `alpha`.
 inline void expect_equal(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
                          double alpha, const std::string& name) {
   for (int c = 0; c < 3; ++c) {
@@ -93,7 +93,7 @@ inline void expect_equal(const std::vector<Estimate>& a, const std::vector<Estim
   }
 }
 
-/// `pixels` times the same colour, known exactly.
+/// `pixels` times the same exact colour.
 inline std::vector<Estimate> exactly(const Rgb& colour, int pixels) {
   std::vector<Estimate> estimates;
   for (int i = 0; i < pixels; ++i) {

@@ -45,13 +45,13 @@ TEST(Direct, TechniquesAgree) {
     return estimate_pixels(*scene_from(scene + view() + direct_xml(samples_xml(emitter, bsdf))),
                            kRenders, seed);
   };
-  // Seeds of their own: independent estimates, as the test demands.
+  // Each has its own seeds, because the test requires independent estimates.
   const auto both = render_with(1, 1, 1);
   expect_equal(both, render_with(0, 1, 10001), kAlpha, "BSDF sampling alone");
   expect_equal(both, render_with(3, 2, 30001), kAlpha, "3 + 2");
 }
 
-/// Emitter sampling alone can't see what a delta lobe shows: a scene without.
+/// Emitter sampling alone can't find what a delta lobe shows: a scene without delta lobes.
 TEST(Direct, EmitterSamplingAloneAgreesWithoutDeltaLobes) {
   const TemporaryFolder folder;
   const std::string scene = floor_xml(diffuse_xml("0.5")) + envmap_xml(folder, 16, 9, noise) +
@@ -70,8 +70,8 @@ TEST(Direct, CompensatedSamplingAgrees) {
   const TemporaryFolder folder;
   std::string map = envmap_xml(folder, 16, 9, noise);
   map.insert(map.rfind("</emitter>"), "<boolean name=\"mis_compensation\" value=\"true\"/>");
-  // Without BSDF samples it takes many to meet the light that compensation leaves to these, and the
-  // spheres' delta lobes are missing on both sides.
+  // Without BSDF samples, many samples are needed to find the light that compensation leaves to
+  // them. The spheres' delta lobes are missing on both sides.
   for (const auto& [emitter, bsdf] : {std::pair{1, 1}, {1024, 0}}) {
     const auto reference = scene_from(still_life() + envmap_xml(folder, 16, 9, noise) + view() +
                                       direct_xml(samples_xml(emitter, bsdf)));
@@ -105,8 +105,8 @@ TEST(Direct, SameBitsAtAnyThreadCount) {
   }
 }
 
-/// The sky is seen unless hidden, and has an alpha of 1 then, as by Mitsuba's `path`. (Its `direct`
-/// gives the background 0 in either case.)
+/// The sky is visible unless hidden, and then has an alpha of 1, as with Mitsuba's `path`.
+/// (Mitsuba's `direct` gives the background 0 in either case.)
 TEST(Direct, HidesEmitters) {
   const std::string scene =
       "<shape type=\"sphere\">" + diffuse_xml("0.5") + "</shape>" + constant_xml("1") +
@@ -165,9 +165,9 @@ TEST(Direct, ChecksItsParameters) {
   EXPECT_NE(error_of(samples_xml(-1, 1)).find("got -1"), std::string::npos);
 }
 
-// ---- emitters that no plugin of this tree offers ----
+// ---- emitters for which the project has no plugin ----
 
-/// A horizontal square of side 2 `half` at height `height`, that shines down.
+/// A horizontal square of side 2 `half` at height `height`, which emits downward.
 struct SquareLight final : Emitter {
   float half = 1, height = 2;
   Rgb radiance{3, 2, 1};
@@ -205,7 +205,8 @@ struct SunAbove final : Emitter {
   }
 };
 
-/// Light from all of the upper half, which no surface and no environment has: no ray meets it.
+/// Light from the whole upper hemisphere that belongs to no surface and no environment: no ray
+/// meets it.
 struct GlowAbove final : Emitter {
   std::optional<DirectSample> sample_direct(const Vec3&, const Vec2& u) const override {
     DirectSample sample;
@@ -221,7 +222,7 @@ struct SquareShape final : MeshShape {
   explicit SquareShape(const Properties& props, const SquareLight& light) : MeshShape(props) {
     const float h = light.half, y = light.height;
     mesh_.positions = {{-h, y, -h}, {h, y, -h}, {h, y, h}, {-h, y, h}};
-    mesh_.triangles = {{0, 1, 2}, {0, 2, 3}};  // seen from below counter-clockwise
+    mesh_.triangles = {{0, 1, 2}, {0, 2, 3}};  // counter-clockwise from below
     finish(props, Transform(), true, false);
   }
 };
@@ -231,7 +232,7 @@ struct Lights {
   std::string environment;  ///< XML
 };
 
-/// A diffuse floor under some lights; the camera looks at its middle, past them.
+/// A diffuse floor under several emitters. The camera looks at its centre, past them.
 std::unique_ptr<Scene> lit_floor(const Lights& lights, int emitter_samples, int bsdf_samples) {
   Scene::Contents contents;
   contents.shapes.push_back(make<Shape>(floor_xml(diffuse_xml("0.5"))));
@@ -246,7 +247,7 @@ std::unique_ptr<Scene> lit_floor(const Lights& lights, int emitter_samples, int 
   if (lights.glow) contents.emitters.push_back(std::make_shared<GlowAbove>());
   if (!lights.environment.empty()) contents.emitters.push_back(make<Emitter>(lights.environment));
   contents.integrator = make<Integrator>(direct_xml(samples_xml(emitter_samples, bsdf_samples)));
-  // So narrow a view that the irradiance is that of the point at the origin.
+  // The view is so narrow that the irradiance is that of the origin.
   contents.sensors.push_back(make<Sensor>(
       sensor_xml("orthographic", "<scale value=\"0.01\"/>" + look_at("3 0.5 0", "0 0 0"), 3, 16)));
   return std::make_unique<Scene>(std::move(contents), 1);
@@ -268,7 +269,7 @@ TEST(Direct, LightsAFloorFromASquare) {
   }
 }
 
-/// Alone, and beside light that rays do meet.
+/// Alone, and beside light that rays meet.
 TEST(Direct, LightThatNoRayMeetsIsTheEmitterSamplesAlone) {
   for (const bool sky : {false, true}) {
     const Rgb expected = 0.5f * (Rgb(1, 2, 3) + (sky ? Rgb(1, 1, 2) : Rgb(0.f)));
@@ -281,8 +282,7 @@ TEST(Direct, LightThatNoRayMeetsIsTheEmitterSamplesAlone) {
   }
 }
 
-/// The square hides its part of the sky, and shines itself; delta light is sampled by emitters
-/// only.
+/// The square hides part of the sky and emits itself. Delta light is only sampled by emitters.
 TEST(Direct, PicksAmongManyEmitters) {
   const auto f = static_cast<float>(square_form_factor(1, 2));
   const auto expected = [&](bool square, bool sun, bool sky) {
@@ -295,7 +295,7 @@ TEST(Direct, PicksAmongManyEmitters) {
   for (int mask = 1; mask < 8; ++mask) {
     const bool square = mask & 1, sun = mask & 2, sky = mask & 4;
     const auto scene = lit_floor({square, sun, false, sky ? constant_xml("1 1 2") : ""}, 2, 1);
-    if (mask == 2) {  // one delta light: exact
+    if (mask == 2) {  // one delta emitter: exact
       for (const Estimate& pixel : channel(estimate_pixels(*scene, 2), 1)) {
         EXPECT_NEAR(pixel.mean, expected(square, sun, sky).y, 1e-6);
       }
@@ -306,8 +306,7 @@ TEST(Direct, PicksAmongManyEmitters) {
   }
 }
 
-/// Of points of a lamp next to one another, it is rounding that tells on which side of one the
-/// other lies.
+/// For neighbouring points of a lamp, rounding decides on which side of one the other is.
 TEST(Direct, LampsThatShineInwardAreBlackFromOutside) {
   const auto clustered = [](const std::string& importance, int max_depth) {
     return "<integrator type=\"clustered\"><string name=\"importance\" value=\"" + importance +

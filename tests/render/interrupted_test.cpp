@@ -1,6 +1,6 @@
-// A render that is interrupted, at whatever place: what has no samples yet gets one, by integrators
-// that go tile by tile, block by block, and have set-up. Time stands still here, as else what is
-// quick were a matter of the machine.
+// A render that is interrupted at any position: each pixel without samples gets one. The
+// integrators render tile by tile, block by block, or with set-up. The clock stands still, because
+// the set of fast integrators would otherwise depend on the machine.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -24,20 +24,20 @@ std::unique_ptr<Scene> scene_of(const std::string& integrator, const std::string
                     4);
 }
 
-/// When progress is told for the `end`-th time; it is told for each tile or block.
+/// Interrupts the render at the `end`-th progress report; there is one for each tile or block.
 Image interrupted(const Scene& scene, int end, RenderStats& stats) {
   std::atomic<bool> cancel{false};
-  int told = 0;
+  int num_reports = 0;
   RenderContext context({.threads = 1,
                          .cancel = &cancel,
-                         .progress = [&](double) { cancel = ++told == end; },
+                         .progress = [&](double) { cancel = ++num_reports == end; },
                          .clock = [] { return 1.; }});
   Image image = render(scene, *scene.sensors()[0], context);
   stats = context.stats();
   return image;
 }
 
-/// The sky is everywhere.
+/// The sky covers the whole image, so that a dark pixel has no sample.
 int dark_pixels(const Image& image) {
   int count = 0;
   for (int y = 0; y < image.height; ++y) {
@@ -46,7 +46,7 @@ int dark_pixels(const Image& image) {
   return count;
 }
 
-/// `before`: places at which nothing is in the picture yet.
+/// `before`: number of interruptions before the first sample is in the image.
 void expect_filled_anywhere(const Scene& scene, int before) {
   double filled = 1;
   int end = 1;
@@ -81,7 +81,7 @@ TEST(InterruptedRender, ClusteredByLightPoints) {
 }
 
 TEST(InterruptedRender, ClusteredBeforeAndAfterItsPilot) {
-  // The pilot looks at all blocks, and then learns from all.
+  // The pilot traces all blocks, and then learns from all of them.
   const int blocks = kAcross * kDown;
   for (const int depth : {2, 3}) {
     SCOPED_TRACE(depth);

@@ -1,5 +1,4 @@
-/// The emitters of local light in the `direct` integrator, against irradiances that can be written
-/// down.
+/// Emitters of local light in the `direct` integrator, against irradiances in closed form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,12 +10,12 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each of about 60 z-tests
+constexpr double kAlpha = 1e-4;  // level of each of about 60 z-tests
 constexpr double kPiD = std::numbers::pi;
 constexpr double kAlbedo = 0.5;
 
-/// A diffuse floor of albedo 1/2 at y = 0, seen so closely around (x, 0, z) that its irradiance is
-/// that of the point itself.
+/// A diffuse floor of albedo 1/2 at y = 0, in a close-up around (x, 0, z), so that its irradiance
+/// is that of the point itself.
 std::string floor_at(float x, float z) {
   const std::string at = std::to_string(x) + " 0 " + std::to_string(z);
   const std::string from = std::to_string(x + 0.3f) + " 0.2 " + std::to_string(z);
@@ -34,14 +33,14 @@ std::string number_xml(const std::string& name, double value) {
   return "<float name=\"" + name + "\" value=\"" + std::to_string(value) + "\"/>";
 }
 
-/// Irradiance of the floor at (x, z), from the picture of the green channel. No randomness is left
-/// where light has no extent.
+/// Returns the irradiance of the floor at (x, z), from the image's green channel. It has no noise
+/// for lamps.
 double rendered_irradiance(const std::string& light, float x, float z) {
   const auto scene = scene_from(floor_at(x, z) + light + direct_xml());
   RenderContext context({});
   const Image image = render(*scene, *scene->sensors()[0], context);
   EXPECT_EQ(context.stats().non_finite_samples, 0u);
-  // Nothing that a BSDF sample could meet: none is drawn.
+  // There is nothing that a BSDF sample could meet, and none is drawn.
   EXPECT_EQ(context.stats().counters.rays[static_cast<int>(RayKind::kBsdf)], 0u);
   return static_cast<double>(image.at(1, 1, 1)) * kPiD / kAlbedo;
 }
@@ -53,7 +52,7 @@ void expect_irradiance(const std::string& light, float x, float z, double expect
       << name << " at " << x << ", " << z;
 }
 
-/// Positions on the floor, and their direction from a light at (0, height, 0).
+/// Positions on the floor, and their direction from an emitter at (0, height, 0).
 struct Place {
   float x, z;
   double distance2(double height) const { return x * x + z * z + height * height; }
@@ -82,7 +81,7 @@ TEST(LocalLight, SpotFallsOffLinearlyInTheAngle) {
     const std::string light = light_xml(
         "spot", kDown,
         "<float name=\"intensity\" value=\"3\"/>" + number_xml("cutoff_angle", cutoff) +
-            (cutoff == 20 ? "" : number_xml("beam_width", beam)));  // 3/4 of the cutoff is default
+            (cutoff == 20 ? "" : number_xml("beam_width", beam)));  // default: 3/4 of the cutoff
     for (const double share : {0., 0.3, 0.6, 0.74, 0.76, 0.8, 0.9, 0.99, 1.01, 1.3}) {
       const double theta = share * cutoff * kPiD / 180;
       if (theta > 1.5) continue;
@@ -94,7 +93,7 @@ TEST(LocalLight, SpotFallsOffLinearlyInTheAngle) {
                                                  : (cutoff - degrees) / (cutoff - beam);
       const Place place{x, z};
       const double expected = 3 * falloff * place.cosine(2) / place.distance2(2);
-      // The camera's view is 1e-4 wide: that much of an angle, against what is left of the falloff.
+      // The camera's view is 1e-4 wide: such an angle, relative to the width of the falloff.
       const double blur = 3e-4 * 3 / (beam < cutoff ? (cutoff - beam) * kPiD / 180 : 1);
       EXPECT_NEAR(rendered_irradiance(light, x, z), expected, 1e-3 * expected + blur)
           << cutoff << ", " << beam << " at " << degrees;
@@ -102,7 +101,7 @@ TEST(LocalLight, SpotFallsOffLinearlyInTheAngle) {
   }
 }
 
-/// Texels by their order: rows from the top, each from the left.
+/// The values number the texels: rows from the top, each from the left.
 Image numbered_image(int width, int height) {
   Image image{width, height, {"R", "G", "B"}, {}};
   for (int i = 0; i < width * height; ++i) {
@@ -117,8 +116,8 @@ std::string nearest_xml(const std::string& name, const std::string& path) {
          path + "\"/><string name=\"filter_type\" value=\"nearest\"/></texture>";
 }
 
-/// (u, v) = 1/2 + 1/2 (x, y) / (z tan(cutoff)). Looking down with up = +z, the light's axes x and y
-/// are the world's x and z.
+/// (u, v) = 1/2 + 1/2 (x, y) / (z tan(cutoff)). Looking down with up = +z, the emitter's axes x and
+/// y are the world's x and z.
 TEST(LocalLight, SpotShowsItsTexture) {
   const TemporaryFolder folder;
   write_pfm(folder.path("image.pfm"), numbered_image(4, 2));
@@ -127,7 +126,7 @@ TEST(LocalLight, SpotShowsItsTexture) {
                 number_xml("cutoff_angle", 45) + number_xml("beam_width", 45) +
                     nearest_xml("texture", folder.path("image.pfm")));
   for (int row = 0; row < 2; ++row) {
-    for (int column = 1; column < 3; ++column) {  // the others lie in the corners
+    for (int column = 1; column < 3; ++column) {  // the others are in the corners
       const float x = (static_cast<float>(column) + 0.5f) / 4 * 2 - 1;
       const float y = (static_cast<float>(row) + 0.5f) / 2 * 2 - 1;
       const Place place{2 * x, 2 * y};
@@ -147,7 +146,7 @@ TEST(LocalLight, ProjectorShowsItsImageAtDistanceOne) {
     return light_xml("projector", down, more + nearest_xml("irradiance", folder.path("image.pfm")));
   };
   const double tangent = std::tan(35 * kPiD / 180);
-  // The light's axes x, to the image's left, and y, up, are the world's x and z.
+  // The emitter's axes x, to the image's left, and y, up, are the world's x and z.
   const auto expect_image = [&](const std::string& xml, double half_width, double scale) {
     for (int row = 0; row < 2; ++row) {
       for (int column = 0; column < 4; ++column) {
@@ -176,7 +175,7 @@ TEST(LocalLight, ProjectorShowsItsImageAtDistanceOne) {
   expect_image(light(""), by_focal_length, 1);
 }
 
-/// Without an image: a white square, 1 / z² as bright further away.
+/// Without an image: a white square, whose brightness falls with 1 / z².
 TEST(LocalLight, ProjectorWithoutAnImageIsWhite) {
   const std::string light =
       light_xml("projector", kDown, number_xml("fov", 90) + number_xml("irradiance", 3));
@@ -200,8 +199,8 @@ TEST(LocalLight, DirectionalIsTheSameEverywhere) {
   EXPECT_EQ(rendered_irradiance(light_xml("directional", "", ""), 0, 0), 0);  // along the floor
 }
 
-/// A light inside a solid, under the floor, or at its very point lights nothing, and breaks
-/// nothing.
+/// An emitter inside a solid, under the floor, or exactly at a floor point lights nothing, and
+/// causes no error.
 TEST(LocalLight, EnclosedLightIsDark) {
   const std::string solid =
       "<shape type=\"sphere\"><point name=\"center\" value=\"0 2 0\"/><float name=\"radius\" "
@@ -219,7 +218,7 @@ TEST(LocalLight, EnclosedLightIsDark) {
   }
 }
 
-/// No light of any kind is still a picture.
+/// A scene with only black emitters renders a valid image.
 TEST(LocalLight, BlackLightIsDark) {
   const TemporaryFolder folder;
   Image black = numbered_image(4, 2);
@@ -246,22 +245,22 @@ std::string area_xml(const std::string& shape, const std::string& transform,
          "</transform><emitter type=\"area\">" + emitter + "</emitter></shape>";
 }
 
-/// The picture of the floor at (x, z) under an area light, whose irradiance at radiance 1 is known,
-/// by emitter samples, BSDF samples and both.
+/// Tests the image of the floor at (x, z) under an area light with a known irradiance at radiance
+/// 1, with emitter samples, BSDF samples and both.
 void expect_area_irradiance(const std::string& light, float x, float z, double expected,
                             const std::string& name) {
   const auto shown = static_cast<float>(kAlbedo * expected / kPiD);
   for (const auto& [emitter, bsdf] : {std::pair{1, 1}, {1, 0}, {0, 1}, {2, 3}}) {
     const auto scene = scene_from(floor_at(x, z) + light + direct_xml(samples_xml(emitter, bsdf)));
-    // BSDF samples alone rarely find a small light.
+    // BSDF samples alone rarely find a small emitter.
     const int renders = emitter == 0 ? 8 * kRenders : kRenders;
     expect_equal(estimate_pixels(*scene, renders), exactly(shown * Rgb(1, 2, 3), 9), kAlpha,
                  name + ", " + std::to_string(emitter) + " + " + std::to_string(bsdf));
   }
 }
 
-/// Form factor of a rectangle, by Lambert's sum over its edges, seen from the origin with the
-/// normal +y: wholly above the horizon.
+/// Form factor of a rectangle by Lambert's sum over its edges, seen from the origin with the normal
+/// +y. The rectangle is entirely above the horizon.
 double polygon_irradiance(const std::vector<glm::dvec3>& corners) {
   double sum = 0;
   for (size_t i = 0; i < corners.size(); ++i) {
@@ -288,9 +287,9 @@ TEST(LocalLight, RectangleIsLambertsSum) {
   }
 }
 
-/// A parallel disk of radius r above, at height h and offset d: pi / 2 (1 - (d² + h² - r²) /
-/// sqrt((d² + h² + r²)² - 4 r² d²)) (Howell, Catalog of radiation heat transfer configuration
-/// factors, B-13).
+/// Form factor of a parallel disk of radius r above, at height h and offset d: pi / 2 (1 - (d² + h²
+/// - r²) / sqrt((d² + h² + r²)² - 4 r² d²)) (Howell, Catalog of radiation heat transfer
+/// configuration factors, B-13).
 TEST(LocalLight, DiskIsItsFormFactor) {
   const double radius = 0.6, height = 1.2;
   for (const float offset : {0.f, 0.4f, 1.5f}) {
@@ -306,13 +305,13 @@ TEST(LocalLight, DiskIsItsFormFactor) {
   }
 }
 
-/// A sphere above the horizon: pi (R / D)² cos(theta); near and far.
+/// Form factor of a sphere above the horizon: pi (R / D)² cos(theta), near and far.
 TEST(LocalLight, SphereIsItsFormFactor) {
   for (const auto& [radius, height] : {std::pair{0.5, 2.}, {0.5, 0.8}, {0.01, 30.}, {40., 40.25}}) {
     const float x = height > 3 * radius ? 1.3f : 0.f;
     const double distance2 = height * height + static_cast<double>(x * x);
     const double expected = kPiD * radius * radius / distance2 * height / std::sqrt(distance2);
-    if (radius == 0.01) {  // too small for BSDF samples to meet it
+    if (radius == 0.01) {  // too small for BSDF samples
       const auto scene =
           scene_from(floor_at(x, 0) + direct_xml(samples_xml(1, 0)) +
                      area_xml("sphere", "<scale value=\".01\"/><translate y=\"30\"/>"));
@@ -328,7 +327,7 @@ TEST(LocalLight, SphereIsItsFormFactor) {
   }
 }
 
-/// From inside a sphere that shines inward everything is lit evenly.
+/// Inside a sphere that emits inward, all points receive the same irradiance.
 TEST(LocalLight, SphereAroundEverythingIsAnEvenSky) {
   const std::string light =
       "<shape type=\"sphere\"><boolean name=\"flip_normals\" value=\"true\"/><float "
@@ -338,8 +337,8 @@ TEST(LocalLight, SphereAroundEverythingIsAnEvenSky) {
   expect_area_irradiance(light, 20, 5, kPiD, "sky");
 }
 
-/// A rectangle that faces away is dark, and black to the camera from behind; its front shows its
-/// radiance, and reflects nothing.
+/// A rectangle that faces away is dark, and black to the camera from behind. Its front shows its
+/// radiance and reflects nothing.
 TEST(LocalLight, AreaLightIsOneSided) {
   const auto away = scene_from(floor_at(0, 0) + direct_xml() +
                                area_xml("rectangle",
@@ -357,7 +356,8 @@ TEST(LocalLight, AreaLightIsOneSided) {
   }
 }
 
-/// A textured light: half of it black. The rest is the closed form of its own rectangle.
+/// An emitter with a texture that is half black. The other half has the closed form of its own
+/// rectangle.
 TEST(LocalLight, AreaLightHasATexture) {
   const TemporaryFolder folder;
   Image image{2, 1, {"R", "G", "B"}, {1, 2, 3, 0, 0, 0}};
@@ -368,7 +368,7 @@ TEST(LocalLight, AreaLightHasATexture) {
                          0, 0, polygon_irradiance(left), "left half");
 }
 
-/// All kinds at once: the sum of what each does alone.
+/// All kinds together: the sum of the images with each of them.
 TEST(LocalLight, EmittersAddUp) {
   const std::vector<std::string> lights = {
       light_xml("point", "<translate y=\"2\"/>", ""),
@@ -385,7 +385,7 @@ TEST(LocalLight, EmittersAddUp) {
     return estimate_pixels(
         *scene_from(floor_at(0.1f, 0.2f) + light + direct_xml(samples_xml(4, 1))), kRenders, seed);
   };
-  // The area light shades a part of the sky: both are rendered together.
+  // The area light hides part of the sky: both are rendered together.
   for (size_t i = 0; i < lights.size(); ++i) {
     all += lights[i];
     if (i == 4) continue;

@@ -11,7 +11,7 @@
 namespace kinome::test {
 namespace {
 
-/// Any two addresses.
+/// Returns one of two arbitrary addresses.
 const Bsdf* bsdf_number(const int& number) { return reinterpret_cast<const Bsdf*>(&number); }
 
 int tile_at(const TileGrid& grid, int x, int y) { return y * grid.tiles_x() + x; }
@@ -26,7 +26,7 @@ TEST(MethodMap, MaterialsHaveTheirMethods) {
                       is_odd ? 4. : 1., is_odd ? 1. : 4.});
   }
   const MethodMap map(grid, trials);
-  EXPECT_EQ(map.path_work(), 64 * 2.25);  // of roots 1 and 2
+  EXPECT_EQ(map.path_work(), 64 * 2.25);  // square roots 1 and 2
   EXPECT_GT(map.product_work(), 64 * 2.25);
   EXPECT_EQ(map.mixed_work(), 64);
   for (const int x : {0, 12, 39}) {
@@ -48,8 +48,8 @@ TEST(MethodMap, RegionsHaveTheirMethods) {
   EXPECT_LT(map.mixed_work(), 0.8 * map.path_work());
 }
 
-/// One bright outlier adds the size of its root to the standard error of the sum of roots. It does not
-/// decide for the image: path takes 64 times 2.
+/// An outlier adds the size of its square root to the standard error of the sum of square roots. It
+/// doesn't decide for the image: path takes 64 times 2.
 TEST(MethodMap, OutliersCountByTheirRoots) {
   const TileGrid grid({0, 0, 160, 160});
   std::vector<MethodMap::Trial> trials;
@@ -57,13 +57,13 @@ TEST(MethodMap, OutliersCountByTheirRoots) {
   EXPECT_NEAR(MethodMap(grid, trials).product_work(), 82. * 82 / 64, 1);
 }
 
-/// Chance alone makes the measured work of a tile negative.
+/// The measured work of a tile may be negative by chance.
 TEST(MethodMap, NegativeWorkIsNone) {
   const TileGrid grid({0, 0, 160, 160});
   EXPECT_EQ(MethodMap(grid, {{0, nullptr, -4, -9}, {5, nullptr, 4, 4}}).path_work(), 2);
 }
 
-/// Reason for which a render by `clustered` doesn't use product sampling; empty if it does.
+/// Returns the reason why `clustered` doesn't use product sampling; empty if it does.
 std::string reason_for_path(const SeedScene& s) {
   const auto scene = scene_from(SeedSceneXml(s)("clustered", "", {64, 48}, 100));
   RenderContext context({.threads = 2});
@@ -92,7 +92,7 @@ TEST(MethodChoice, ShortRendersPrepareNothing) {
   }
 }
 
-/// Nearly all light of the court comes from the few places that the lamp lights.
+/// Nearly all light of the court comes from the few points that the lamp lights.
 TEST(MethodChoice, LightOfALampNearByIsSampled) {
   EXPECT_EQ(reason_for_path({"court", Subject::kCourt, Lamp::kPoint, 1}), "");
 }

@@ -1,5 +1,5 @@
-/// `moment`: second moments where each sample is one of two values, 0 and v, so that the mean of
-/// their squares is v times their mean whatever the samples were; and the names that Mitsuba has.
+/// `moment` on samples with only two values, 0 and v: the mean of their squares is v times their
+/// mean for any samples. Also tests the channel names, which are Mitsuba's.
 #include <gtest/gtest.h>
 
 #include "direct_scenes.h"
@@ -8,7 +8,8 @@
 namespace kinome::test {
 namespace {
 
-/// Half of a picture of 3 x 3 pixels, and of its middle column: a black wall. Else a sky.
+/// A black wall covers half of an image of 3 x 3 pixels, and half of its central column. The rest
+/// is sky.
 std::string scene_xml(const std::string& integrator, const std::string& pixel_format = "rgb",
                       int samples = 16) {
   return "<shape type=\"rectangle\"><transform name=\"to_world\"><scale x=\"2\" y=\"4\"/><translate "
@@ -37,7 +38,7 @@ float value(const Image& image, int x, int y, const std::string& name) {
 
 const Rgb kSky(0.5f, 1, 4);
 
-/// Of the middle column, where both values occur.
+/// Tests the central column, where both values occur.
 void expect_two_values(const Image& image, const std::string& name, float v) {
   bool both = false;
   for (int y = 0; y < 3; ++y) {
@@ -63,7 +64,7 @@ TEST(Moment, IsTheMeanOfSquares) {
   }
 }
 
-/// What moments are taken of is the picture as it is without them, and stays it.
+/// The image of which moments are computed is identical with and without `moment`.
 TEST(Moment, LeavesColourAsItIs) {
   for (const char* format : {"rgba", "luminance"}) {
     const Image plain = render_scene(*scene_from(scene_xml(named("path", "a"), format)), 9);
@@ -100,7 +101,7 @@ TEST(Moment, NamesChannelsAsMitsubaDoes) {
                    "m.m2_a.X", "m.m2_a.Y", "m.m2_a.Z", "dd.T"}));
 }
 
-/// Also where the film itself has no alpha.
+/// The film itself may lack alpha.
 TEST(Moment, IsTakenOfVariables) {
   const std::string aov = named("aov", "q",
                                 "<string name=\"aovs\" value=\"dd:depth\"/>" + named("path", "a") +
@@ -108,7 +109,7 @@ TEST(Moment, IsTakenOfVariables) {
   const Image image = render_scene(*scene_from(scene_xml(moment_xml(aov))), 3);
   const float depth = 5 - 0.01f;
   expect_two_values(image, "q.dd.T", depth);
-  expect_two_values(image, "q.b.A", 1);  // that of the sky is 1 by `path` alone
+  expect_two_values(image, "q.b.A", 1);  // `path` alone gives the sky an alpha of 1
   EXPECT_EQ(value(image, 1, 1, "q.a.A"), 1);
   EXPECT_EQ(value(image, 1, 1, "m2_q.a.A"), 1);
   expect_two_values(image, "q.a.B", kSky.z);
@@ -118,7 +119,7 @@ TEST(Moment, IsTakenOfVariables) {
   EXPECT_EQ(value(image, 2, 1, "G"), 1);
 }
 
-/// Of a second moment: the fourth.
+/// The second moment of a second moment is the fourth.
 TEST(Moment, Nests) {
   const Image image =
       render_scene(*scene_from(scene_xml(moment_xml(named("moment", "m", named("path", "a"))))), 3);

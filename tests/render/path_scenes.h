@@ -4,7 +4,7 @@
 
 #include "direct_scenes.h"
 
-/// Pieces of scenes with light after several bounces.
+/// Parts of scenes with light after several bounces.
 namespace kinome::test {
 
 inline std::string integrator_xml(const std::string& type, int max_depth,
@@ -17,7 +17,7 @@ inline std::string rr_depth_xml(int depth) {
 }
 inline const char* const kHideEmitters = "<boolean name=\"hide_emitters\" value=\"true\"/>";
 
-/// A shape with operations that take it to the world.
+/// A shape with the operations of its to_world transform.
 inline std::string shape_xml(const std::string& type, const std::string& transform,
                              const std::string& content) {
   return "<shape type=\"" + type + "\"><transform name=\"to_world\">" + transform + "</transform>" +
@@ -32,7 +32,7 @@ inline std::string area_xml(const std::string& radiance) {
   return "<emitter type=\"area\"><rgb name=\"radiance\" value=\"" + radiance + "\"/></emitter>";
 }
 
-/// The inside of the cube [-1, 1]³, in walls of different colours.
+/// The inside of the cube [-1, 1]³, with walls of different colours.
 inline std::string room_xml() {
   const auto wall = [](const std::string& transform, const std::string& rgb) {
     return shape_xml("rectangle", transform, diffuse_xml(rgb));

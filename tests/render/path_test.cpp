@@ -10,13 +10,13 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 40
+constexpr double kAlpha = 1e-4;  // level of each of about 40 z-tests
 
 std::vector<Estimate> estimate(const std::string& scene, uint64_t first_seed = 1) {
   return estimate_pixels(*scene_from(scene), kRenders, first_seed);
 }
 
-/// Objects of several materials under several lights on a floor.
+/// Objects of several materials under several emitters on a floor.
 std::string still_life() {
   return floor_xml(diffuse_xml("0.2 0.5 0.8")) +
          shape_xml("sphere", "<translate value=\"-1.1 1 0\"/>",
@@ -42,7 +42,7 @@ TEST(Path, TwoEdgesAreDirectLight) {
   }
 }
 
-/// Emission 1 and albedo 1/2 everywhere: each edge brings half of what the one before did.
+/// Emission 1 and albedo 1/2 everywhere: each edge contributes half as much as the one before.
 TEST(Path, ClosedFurnaceIsAGeometricSeries) {
   const std::string sphere =
       "<shape type=\"sphere\"><boolean name=\"flip_normals\" value=\"true\"/>" +
@@ -83,8 +83,8 @@ TEST(Path, RouletteKeepsTheMean) {
                "roulette at once, and never");
 }
 
-/// The camera looks through lights at what lies behind, at a black sky, with alpha of what it sees
-/// (Mitsuba 3.9.1, path and direct). Mirrors still show lights.
+/// With hide_emitters, the camera looks through emitters at the surfaces behind them and at a black
+/// sky, with their alpha (Mitsuba 3.9.1, path and direct). Mirrors still show emitters.
 TEST(Path, HidesEmitters) {
   const std::string scene =
       shape_xml("rectangle", "<scale value=\"0.5\"/><translate z=\"2\"/>", area_xml("3 3 3")) +
@@ -119,7 +119,7 @@ TEST(Path, HidesEmitters) {
   EXPECT_NEAR(image.at(0, 0, 1), 3, 1e-5f);
 }
 
-/// What rendering warns of.
+/// Returns the warnings of rendering.
 std::string warning_of(const std::string& scene_xml) {
   const auto scene = scene_from(scene_xml);
   testing::internal::CaptureStderr();
@@ -142,7 +142,7 @@ TEST(WithoutEmitters, EveryIntegratorOfLightWarnsOnce) {
   EXPECT_EQ(warning_of(scene + "<integrator type=\"depth\"/>"), "");
 }
 
-/// Two mirrors face each other at 45 degrees to the view; the second one shows the sky.
+/// Two mirrors face each other at 45 degrees to the view. The second one shows the sky.
 TEST(Path, FollowsMirrors) {
   const std::string copper =
       "<bsdf type=\"conductor\"><rgb name=\"specular_reflectance\" value=\"0.5 0.25 1\"/></bsdf>";
@@ -159,7 +159,7 @@ TEST(Path, FollowsMirrors) {
   }
 }
 
-/// A point has no extent: a mirror doesn't show it, yet shows what it lights.
+/// A mirror doesn't show a point light, but it shows surfaces that the light illuminates.
 TEST(Path, SeesInAMirrorWhatAPointLights) {
   const std::string scene =
       shape_xml("rectangle", "", "<bsdf type=\"conductor\"/>") +
@@ -217,7 +217,7 @@ TEST(Path, TracesNoRayInVain) {
   const uint64_t primaries = 6 * 6 * 16;
   const auto dark = counters_of(still_life() + view() + integrator_xml("path", -1));
   EXPECT_EQ(dark.rays, (std::array<uint64_t, kRayKindCount>{primaries, 0, 0, 0, 0}));
-  // Light of points is found by emitter samples alone: no ray leaves the last surface.
+  // Only emitter samples find point lights: no ray leaves the last surface.
   const auto point = counters_of(floor_xml(diffuse_xml("0.5")) + point_xml("0 2 0", "1 1 1") +
                                  view() + integrator_xml("path", 2));
   EXPECT_EQ(point.rays, (std::array<uint64_t, kRayKindCount>{primaries, primaries, 0, 0, 0}));
@@ -256,8 +256,8 @@ TEST(Path, ChecksItsParameters) {
   }
 }
 
-/// A lamp in the middle of a sphere of reflectance rho: each bounce has rho times the light of the
-/// one before it, everywhere.
+/// A lamp in the centre of a sphere of reflectance rho: each bounce has rho times the light of the
+/// one before, everywhere.
 std::string furnace_xml(const std::string& rho) {
   return shape_xml("sphere", "<scale value=\"2\"/>",
                    "<boolean name=\"flip_normals\" value=\"true\"/>" + diffuse_xml(rho)) +
@@ -267,10 +267,10 @@ std::string furnace_xml(const std::string& rho) {
 const std::string kJoint =
     "<string name=\"importance\" value=\"joint\"/><integer name=\"light_samples\" value=\"200\"/>";
 
-/// Parameter of `clustered` by which no image is left to `path`.
+/// Parameter of `clustered` that leaves no image to `path`.
 const std::string kNoTrial = "<boolean name=\"trial\" value=\"false\"/>";
 
-/// Longer paths than an integrator renders are no mistake, and 0 and 1 are what they are to `path`.
+/// A depth beyond an integrator's maximum is valid, and 0 and 1 mean the same as for `path`.
 TEST(MaxDepth, IsWhatMitsubaTakes) {
   struct Chooser {
     const char* type;
@@ -287,7 +287,7 @@ TEST(MaxDepth, IsWhatMitsubaTakes) {
     const auto deepest = picture(-1);
     EXPECT_NE(picture(2), deepest);
     EXPECT_EQ(picture(2147483647), deepest);
-    // Of light points there is but one bounce.
+    // Light points support only one bounce.
     const bool goes_on = c.parameters == kNoTrial;
     for (const int depth : {3, 4}) EXPECT_EQ(picture(depth) != deepest, goes_on) << depth;
     EXPECT_EQ(render_scene(*scene_from(scene + "<integrator type=\"" + c.type + "\">" +
@@ -306,8 +306,8 @@ TEST(MaxDepth, IsWhatMitsubaTakes) {
   }
 }
 
-/// Of a furnace, paths of n edges and more are rho^(n - 2) of all: no noise but the roulette's,
-/// which is a thousandth of that.
+/// In a furnace, paths of at least n edges carry the fraction rho^(n - 2) of all light. The only
+/// noise is from roulette, about a thousandth of that.
 TEST(LightLeftOut, IsToldAsItIs) {
   const auto told = [](const std::string& rho, const std::string& integrator) {
     const std::string text = warning_of(furnace_xml(rho) + integrator);
@@ -329,7 +329,7 @@ TEST(LightLeftOut, IsToldAsItIs) {
     EXPECT_EQ(told("0.05", integrator_xml(type, -1, few)), two + "0.2 %") << "0.25 %";
     EXPECT_EQ(told("0.5", integrator_xml(type, -1, few + distant)),
               "light after a bounce and more is left out: about 50 %");
-    // Too little to be told, and what wasn't asked for.
+    // Too little to be reported, and light that wasn't requested.
     EXPECT_EQ(told("0.03", integrator_xml(type, -1, few)), "");
     for (const int depth : {0, 1, 2, 3}) {
       EXPECT_EQ(told("0.5", integrator_xml(type, depth, few)), "") << depth;
@@ -339,15 +339,15 @@ TEST(LightLeftOut, IsToldAsItIs) {
   EXPECT_EQ(told("0.5", "<integrator type=\"aov\"><string name=\"aovs\" value=\"n:sh_normal\"/>" +
                             integrator_xml("clustered", -1, kJoint) + "</integrator>"),
             two + "25 %");
-  // `product` has all of it, but where local light isn't asked for.
+  // `product` includes all of it, unless local light isn't requested.
   EXPECT_EQ(told("0.5", integrator_xml("clustered", -1)), "");
   EXPECT_EQ(told("0.5", integrator_xml("clustered", -1, distant)),
             "light after a bounce and more is left out: about 50 %");
   EXPECT_EQ(told("0.5", integrator_xml("path", -1)), "");
 }
 
-/// What tells it leaves no trace in the picture and in the counts of rays, and doesn't depend on
-/// threads; passes don't tell it again.
+/// Measuring the omitted light changes neither the image nor the ray counts, and doesn't depend on
+/// threads. Passes don't report it again.
 TEST(LightLeftOut, IsMeasuredBesideTheRender) {
   struct Seen {
     std::vector<float> picture;
@@ -374,9 +374,9 @@ TEST(LightLeftOut, IsMeasuredBesideTheRender) {
   EXPECT_EQ(std::count(passes.begin(), passes.end(), '\n'), 1) << passes;
 }
 
-/// Light that 4096 paths hardly ever find is no reason for a figure.
+/// Light that 4096 paths hardly ever find must not be reported as a number.
 TEST(LightLeftOut, NoiseIsNotTold) {
-  // Convex, on nothing: whatever its faces send on leaves.
+  // A convex shape without surroundings: all light that its faces reflect leaves the scene.
   const std::string scene = shape_xml("cube", "", diffuse_xml(".8 .8 .8")) + constant_xml("1") +
                             sensor_xml("perspective", look_at("3 2 4", "0 0 0", "0 1 0"), 8, 1);
   EXPECT_EQ(warning_of(scene + integrator_xml("clustered", -1, kJoint)), "");

@@ -1,5 +1,5 @@
-/// `groundtruth` and `clustered` against radiances that can be written down, against `direct`, and
-/// for what they share: mirrors, emitters without light points, lights hidden from the camera.
+/// `groundtruth` and `clustered` against radiances in closed form and against `direct`. Also tests
+/// their common features: mirrors, emitters without light points, emitters hidden from the camera.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each of about 60 z-tests
+constexpr double kAlpha = 1e-4;  // level of each of about 60 z-tests
 
 const std::string kGroundTruth =
     "<integrator type=\"groundtruth\"><integer name=\"light_samples\" "
@@ -31,14 +31,14 @@ std::string floor_view(const char* sampler, int samples) {
   return sensor_xml("perspective", look_at("0 3 1", "0 0 0"), 3, samples, sampler);
 }
 
-/// A floor under a constant sky is reflectance x radiance, but for how well 4096 points integrate
-/// the cosine: the sum of their cosines tells.
+/// A floor under a constant sky has the radiance reflectance x radiance, except for the error with
+/// which 4096 points integrate the cosine. The sum of their cosines gives this error.
 TEST(PointLights, ConstantEnvironmentOnADiffusePlane) {
   const SpherePartition sphere(4096);
   double cosine = 0;
   for (uint32_t i = 0; i < sphere.size(); ++i) cosine += std::max(0.f, sphere.centre(i).y);
   const double share = cosine * sphere.cell_solid_angle() / kPi;
-  EXPECT_NEAR(share, 1, 1e-3);  // the ring that the horizon cuts is 1/50 of the sphere high
+  EXPECT_NEAR(share, 1, 1e-3);  // the ring across the horizon is 1/50 of the sphere's height
   const Rgb expected = Rgb(0.2, 1, 2.4) * static_cast<float>(share);
 
   const std::string scene_xml = floor_xml(diffuse_xml("0.2 0.5 0.8")) + constant_xml("1 2 3");
@@ -46,7 +46,7 @@ TEST(PointLights, ConstantEnvironmentOnADiffusePlane) {
   const auto shown = estimate_pixels(*truth, 2);
   for (size_t i = 0; i < shown.size(); ++i) {
     const double exact = expected[static_cast<int>(i % 3)];
-    // Half of 4096 floats summed one after another: at worst half a unit of the last place each.
+    // Half of 4096 floats are summed one after another: the error is at most half an ulp for each.
     EXPECT_NEAR(shown[i].mean, exact, 2048 * 0x1p-24 * exact);
   }
   for (const char* sampler : kSamplers) {
@@ -58,9 +58,9 @@ TEST(PointLights, ConstantEnvironmentOnADiffusePlane) {
   }
 }
 
-/// One bright texel: its irradiance as derived in closed_form_test.cpp. Each point stands at the
-/// centre of a cell 0.055 wide; over the two texels' width (0.2) first-order errors cancel, and
-/// 0.055² / 24 is 1.3e-4. What is left are cells that the tent's edge cuts: under 1 %.
+/// A single bright texel with the irradiance derived in closed_form_test.cpp. Each point is at the
+/// centre of a cell 0.055 wide. Over the two texels' width (0.2) first-order errors cancel, and
+/// 0.055² / 24 is 1.3e-4. The remaining error, under 1 %, is from cells across the tent's edge.
 TEST(PointLights, SingleTexelAsASun) {
   constexpr int kWidth = 64, kHeight = 33, kRow = 7;
   constexpr float kRadiance = 5000;
@@ -83,8 +83,8 @@ TEST(PointLights, SingleTexelAsASun) {
   }
 }
 
-/// A sphere in a white furnace: what `direct` shows (which closed_form_test.cpp compares with each
-/// material's albedo), mirrors included.
+/// A sphere in a white furnace must look as with `direct`, including mirrors. closed_form_test.cpp
+/// compares that with each material's albedo.
 TEST(PointLights, FurnaceAsDirectShowsIt) {
   const char* const materials[] = {
       "<bsdf type=\"diffuse\"/>",
@@ -125,7 +125,7 @@ TEST(PointLights, HiddenEmittersAreBlackToTheCameraAlone) {
   for (int c = 0; c < 4; ++c) EXPECT_EQ(a.at(2, 2, c), b.at(2, 2, c));
 }
 
-/// A light between the camera and the ball: the camera looks through it, the ball is lit by it.
+/// An emitter between the camera and the ball: the camera looks through it, and it lights the ball.
 TEST(PointLights, HiddenLampsDoNotHideWhatLiesBehind) {
   const std::string scene_xml =
       "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape><shape type=\"rectangle\"><transform "
@@ -145,7 +145,7 @@ TEST(PointLights, HiddenLampsDoNotHideWhatLiesBehind) {
   }
 }
 
-/// Light straight down that offers no points.
+/// Light straight down, without light points.
 class Beam final : public Emitter {
  public:
   std::optional<DirectSample> sample_direct(const Vec3&, const Vec2&) const override {

@@ -1,4 +1,4 @@
-// `clustered` with importance = product where numbers come to the ends of single precision.
+// `clustered` with importance = product at the limits of single precision.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,8 @@ Arrangement arranged(const std::string& light, int max_depth, const std::string&
   return setup;
 }
 
-/// The roughest that is accepted; kinome-stress once found squares of roughnesses that overflowed.
+/// The largest roughness that is accepted. kinome-stress once found that squared roughnesses
+/// overflowed.
 TEST(ProductExtremes, VastRoughnessIsFinite) {
   for (const char* alpha : {"1e3", "1e6"}) {
     const std::string metal =
@@ -36,11 +37,11 @@ TEST(ProductExtremes, VastRoughnessIsFinite) {
   }
 }
 
-/// Single precision holds what is followed, or `product` leaves the scene to others: light that
-/// comes straight from a sky or a lamp without extent isn't.
+/// `product` renders a scene only if single precision can represent the flux of light paths. Direct
+/// light of a sky or a lamp needs no light paths.
 TEST(ProductExtremes, VastFluxIsLeftToOthers) {
   const auto serves = [](const std::string& light, int max_depth) {
-    // The sky's flux goes with the area of the whole scene.
+    // The sky's flux is proportional to the area of the whole scene.
     const std::string far_off =
         "<shape type=\"sphere\"><point name=\"center\" value=\"3e11 0 0\"/>"
         "<float name=\"radius\" value=\"1e11\"/></shape>";

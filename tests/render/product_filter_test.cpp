@@ -1,26 +1,26 @@
-/// Product sampling through filters that are wider than a pixel: samples count for all pixels that
-/// the filter reaches.
+/// Product sampling with filters wider than a pixel: samples contribute to all pixels within the
+/// filter's radius.
 #include "path_scenes.h"
 #include "product_scenes.h"
 
 namespace kinome::test {
 namespace {
 
-/// A film of 16x12 pixels; squares of the checkerboards are about three pixels wide, so that light
-/// that is attributed to a wrong position in its pixel changes the neighbouring pixels.
+/// A film of 16x12 pixels. Squares of the checkerboards are about three pixels wide, so that light
+/// attributed to a wrong position in its pixel changes the neighbouring pixels.
 std::string film_of(const std::string& filter) {
   return integer("width", 16) + integer("height", 12) + "<rfilter type=\"" + filter + "\"/>";
 }
 
-/// A checkered value of the parameter `name`. Both colours reflect light: points that don't would
-/// belong to no group of a pixel.
+/// A checkerboard for the parameter `name`. Both colours reflect light, because points that don't
+/// would belong to no group of a pixel.
 std::string checks(const std::string& name) {
   return "<texture type=\"checkerboard\" name=\"" + name +
          "\"><rgb name=\"color0\" value=\".05 .1 .2\"/><rgb name=\"color1\" "
          "value=\".9 .6 .3\"/><transform name=\"to_uv\"><scale value=\"7\"/></transform></texture>";
 }
 
-/// Expectation of each pixel, against `direct` or `path`, which add samples one by one.
+/// Compares each pixel's expectation with that of `direct` or `path`, which add samples one by one.
 void expect_same_pixels(Arrangement s, int renders) {
   s.direct_samples = 64;
   for (const char* const filter : {"gaussian", "mitchell"}) {
@@ -56,9 +56,9 @@ TEST(ProductFilter, LampAndBounceOnChecks) {
   expect_same_pixels(s, 128);
 }
 
-/// A gaussian filter of standard deviation 1/2 averages the light of about 1 / 0.32 = 3 pixels, so
-/// that it lowers independent noise by that factor. Without the neighbours' samples the noise would
-/// stay as it is through a box filter.
+/// A gaussian filter with a standard deviation of 1/2 averages about 1 / 0.32 = 3 pixels, and
+/// reduces independent noise by that factor. Without the neighbours' samples, the noise would be
+/// that of a box filter.
 TEST(ProductFilter, NeighboursLowerTheNoise) {
   const auto mean_variance = [](const std::string& filter) {
     Arrangement s;
@@ -69,8 +69,8 @@ TEST(ProductFilter, NeighboursLowerTheNoise) {
     for (const Estimate& pixel : pixels) sum += pixel.variance_of_mean;
     return sum / static_cast<double>(pixels.size());
   };
-  // The relative deviation of each side is about sqrt(2 / (32 * 100)) = 2.5 % or, with pixels that
-  // share noise, below 5 %.
+  // Each side has a relative deviation of about sqrt(2 / (32 * 100)) = 2.5 %, or below 5 % if
+  // pixels share noise.
   EXPECT_LT(mean_variance("gaussian"), 0.5 * mean_variance("box"));
 }
 

@@ -1,5 +1,5 @@
-// A lamp's light at a point is known by one ray: in the shade of a strong one, what a fainter one
-// sends is to be seen without the noise of the strong one's control terms.
+// One ray determines a lamp's light at a point. In the shadow of a strong lamp, a fainter one must
+// be free of the noise of the strong one's control terms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ TEST(ProductLamps, ShadeOfOneIsFreeOfItsNoise) {
   const std::vector<float> sun = picture(*direct_scene(exact), 1);
   exact.light = kFaint;
   const std::vector<float> faint = picture(*direct_scene(exact), 1);
-  std::vector<int> shaded;  // by none of the sun, and evenly by the faint lamp
+  std::vector<int> shaded;  // not lit by the sun, and evenly lit by the faint lamp
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       float most_sun = 0, least = INFINITY, most = 0;
@@ -69,7 +69,7 @@ TEST(ProductLamps, ShadeOfOneIsFreeOfItsNoise) {
   EXPECT_LT(worst, 0.2f);
 }
 
-/// The pilot's rays to a lamp tell which pixels its shadows' edges pass: these get camera rays.
+/// The pilot's rays to a lamp show which pixels are on edges of its shadows. These get camera rays.
 TEST(ProductLamps, EdgesOfShadowsGetCameraRays) {
   Arrangement s = lit_by(kSun);
   s.direct_samples = 256;
@@ -92,8 +92,8 @@ TEST(ProductLamps, EdgesOfShadowsGetCameraRays) {
     variance += (squares[i] - sum[i] * sum[i] / kSeeds) / (kSeeds - 1) / (sun[i] * sun[i]);
   }
   ASSERT_GT(edges, 30);
-  // .0013 where they do and .012 where they don't, of some 380 pixels and 16 seeds each: its own
-  // standard deviation is some percent.
+  // The variance is .0013 if they do and .012 if they don't. It is measured with about 380 pixels
+  // and 16 seeds, so that its own standard deviation is a few percent.
   EXPECT_LT(variance / edges, 0.004);
 }
 

@@ -1,6 +1,6 @@
-// What is learned may be wrong: the estimator stays unbiased, and only becomes slower. It is driven
-// as the renderer drives it, but with visibilities that lie; z-tests against `direct`, each with a
-// false-alarm rate of 1e-4.
+// Errors in the learned visibility only increase the noise; the estimator stays unbiased. The tests
+// run it as the renderer does, but with falsified visibilities. They use z-tests against `direct`,
+// each with a false-alarm rate of 1e-4.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kTile = 4;
 
-/// What becomes of the learned visibilities of the real cells, patch by patch.
+/// Falsification of the learned visibilities, patch by patch.
 enum class Lie { kNone, kAllVisible, kAllHidden, kOpposite, kShuffled, kOtherPatch, kPeeked };
 
 void set_all(Visibility& visibility, float v, float sigma) {
@@ -43,7 +43,7 @@ void tell(Lie lie, uint32_t cells, std::vector<Visibility>& learned) {
       case Lie::kAllHidden:
         set_all(visibility, 0, 0.01f);
         break;
-      case Lie::kOpposite:  // as certain as before
+      case Lie::kOpposite:  // sigma stays the same
         for (float& v : visibility.v) v = 1 - v;
         break;
       case Lie::kShuffled:
@@ -60,7 +60,7 @@ void tell(Lie lie, uint32_t cells, std::vector<Visibility>& learned) {
   }
 }
 
-/// Renders as ProductRenderer does: patches and visibilities from a pilot, then estimates.
+/// Renders like ProductRenderer: patches and visibilities from a pilot, then estimates.
 class LyingRenderer {
  public:
   LyingRenderer(const Scene& scene, Lie lie, uint32_t max_depth)
@@ -100,7 +100,7 @@ class LyingRenderer {
  private:
   static constexpr uint16_t kPrimaries = 8;
   static constexpr uint16_t kPilotPrimaries = 8;
-  static constexpr uint32_t kPilotRays = 4000;  ///< of a tile
+  static constexpr uint32_t kPilotRays = 4000;  ///< per tile
   static constexpr float kCandidates = 512;
 
   struct TileKnowledge {
@@ -122,7 +122,7 @@ class LyingRenderer {
     if (local_) local_points = local_->draw(hash_words(seed, 8), context_);
     return {cells_, scene_.environment(), std::move(points), local_.get(), std::move(local_points)};
   }
-  /// Of all cells.
+  /// Number of all cells.
   uint32_t padded_size() const {
     return cells_.padded_size() + (local_ ? local_->padded_size() : 0);
   }
@@ -160,8 +160,8 @@ class LyingRenderer {
     tell(lie_, local_ ? padded_size() : cells_.size(), known.visibility);
   }
 
-  /// Learns from the very rays that the unit is going to weigh: where they go depends on sigma
-  /// alone, which stays.
+  /// Learns from the same rays that the unit is going to weight. Only sigma determines where these
+  /// go, and it doesn't change.
   void peek(const Unit& unit, const TilePrimaries& primaries, TileKnowledge& known,
             Estimator& estimator) {
     std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
@@ -180,7 +180,7 @@ class LyingRenderer {
     TilePrimaries primaries = trace(tile, kPrimaries, hash_words(seed, 2));
     TileKnowledge known = tiles_[tile];
     assign_patches(primaries, known.patches);
-    while (known.visibility.size() < known.patches.size()) {  // that the pilot missed
+    while (known.visibility.size() < known.patches.size()) {  // missed by the pilot
       known.visibility.emplace_back().resize(padded_size());
       known.visibility.back().reset();
     }
@@ -260,7 +260,7 @@ void expect_slower_and_unbiased(const Arrangement& s) {
   for (const auto& [lie, name] : kLies) {
     const auto wrong = estimate(lie);
     expect_equal(wrong, reference, kAlpha, name);
-    // Of lamps, patches near one another see about the same.
+    // For lamps, neighbouring patches have nearly the same visibility.
     if (lie == Lie::kOtherPatch && s.max_depth > 2) continue;
     EXPECT_GT(noise(wrong), noise(learned)) << name;
   }
@@ -276,7 +276,7 @@ INSTANTIATE_TEST_SUITE_P(Materials, WrongLearning,
                                          std::pair("Metal", metal(.2))),
                          [](const auto& c) { return c.param.first; });
 
-/// A spot, a bright ball and what they light, on a floor before a wall.
+/// A spot, a bright ball, and a floor in front of a wall that they light.
 Arrangement local_arrangement() {
   Arrangement s = arrangement(bsdf("roughplastic", number("alpha", .2)));
   s.max_depth = 3;
@@ -298,10 +298,11 @@ TEST(Learning, OfLocalLightMayBeWrong) {
   expect_slower_and_unbiased(local_arrangement());
 }
 
-/// A test of the tests: what is not frozen before its rays are drawn is biased, and found out.
+/// A test of the tests: visibility that changes after its rays are drawn causes a bias, which must
+/// be found.
 TEST(Learning, FromTheRaysThatItWeighsIsCaught) {
   const auto scene = direct_scene(arrangement(kGrey));
-  // So many that all channels tell, whatever the seeds.
+  // Enough renders that all channels show the bias with any seed.
   const auto direct = estimate_tiles(*scene, 4 * kRenders, kTile, 5000);
   const auto peeked = estimate_lie(*scene, Lie::kPeeked, 2, 4 * kRenders);
   for (int c = 0; c < 3; ++c) {

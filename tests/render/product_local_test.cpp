@@ -1,6 +1,6 @@
-// `clustered` with importance = product under local light has the expectation of `direct`, and of
-// `path` where light may bounce once: z-tests over tiles of pixels and over the picture, for each
-// kind of light and material. Every z-test alarms falsely at a rate of 1e-4.
+// `clustered` with importance = product under local light has the expectation of `direct`, and with
+// one bounce that of `path`: z-tests over tiles of pixels and over the image, for each kind of
+// emitter and material. Each z-test has a false-alarm rate of 1e-4.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -31,7 +31,7 @@ Case lit_by(const char* name, const std::string& light, int max_depth = 2,
   c.setup.light = light;
   c.setup.max_depth = max_depth;
   c.setup.shapes = shapes_xml(material);
-  // Where hardly any light comes, `path` would hardly ever find it.
+  // Where there is hardly any light, `path` would hardly ever find it.
   if (max_depth == 3) {
     c.setup.shapes += shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-3\"/>", kGrey);
   }
@@ -76,7 +76,7 @@ std::string textured_lamp() {
                    "<scale value=\"1\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"2.5\"/>",
                    "<emitter type=\"area\">" + checkerboard("radiance") + "</emitter>");
 }
-/// Small lights all over the ceiling.
+/// Small emitters all over the ceiling.
 std::string many(int side, const std::function<std::string(double, double)>& one) {
   std::string all;
   for (int i = 0; i < side * side; ++i) {
@@ -103,7 +103,7 @@ Case often(Case c, int times) {
   return c;
 }
 
-/// With few rays, pictures of it are mostly too dark, and bright now and then.
+/// With few rays, its images are mostly too dark and occasionally bright.
 Case on_sharp_metal() {
   Case c = lit_by("LampOnSharpMetal", kLamp + kBall, 2, metal(.03));
   c.setup.rays = 64;
@@ -111,7 +111,8 @@ Case on_sharp_metal() {
   return c;
 }
 
-/// Found by kinome-stress: the sky's flux, which goes with the area of the whole scene, overflows.
+/// Found by kinome-stress: the sky's flux, which is proportional to the area of the whole scene,
+/// overflows.
 Case under_a_vast_sky() {
   const std::string lamp =
       shape_xml("rectangle", "<rotate x=\"1\" angle=\"90\"/><translate y=\"3\"/>",
@@ -147,8 +148,8 @@ std::vector<Case> direct() {
 }
 INSTANTIATE_TEST_SUITE_P(Direct, Local, testing::ValuesIn(direct()), name_of);
 
-/// Where floor and wall meet, both lit at a low angle: what is seen is lit from very near, from so
-/// near that there are hardly any light points.
+/// An edge between floor and wall, both lit at a low angle. The visible points are lit from so
+/// close that there are hardly any light points nearby.
 Case corner(const char* name, const std::string& parameters) {
   Case c = lit_by(name, point_xml("1.2,.9,.25", "5 4 3"), 3);
   c.setup.parameters = parameters;
@@ -163,7 +164,8 @@ Case corner(const char* name, const std::string& parameters) {
   return c;
 }
 
-/// A roof with a narrow slit: hardly any of the sun's light is of use, and draws are guided to it.
+/// A roof with a narrow slit: hardly any of the sun's light contributes, so that light points are
+/// drawn with a guide.
 Case slit() {
   Case c = lit_by("Slit", kDirectional, 3);
   for (const char* const x : {"-3.1", "3.1"}) {
@@ -177,8 +179,8 @@ Case slit() {
   return c;
 }
 
-/// Found by kinome-stress: light that comes from behind a board, whose shading normals let it
-/// through, and lights the floor. So high a board is thick with rounding.
+/// Found by kinome-stress: light arrives from behind a board, passes because of its shading
+/// normals, and lights the floor. The board is so high that rounding makes it thick.
 Case through_a_board(const char* name, const std::string& material) {
   const std::string spot =
       "<emitter type=\"spot\"><rgb name=\"intensity\" value=\"90 80 70\"/>" +
@@ -197,7 +199,8 @@ Case through_a_board(const char* name, const std::string& material) {
   return c;
 }
 
-/// Normals below the surface: seen from one side alone, and turned to those who are on the other.
+/// Shading normals below the surface: visible from only one side, and flipped for viewers on the
+/// other.
 Case normals_below_the_surface() {
   const std::string spot =
       "<emitter type=\"spot\"><rgb name=\"intensity\" value=\"90 80 70\"/>" +
@@ -216,7 +219,7 @@ Case normals_below_the_surface() {
   return c;
 }
 
-/// Light of which hardly any falls where the camera sees its effect.
+/// Hardly any of the light falls where it contributes to the image.
 Case far(const char* name, const std::string& light) {
   Case c = lit_by(name, light, 3);
   c.setup.shapes += shape_xml("rectangle",
@@ -226,8 +229,8 @@ Case far(const char* name, const std::string& light) {
   return c;
 }
 
-/// The light points, which all tiles of an image share, make most of the noise. Tiles are not
-/// independent then, which the test of their sum assumes: one tile is the whole image.
+/// Most of the noise is from the light points, which all tiles of an image share. The test of the
+/// sum assumes independent tiles, so that one tile is the whole image here.
 Case textured_bounce() {
   Case c = lit_by("Textured", textured_lamp(), 3);
   c.tile = 16;
@@ -253,7 +256,7 @@ std::vector<Case> bounces() {
                       bsdf("twosided", bsdf("roughplastic", number("alpha", .4)))),
       normals_below_the_surface(),
       corner("Corner", ""),
-      // Fewer points are near, and more of the light is the eye rays'.
+      // Fewer points are near, so that eye rays find more of the light.
       corner("CornerNotGuided", off("light_guide")),
       slit(),
       lit_by("Rectangle", kLamp, 3),
@@ -282,7 +285,7 @@ std::vector<Case> materials() {
       made_of("WardAnisotropic", bsdf("ward", number("alpha_u", .05) + number("alpha_v", .3))),
       made_of("Twosided", bsdf("twosided", kGrey)),
       made_of("Textured", bsdf("diffuse", checkerboard("reflectance"))),
-      // Of lamps without extent, `path` has no light by way of mirrors.
+      // `path` finds no light of lamps by way of mirrors.
       often(lit_by("Mirror", kBall, 3, bsdf("conductor")), 8),
       lit_by("Plastic", kBall, 3, bsdf("plastic")),
   };
@@ -299,7 +302,7 @@ Case narrow_in_a_mirror(const std::string& lamp) {
   return c;
 }
 
-/// Light that a surface sends on by a lobe too narrow for light points, unless it comes from lamps.
+/// Light reflected by a lobe too narrow for light points, unless it comes from lamps.
 std::vector<Case> near_mirrors() {
   const auto made_of = [](const char* name, const std::string& light, const std::string& material) {
     Case c = lit_by(name, light, 3, material);
@@ -307,13 +310,13 @@ std::vector<Case> near_mirrors() {
     c.setup.direct_samples = 64;
     return c;
   };
-  // Light of small ones comes by so few paths that those of the reference may not be among them.
+  // Light of small emitters comes by so few paths that the reference may miss all of them.
   const std::string lamp = shape_xml(
       "rectangle", "<scale value=\"1.5\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"2.5\"/>",
       area_xml("6 5 4"));
   const std::string anisotropic =
       bsdf("roughconductor", number("alpha_u", 1e-4) + number("alpha_v", .5));
-  // What a diffuse wall has of light that a floor sends on.
+  // Light that a floor reflects to a diffuse wall.
   Case wall = made_of("WallByNarrowLobes", lamp, "");
   wall.setup.shapes =
       shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>", metal(.02)) +
@@ -327,13 +330,13 @@ std::vector<Case> near_mirrors() {
       made_of("NearMirror", lamp, metal(1e-4)),
       made_of("NearMirrorUnderTheSky", sun_xml(), metal(1e-4)),
       made_of("NearMirrorAlongOneAxis", lamp, anisotropic),
-      // On either side of where light points take over.
+      // On either side of the limit for light points.
       made_of("NotQuiteNearMirror", lamp, metal(.014)),
       made_of("JustNearMirror", lamp, metal(.012)),
       made_of("NearMirrorOverDiffuse", lamp + kPoint, bsdf("roughplastic", number("alpha", .004))),
       made_of("SharpPhong", lamp, bsdf("phong", number("exponent", 1e5))),
       made_of("NarrowOverDiffuse", lamp + kPoint, plastic("")),
-      // A lobe that is black here and there, and still has a density.
+      // A lobe that is black in places but still has a density.
       made_of("NarrowOfCheckers", lamp, plastic(checkerboard("specular_reflectance"))),
       made_of("NarrowOfTwoSides", lamp, bsdf("twosided", metal(.02))),
       made_of("NarrowUnderTheSky", sun_xml(), metal(.03)),
@@ -342,7 +345,7 @@ std::vector<Case> near_mirrors() {
 }
 INSTANTIATE_TEST_SUITE_P(NearMirrors, Local, testing::ValuesIn(near_mirrors()), name_of);
 
-/// Light of lamps that comes to the floor by a mirror beside the picture.
+/// Light of lamps that reaches the floor by way of a mirror beside the image.
 Case caustic(const char* name, const std::string& light, const std::string& mirror) {
   Case c = lit_by(name, light, 3);
   c.setup.shapes =
@@ -395,7 +398,7 @@ std::vector<Case> settings() {
 }
 INSTANTIATE_TEST_SUITE_P(Settings, Local, testing::ValuesIn(settings()), name_of);
 
-/// Variance of all tiles together, in 16 renders.
+/// Variance of the sum over all tiles, in 16 renders.
 double total_variance(const Arrangement& setup) {
   double sum = 0;
   for (const Estimate& tile : estimate_tiles(*product_scene(setup), 16, 2))
@@ -403,9 +406,10 @@ double total_variance(const Arrangement& setup) {
   return sum;
 }
 
-/// Whatever a pass of many rays has left over is noise of its points, and other passes draw others.
-/// The variance of 8 passes is an eighth of that of one; by points that they share it would hardly
-/// fall. Of 16 tiles or more that matter alike, a quarter is 5 standard deviations away.
+/// The remaining noise of a pass with many rays is that of its light points, and each pass draws
+/// new ones. The variance of 8 passes is an eighth of that of one. With shared points it would
+/// hardly fall. If at least 16 tiles matter equally, the limit of a quarter is 5 standard
+/// deviations away.
 TEST(LocalPasses, DrawPointsOfTheirOwn) {
   Arrangement setup = corner("Passes", "").setup;
   setup.film = integer("width", 12) + integer("height", 12) + "<rfilter type=\"box\"/>";

@@ -1,4 +1,4 @@
-// What large pictures don't keep in memory changes nothing.
+// The memory limit for large images doesn't change the result.
 #include <gtest/gtest.h>
 
 #include "clustered/product/product_sampling.h"
@@ -7,7 +7,7 @@
 namespace kinome::test {
 namespace {
 
-/// Three rows of blocks, the last one narrow; passes of different sizes; sky and a bounce.
+/// Three rows of blocks, the last one narrow; passes of different sizes; a sky and a bounce.
 Image rendered(int remembered_pixels) {
   Arrangement s;
   s.light += R"(<emitter type="point"><point name="position" x="0" y="1.5" z="2"/></emitter>)";

@@ -1,6 +1,6 @@
-// Product sampling where its mechanism switches: at horizons, at shadows' edges, at borders of
-// pixels' tiles, of groups of points, and of cells. z-tests against `direct` that look there, each
-// with a false-alarm rate of 1e-4.
+// Product sampling at its discontinuities: horizons, shadow edges, and borders of tiles, of groups
+// of points, and of cells. z-tests against `direct` at these positions, each with a false-alarm
+// rate of 1e-4.
 #include <gtest/gtest.h>
 
 #include "product_scenes.h"
@@ -8,8 +8,8 @@
 namespace kinome::test {
 namespace {
 
-/// Toward the sun of sun_xml(), column 20.5 of 32 and row 7 of 16, and what lies in the middle of
-/// the picture.
+/// Direction to the sun of sun_xml(), column 20.5 of 32 and row 7 of 16, and the point at the
+/// image's centre.
 const Vec3 kSun(-0.758f, 0.195f, 0.622f);
 const Vec3 kMiddle(0, 0.4f, 0);
 
@@ -20,7 +20,7 @@ std::string sphere(const Vec3& centre, double radius, const std::string& materia
   return "<shape type=\"sphere\"><point name=\"center\" value=\"" + point(centre) + "\"/>" +
          number("radius", radius) + material + "</shape>";
 }
-/// Through the middle of the picture.
+/// A plane through the point at the image's centre.
 std::string plane(const Vec3& normal, const std::string& material) {
   return "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"3\"/>" +
          look_at(point(kMiddle), point(kMiddle + normal), "0,1,0.1") + "</transform>" + material +
@@ -34,13 +34,14 @@ const std::pair<const char*, std::string> kMaterials[] = {
     {"metal", metal(.2)},
 };
 
-/// Toward the camera, and at right angles to the sun: its cells straddle the surface's horizon.
+/// Returns a normal that faces the camera at a right angle to the sun: the sun's cells straddle the
+/// surface's horizon.
 Vec3 grazed_normal() {
   const Vec3 viewer = glm::normalize(Vec3(0, 2, 5) - kMiddle);
   return glm::normalize(viewer - kSun * glm::dot(viewer, kSun) / glm::dot(kSun, kSun));
 }
 
-/// expect_unbiased for each number of cells.
+/// Calls expect_unbiased for each number of cells.
 void expect_unbiased_with_cells(Arrangement s, std::initializer_list<int> counts, int tile) {
   const auto direct = estimate_tiles(*direct_scene(s), kRenders, tile, 5000);
   for (const int cells : counts) {
@@ -59,7 +60,7 @@ TEST(ProductPlaces, HorizonThroughTheSun) {
   }
 }
 
-/// The sun sets within the picture: from pixel to pixel, and within each.
+/// The sun sets within the image: from pixel to pixel, and within each.
 TEST(ProductPlaces, SunsetOnASphere) {
   Arrangement s;
   s.optics = number("fov", 20);
@@ -70,9 +71,9 @@ TEST(ProductPlaces, SunsetOnASphere) {
   }
 }
 
-/// Metal under a small lamp, seen so low that what pixels share changes between them: the mean
-/// point's lobe reaches less than that of others (1 to 8 degrees above the surface), and a lobe is
-/// just as wide as the points that share it are apart, or isn't.
+/// Metal under a small lamp at grazing view. The values that pixels share change between them.
+/// First, the mean point's lobe reaches less far than that of others (1 to 8 degrees above the
+/// surface). Second, a lobe is as wide as the distance between the points that share it, or isn't.
 TEST(ProductPlaces, BordersOfWhatPixelsShare) {
   Arrangement s;
   s.direct_samples = 64;
@@ -93,8 +94,8 @@ TEST(ProductPlaces, BordersOfWhatPixelsShare) {
   }
 }
 
-/// A ball with the sun behind it, which shines along its rim, where the normals of a tile spread
-/// most, and its mean point hides most of what others reflect.
+/// A ball with the sun behind it, which lights its rim. There the normals of a tile differ most,
+/// and much of the light that others reflect is below the horizon of the mean point.
 TEST(ProductPlaces, RimsThatPixelsShare) {
   Arrangement s;
   s.light = map_xml("behind", 32, 17, harsh,
@@ -109,7 +110,7 @@ TEST(ProductPlaces, RimsThatPixelsShare) {
   }
 }
 
-/// The penumbra of a ball is some pixels wide; each pixel is tested.
+/// The penumbra of a ball is several pixels wide; each pixel is tested.
 TEST(ProductPlaces, EdgesOfAShadow) {
   Arrangement s;
   s.optics = number("fov", 10);
@@ -121,8 +122,8 @@ TEST(ProductPlaces, EdgesOfAShadow) {
   }
 }
 
-/// Sums over all pixels of one place in their tile, and of the lines along the borders of the
-/// blocks that are one thread's turn.
+/// Sums over all pixels at one position in their tile, and over the lines along the borders of the
+/// blocks that are a thread's unit of work.
 TEST(ProductPlaces, BordersOfTilesAndBlocks) {
   constexpr int kTile = 4, kBlock = 32, kWidth = 38, kHeight = 35;
   Arrangement s;
@@ -154,8 +155,8 @@ TEST(ProductPlaces, BordersOfTilesAndBlocks) {
   expect_equal(estimate(*product_scene(s), 1), estimate(*direct_scene(s), 5000), kAlpha, "places");
 }
 
-/// A mirror so sharp, on a surface so bent, that a pixel's points make more groups than there may
-/// be.
+/// The lobe is so sharp, and the surface so curved, that a pixel's points exceed the maximum number
+/// of groups.
 TEST(ProductPlaces, MoreGroupsThanThereMayBe) {
   Arrangement s;
   s.film = integer("width", 3) + integer("height", 2) + "<rfilter type=\"box\"/>";
@@ -166,7 +167,7 @@ TEST(ProductPlaces, MoreGroupsThanThereMayBe) {
   expect_unbiased(s, kRenders, 1);
 }
 
-/// More pieces of surface in one tile than it keeps apart: cubes turned every way.
+/// More surfaces in one tile than there may be patches: cubes in all orientations.
 TEST(ProductPlaces, MorePatchesThanATileKeeps) {
   Arrangement s;
   s.film = integer("width", 4) + integer("height", 4) + "<rfilter type=\"box\"/>";
@@ -183,7 +184,8 @@ TEST(ProductPlaces, MorePatchesThanATileKeeps) {
   expect_unbiased(s, 3 * kRenders / 2, 1);
 }
 
-/// Light that changes just where cells end: along the map's horizon, its seam, and its poles.
+/// Light that changes exactly at borders of cells: along the map's horizon, its seam, and its
+/// poles.
 TEST(ProductPlaces, BordersOfCells) {
   Arrangement s;
   s.light = map_xml("borders", 32, 17, [](int x, int y) {

@@ -6,7 +6,7 @@
 
 #include "direct_scenes.h"
 
-/// Scenes that try learned product sampling.
+/// Scenes for tests of learned product sampling.
 namespace kinome::test {
 
 /// False-alarm rate of each z-test.
@@ -47,7 +47,7 @@ inline std::string bsdf(const std::string& type, const std::string& parameters =
 }
 inline const std::string kGrey = diffuse_xml(".6 .5 .4");
 
-/// Spheres and a box over a floor: shadows, grazing angles, horizons that cut cells.
+/// Spheres and a box over a floor: shadows, grazing angles, cells partly below the horizon.
 inline std::string shapes_xml(const std::string& material) {
   return R"(<shape type="sphere"><point name="center" x="-.7" y=".7" z="0"/>
       <float name="radius" value=".7"/>)" +
@@ -71,15 +71,16 @@ struct Arrangement {
   std::string optics = number("fov", 45);
   double scale = 1;  ///< of the world
   bool hide = true;
-  int max_depth = 2;             ///< 3: the reference is `bounces`
+  int max_depth = 2;             ///< with 3, the reference is `bounces`
   std::string bounces = "path";  ///< integrator
   int direct_samples = 16;
-  /// Power: so large an error of the whole picture, relative, must be found 9 times of 10, for
-  /// which rays and samples have to suffice. Of single tiles smaller shares are.
+  /// Power of the test: the relative error of the whole image that must be found with a probability
+  /// of 90 %. Rays and samples must suffice for it. For single tiles it is a smaller fraction of
+  /// the image.
   double finds = 0.12;
 };
 
-/// The same with so many times the rays and samples: where pictures are noisy.
+/// Returns the same scene with `times` as many rays and samples, for noisy images.
 inline Arrangement often(Arrangement s, int times) {
   s.rays *= times;
   s.direct_samples *= times;
@@ -91,7 +92,7 @@ inline std::unique_ptr<Scene> make_scene(const Arrangement& s, const std::string
   const std::string scaled =
       s.scale == 1 ? "" : "<scale value=\"" + std::to_string(s.scale) + "\"/>";
   const auto at = [&](double v) { return std::to_string(v * s.scale); };
-  // What a camera clips is not scaled with the world by itself.
+  // The camera's clipping distances aren't scaled by the transform.
   const std::string clipped =
       s.scale == 1 ? "" : number("near_clip", .01 * s.scale) + number("far_clip", 1e4 * s.scale);
   return scene_from("<scene version=\"3.0.0\">" + integrator + "<sensor type=\"" + s.sensor +
@@ -104,7 +105,7 @@ inline std::unique_ptr<Scene> make_scene(const Arrangement& s, const std::string
 inline std::string hidden(const Arrangement& s) {
   return s.hide ? "<boolean name=\"hide_emitters\" value=\"true\"/>" : "";
 }
-/// Parameter by which no image is left to `path`.
+/// Parameter that leaves no image to `path`.
 inline const std::string kNoTrial = "<boolean name=\"trial\" value=\"false\"/>";
 inline std::unique_ptr<Scene> product_scene(const Arrangement& s) {
   return make_scene(
@@ -114,7 +115,7 @@ inline std::unique_ptr<Scene> product_scene(const Arrangement& s) {
           s.parameters + "</integrator>",
       8);
 }
-/// What `product` is to converge to: `direct`, or `path` where there is a bounce.
+/// The reference for `product`: `direct`, or `path` with a bounce.
 inline std::unique_ptr<Scene> direct_scene(const Arrangement& s) {
   const std::string depth = integer("max_depth", s.max_depth) + integer("rr_depth", 100);
   const std::string integrator =
@@ -138,7 +139,7 @@ inline void expect_unbiased(const Arrangement& s, int renders = kRenders, int ti
   expect_equal(product, direct, kAlpha, "product");
   for (int c = 0; c < 3; ++c) {
     EXPECT_LT(detectable_bias(channel(product, c), channel(direct, c), kAlpha / 3), s.finds)
-        << "channel " << c << ": too noisy for what it is to find";
+        << "channel " << c << ": too noisy to find an error of this size";
   }
 }
 

@@ -1,4 +1,4 @@
-// Where a render's time goes: stages are told apart, and parts are of what they are said to be.
+// Time per stage of a render: stages are separated, and parts belong to their stage.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -21,7 +21,7 @@ double seconds_of_parts(const RenderStats& stats) {
   return seconds;
 }
 
-/// Glossy, and lit by the sky and a lamp: all parts are at work in the pilot, too.
+/// Glossy, and lit by the sky and a lamp: the pilot uses all parts, too.
 std::unique_ptr<Scene> scene_to_learn() {
   Arrangement s;
   s.shapes = shapes_xml(bsdf("roughplastic", number("alpha", .2)));

@@ -1,6 +1,6 @@
 // `clustered` with importance = product has the expectation of `direct`: z-tests over tiles of
-// pixels and over the picture, for each kind of material, light, camera, film and budget. Every
-// z-test alarms falsely at a rate of 1e-4.
+// pixels and over the image, for each kind of material, emitter, camera, film and budget. Each
+// z-test has a false-alarm rate of 1e-4.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -26,7 +26,7 @@ Case of_material(const char* name, const std::string& material, int times = 1) {
   });
 }
 
-/// Normals up to 40 degrees aside, texel by texel.
+/// Normals that are tilted by up to 40 degrees, texel by texel.
 std::string normal_map(const std::string& nested) {
   const Vec3 normals[4] = {{.6f, 0, .8f}, {0, 0, 1}, {-.5f, -.3f, .8f}, {0, .6f, .8f}};
   Image image{8, 8, {"R", "G", "B"}, {}};
@@ -64,7 +64,7 @@ std::vector<Case> materials() {
       of_material("NormalMapOnPlastic", normal_map(bsdf("roughplastic", number("alpha", .2)))),
       of_material("NormalMapOnMetal", normal_map(metal(.1)), 8),
       of_material("NormalMapOnBothSides", bsdf("twosided", normal_map(kGrey))),
-      // What has no form for kernels is asked point by point.
+      // BSDFs without a form for kernels are evaluated point by point.
       of_material("TwoNormalMaps", normal_map(normal_map(kGrey))),
       of_material("TwoNormalMapsOnMetal", normal_map(normal_map(metal(.1))), 8),
   };
@@ -85,7 +85,7 @@ std::vector<Case> lights() {
   const auto coarse = [](int x, int y) {
     return Rgb(0.3f + 0.5f * static_cast<float>(x), 0.2f + static_cast<float>(y * y), 1);
   };
-  // Little noise: small errors of candidates' weights show.
+  // Little noise, so that small errors of candidates' weights are visible.
   Case gradient = light("GradientOnMetal", map_xml("gradient", 32, 17, [](int x, int y) {
                           return Rgb(0.1f + 0.05f * static_cast<float>(y)) *
                                  (x < 16 ? Rgb(1, 0.9f, 0.8f) : Rgb(0.7f, 0.8f, 0.9f));
@@ -98,7 +98,7 @@ std::vector<Case> lights() {
   texel.setup.shapes =
       "<shape type=\"sphere\"><float name=\"radius\" value=\"1.2\"/>" + metal(.05) + "</shape>";
   texel.setup.rays = 32;
-  texel.setup.direct_samples = 512;  // little noise: small errors of densities show
+  texel.setup.direct_samples = 512;  // little noise: small errors of densities are visible
   return {
       gradient,
       texel,
@@ -148,7 +148,7 @@ std::vector<Case> settings() {
   all.push_back(with("Tiny", [](Arrangement& s) { s.scale = 1e-4; }));
   for (Case& c : all) {
     if (c.setup.scale == 1) continue;
-    // The world is scaled whole; shapes are measured in it.
+    // The whole world is scaled; shapes are defined in its units.
     const std::string scale = "<scale value=\"" + std::to_string(c.setup.scale) + "\"/>";
     const auto in = [&](const std::string& before) {
       return "<shape type=\"" + before + "\"><transform name=\"to_world\">";
@@ -203,7 +203,7 @@ std::vector<Case> cameras() {
   for (Case& c : all) {
     const std::string name = c.name;
     if (name == "OnePixelGaussian") {
-      c.setup.light = constant_xml("1 .8 .6");  // little noise: where samples lie shows
+      c.setup.light = constant_xml("1 .8 .6");  // little noise: positions of samples are visible
       c.setup.rays = 400;
     } else if (c.setup.film.find("\"width\" value=\"16") == std::string::npos ||
                name == "SmallCropGaussian") {
@@ -227,7 +227,7 @@ std::vector<Case> cameras() {
 INSTANTIATE_TEST_SUITE_P(Cameras, Unbiased, testing::ValuesIn(cameras()),
                          [](const auto& c) { return std::string(c.param.name); });
 
-/// Objects that most pixels' pilot rays miss: their light must not depend on it.
+/// Objects that most pixels' pilot rays miss: their light must not depend on the pilot.
 TEST(Product, ThinObjectsAreNotLost) {
   Arrangement s;
   s.film = integer("width", 6) + integer("height", 6) + "<rfilter type=\"box\"/>";
@@ -243,8 +243,8 @@ TEST(Product, ThinObjectsAreNotLost) {
   expect_unbiased(s, 256, 6);
 }
 
-/// The mean of many cheap renders against one long one, pixel by pixel: without a pilot, and with
-/// one each.
+/// Compares the mean of many cheap renders with one long one, pixel by pixel: without a pilot, and
+/// with one for each.
 TEST(Product, ManyCheapRendersAreOneGoodOne) {
   Arrangement s;
   s.direct_samples = 64;
@@ -316,7 +316,7 @@ TEST(Product, AlphaIsTheShareOfSurfaces) {
   }
 }
 
-/// Pictures that are known.
+/// Images that are known exactly.
 TEST(Product, NothingToShadeIsExact) {
   Arrangement s;
   s.shapes.clear();
@@ -338,7 +338,7 @@ TEST(Product, NothingToShadeIsExact) {
   expect_all(Rgb(0.f));
   s.light = map_xml("black", 8, 5, [](int, int) { return Rgb(0.f); });
   expect_all(Rgb(0.f));
-  // Inside a closed box: all is hidden, and the budget is kept.
+  // Inside a closed box: all light is occluded, and the budget is kept.
   s.light = constant_xml("1");
   s.shapes = "<shape type=\"cube\"><transform name=\"to_world\"><scale value=\"20\"/></transform>" +
              bsdf("twosided", kGrey) + "</shape>";
@@ -365,7 +365,7 @@ TEST(Product, RefusesNumbersOfCellsThatMakeNoSense) {
   }
 }
 
-/// Tiles, blocks and maps of the least size, in all combinations, with light and without.
+/// Tiles, blocks and maps of the minimum size, in all combinations, with light and without.
 TEST(Product, OnePixelOfOneTexel) {
   for (const std::string& light : {constant_xml("0"), constant_xml("1"),
                                    map_xml("one", 1, 1, [](int, int) { return Rgb(1); })}) {
@@ -389,7 +389,7 @@ TEST(Product, OnePixelOfOneTexel) {
   }
 }
 
-/// 268 million pixels, of which a few are asked for.
+/// 268 million pixels, of which a few are requested.
 TEST(Product, CropsOfAHugeFilmTakeLittle) {
   Arrangement s;
   s.film = integer("width", 16384) + integer("height", 16384) + integer("crop_offset_x", 8190) +

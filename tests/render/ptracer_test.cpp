@@ -11,11 +11,11 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 50
+constexpr double kAlpha = 1e-4;  // level of each of about 50 z-tests
 constexpr double kPiD = std::numbers::pi;
-constexpr int kSamples = kHasSanitizer ? 64 : 256;  // of most pictures, in each of the renders
+constexpr int kSamples = kHasSanitizer ? 64 : 256;  // of most images, per render
 
-/// Each pixel, and the whole picture, of light paths and of camera paths.
+/// Compares each pixel and the whole image of light paths with that of camera paths.
 void expect_same_light(const std::string& scene, int max_depth, const std::string& name) {
   const auto estimate = [&](const char* type, uint64_t seed) {
     return estimate_pixels(*scene_from(scene + integrator_xml(type, max_depth, rr_depth_xml(2))),
@@ -45,7 +45,8 @@ std::vector<Light> lights() {
   };
 }
 
-/// Eight triangles with the smooth normals of a sphere: shading normals are up to 50 degrees off.
+/// Eight triangles with the smooth normals of a sphere: shading normals deviate by up to 50
+/// degrees.
 std::string octahedron(const TemporaryFolder& folder, const std::string& bsdf) {
   const std::string file =
       folder.write("octahedron.obj",
@@ -72,7 +73,7 @@ TEST(LightTracing, AgreesWithPathsInARoom) {
   }
 }
 
-/// What is not reciprocal, or has shading normals of its own, in close-up.
+/// Close-ups of materials that aren't reciprocal, or have their own shading normals.
 TEST(LightTracing, EvaluatesMaterialsAsPathsDo) {
   const TemporaryFolder folder;
   const std::string normal_map =
@@ -128,8 +129,7 @@ TEST(LightTracing, FindsTheFilmOfEveryCamera) {
   }
 }
 
-/// Lobes that are chosen among, one of them a delta: light that a wall of plastic throws on a
-/// floor.
+/// A choice among lobes, one of them a delta: light that a plastic wall reflects to a floor.
 TEST(LightTracing, ScattersDeltaAndOtherLobesOfOneMaterial) {
   expect_same_light(
       floor_xml(diffuse_xml("0.5")) +
@@ -144,8 +144,8 @@ TEST(LightTracing, ScattersDeltaAndOtherLobesOfOneMaterial) {
       3, "plastic");
 }
 
-/// Normals that are turned to who looks (flip_invalid_normals): light goes to places from where
-/// they are seen, though seen from the lamp they don't face them.
+/// Normals that are flipped toward the viewer (flip_invalid_normals): light reaches points from
+/// which they are visible, though they face away when seen from the lamp.
 TEST(LightTracing, ScattersByNormalsThatTurnToTheViewer) {
   const std::pair<const char*, std::string> normals[] = {{"tilted", "0.93 0.5 0.75"},
                                                          {"below the surface", "0.15 0.5 0.4"}};
@@ -153,7 +153,7 @@ TEST(LightTracing, ScattersByNormalsThatTurnToTheViewer) {
                                                            {"plastic", "<bsdf type=\"plastic\"/>"}};
   for (const auto& [tilt, colour] : normals) {
     for (const auto& [name, nested] : materials) {
-      for (const char* const z : {"0", "2"}) {  // of the lamp
+      for (const char* const z : {"0", "2"}) {  // z coordinate of the lamp
         expect_same_light(
             floor_xml(diffuse_xml("0.5")) +
                 shape_xml("rectangle",
@@ -174,9 +174,9 @@ TEST(LightTracing, ScattersByNormalsThatTurnToTheViewer) {
   }
 }
 
-/// A mirror below a normal map shows another place to each side. Lamps that shine along the wall,
-/// so that the normal turns to them; and on the other side, where it is the shadowing of its tilt
-/// that lamp and viewer see differently.
+/// A mirror below a normal map shows a different point to each side. The first lamp shines along
+/// the wall, so that the normal turns to it. With the second, on the other side, lamp and viewer
+/// disagree about the shadowing by the tilt.
 TEST(LightTracing, MirrorsByNormalsAsTheViewerSeesThem) {
   const std::string normals =
       "<bsdf type=\"twosided\"><bsdf type=\"normalmap\"><texture type=\"checkerboard\" "
@@ -199,9 +199,10 @@ TEST(LightTracing, MirrorsByNormalsAsTheViewerSeesThem) {
   }
 }
 
-/// An environment lights what the camera sees, and is black itself.
+/// An environment lights the surfaces that the camera sees, but is black itself.
 TEST(LightTracing, TakesLightFromEnvironments) {
-  // A small floor: light paths must find each pixel often enough for means to be normal.
+  // The floor is small, because light paths must find each pixel often enough for normally
+  // distributed means.
   const std::string scene = shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>",
                                       diffuse_xml("0.5 0.6 0.7")) +
                             shape_xml("sphere", "<translate y=\"1\"/>", diffuse_xml("0.7"));
@@ -228,8 +229,8 @@ TEST(LightTracing, ShowsAndHidesEmitters) {
   for (const float value : hidden.data) EXPECT_EQ(value, 0);
 }
 
-/// Radiance of a floor after one bounce from a ceiling over it, which faces it; both [-1, 1]² and
-/// diffuse, a point of intensity 1 between them. By midpoints over the ceiling.
+/// Radiance of a floor after one bounce from a ceiling above that faces it, by midpoints over the
+/// ceiling. Both are [-1, 1]² and diffuse, with a point light of intensity 1 between them.
 struct Plates {
   static constexpr double kFloor = 0.6, kCeiling = 0.8, kHeight = 1, kLight = 0.4;
 
@@ -255,7 +256,7 @@ TEST(LightTracing, OneBounceBetweenPlatesIsItsIntegral) {
       shape_xml("rectangle", "<rotate x=\"1\" angle=\"180\"/><translate z=\"1\"/>",
                 diffuse_xml(std::to_string(Plates::kCeiling))) +
       point_xml("0 0 0.4", "1 1 1") +
-      // Below the ceiling, and 2 x 2 as the floor.
+      // Below the ceiling, and 2 x 2 like the floor.
       sensor_xml("orthographic", look_at("0 0 0.9", "0 0 0", "0 1 0"), 4, kSamples);
   std::vector<Estimate> expected;
   constexpr int kSteps = 20;
@@ -274,7 +275,7 @@ TEST(LightTracing, OneBounceBetweenPlatesIsItsIntegral) {
   }
 }
 
-/// A mirror beside a floor: light comes from a point, and from its image behind the mirror.
+/// A mirror beside a floor: light arrives from a point light and from its image behind the mirror.
 TEST(LightTracing, FindsCaustics) {
   const std::string scene =
       floor_xml(diffuse_xml("0.5")) +
@@ -316,8 +317,8 @@ TEST(LightTracing, SameBitsAtAnyThreadCount) {
   }
 }
 
-/// A render that is cut short has the mean of one that isn't: 80 samples of 128² pixels are two
-/// passes, of which it is cut in the first.
+/// An interrupted render has the same mean as a complete one. 80 samples of 128² pixels are two
+/// passes, and the first is interrupted.
 TEST(LightTracing, CutShortKeepsItsBrightness) {
   const auto mean_of = [](const Image& image) {
     double sum = 0;
@@ -339,7 +340,8 @@ TEST(LightTracing, CutShortKeepsItsBrightness) {
     cut.add(mean_of(render(*scene, *scene->sensors()[0], context)));
     EXPECT_FALSE(context.stats().complete);
   }
-  // 10^6 paths in all, one in four of which is seen, by about as much as its mean: .2 %, 5 sigma.
+  // There are 10^6 paths in total. One in four is visible, and its values vary by about as much as
+  // their mean: .2 %, 5 sigma.
   EXPECT_NEAR(cut.mean(), whole, 0.01 * whole);
 }
 

@@ -1,9 +1,9 @@
-"""Renders the scenes of validation/scenes, and two of scenes whose meshes are made first, and compares
-them with Mitsuba's pictures of the same files, which are in validation/references with a note each of how
-they were made.
+"""Renders the scenes of validation/scenes, and two scenes whose meshes are made first. Compares
+them with Mitsuba's images of the same files. These are in validation/references, each with a note
+on its making.
 
-One tenth of the false-alarm rate that kinome-compare has by itself, as there are many scenes. The
-seeds are fixed: what passes keeps passing until something changes.
+The false-alarm rate is one tenth of kinome-compare's default, because there are many scenes. The
+seeds are fixed: a passing test keeps passing until something changes.
 """
 
 import concurrent.futures
@@ -22,7 +22,7 @@ from compare import compare, load  # noqa: E402
 
 KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
 SCENES = sorted((ROOT / "validation/scenes").glob("*.xml"))
-# Small pictures of these: the definitions are those of their references.
+# They are rendered as small images, with the definitions of their references.
 WITH_ASSETS = [ROOT / f"scenes/{name}/scene.xml" for name in ("kitchen", "sunroom")]
 REFERENCES = ROOT / "validation/references"
 RENDERS = 16
@@ -32,8 +32,8 @@ ALPHA = 0.001
 
 
 def render(scene, folder, arguments, samples):
-    """Estimate from RENDERS seeds, with the integrator that the scene names itself unless the
-    arguments say otherwise."""
+    """Returns the estimate from RENDERS seeds, with the scene's own integrator unless the arguments
+    name another."""
 
     def one(seed):
         command = [KINOME, "-q", "-t", "1", "--seed", str(1000 + seed), "-D", f"spp={samples}",
@@ -79,8 +79,9 @@ class References(unittest.TestCase):
             self.check(scene)
 
     def test_clustered_in_place_of_path_changes_no_picture(self):
-        """Whatever the scene has: glass, blends, masks, light after any number of bounces. Those of
-        few samples of a lamp behind glass have heavy tails, where their variance says too little."""
+        """Tests all features of the scenes: glass, blends, masks, light after any number of
+        bounces. With few samples, scenes with a lamp behind glass have heavy tails, and their
+        variance is underestimated."""
         by_path = [s for s in SCENES if note_of(s)["integrator"] == "PathIntegrator"]
         self.assertGreaterEqual(len(by_path), 14)
         for scene in by_path:
@@ -88,8 +89,8 @@ class References(unittest.TestCase):
             self.check(scene, "-D", "integrator=clustered", samples=samples)
 
     def test_scenes_with_assets_agree(self):
-        """Daylight through panes, which no light sample reaches, and a thousand lamps: more samples than
-        elsewhere, so that the variances tell enough of rare light."""
+        """Tests daylight through panes, which no emitter sample reaches, and a thousand lamps. They
+        need more samples than other scenes for a good estimate of the variance of rare light."""
         with tempfile.TemporaryDirectory() as made:
             names = [name_of(scene) for scene in WITH_ASSETS]
             subprocess.run([sys.executable, ROOT / "scenes/make_assets.py", "--output", made, *names],

@@ -8,8 +8,8 @@
 #include "product_scenes.h"
 
 /// Small subjects on ground planes and under lamps of any size and distance. A method that draws
-/// light where it is, not where the camera sees its effect, is wrong at nearly every seed of some
-/// of these.
+/// light regardless of where it contributes to the image is wrong at nearly every seed for some of
+/// these.
 namespace kinome::test {
 
 enum class Subject { kCourt, kBox, kStillLife, kMetalCorner };
@@ -23,7 +23,7 @@ struct SeedScene {
   double distance = 1;  ///< of the lamp, in units of the subject's size
   double plane = 0;     ///< size of the ground plane, in the same unit; 0: none
   View view = View::kNear;
-  double scale = 1;  ///< of all lengths
+  double scale = 1;  ///< factor of all lengths
   int max_depth = -1;
   /// Limit for the median error of product sampling, in units of that of `path` with as many
   /// samples.
@@ -34,7 +34,8 @@ struct FilmSize {
   int width, height;
 };
 
-/// The XML of a SeedScene. Lengths inside are in units of the subject's size, half of its width.
+/// Returns the XML of a SeedScene. Lengths inside are in units of the subject's size, half of its
+/// width.
 class SeedSceneXml {
  public:
   explicit SeedSceneXml(const SeedScene& scene) : scene_(scene) {}

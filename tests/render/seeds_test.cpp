@@ -1,11 +1,12 @@
-// The distribution over seeds: an expectation that no seed comes near is a wrong image. Each of
-// kSeeds renders of a scene must be near a long render by `path`, not only their mean.
+// Tests the distribution over seeds: an expectation that hardly any seed is close to is a wrong
+// image. Each of kSeeds renders of a scene must be close to a long render by `path`, not only their
+// mean.
 //
-// The mean of an image may deviate by kShare of it or by kErrors standard deviations that `path`
-// has at about equal time, whichever is more. Where the former is more, which is so in most scenes,
-// noise practically never fails a test. Where the latter is, and the mean of all pixels is normal,
-// one scene of kSeeds renders fails by chance in 2 % of all choices of seeds (Student's t with
-// references - 1 degrees of freedom).
+// The mean of an image may deviate by kShare of it, or by kErrors standard deviations of `path` at
+// about equal time, whichever is more. In most scenes the former is more, and noise practically
+// never fails a test. If the latter is more, and the mean of all pixels is normal, kSeeds renders
+// of a scene fail by chance for 2 % of all choices of seeds (Student's t with references - 1
+// degrees of freedom).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,22 +21,22 @@ namespace {
 
 constexpr int kSeeds = 20;
 constexpr double kShare = 0.03, kErrors = 4;
-/// Ratio of the times of `clustered` and `path` for the same samples, at most, in most scenes.
+/// Maximum ratio, in most scenes, of the times of `clustered` and `path` for the same samples.
 constexpr double kSamplesOfEqualTime = 4;
-/// Maximum ratio of a seed's error to the median, unless the error of some render by `path` of about
-/// equal time is as large.
+/// Maximum ratio of a seed's error to the median, unless the error of some render by `path` of
+/// about equal time is as large.
 constexpr double kMaxErrorOfMedian = 3;
 /// Standard error of the median of normal values, in units of that of their mean.
 constexpr double kErrorOfMedian = 1.2533;
 
-/// How much is rendered. The reference has `references` times as many samples.
+/// Size and number of renders. The reference has `references` times as many samples.
 struct Effort {
   FilmSize size;
   int samples;
   uint32_t references;
 };
-/// `clustered` leaves renders of less than 900,000 rays to `path` without a trial. This is just
-/// above.
+/// `clustered` leaves renders of less than 900,000 rays to `path` without a trial. This is slightly
+/// more.
 constexpr Effort kTried{{64, 48}, 100, 16};
 constexpr Effort kAlone{{32, 24}, 64, 16};
 
@@ -63,9 +64,9 @@ double median_of(std::vector<double> values) {
 struct Reference {
   std::vector<double> image;
   double mean = 0;
-  double deviation = 0;      ///< of an image's mean, at about equal time
-  double largest_error = 0;  ///< of all renders, at about equal time
-  double median_error = 0;   ///< of renders of as many samples
+  double deviation = 0;      ///< standard deviation of an image's mean, at about equal time
+  double largest_error = 0;  ///< maximum over all renders, at about equal time
+  double median_error = 0;   ///< median over renders with as many samples
 
   Reference(const SeedScene& s, const Effort& effort) {
     const auto scene = scene_from(SeedSceneXml(s)("path", "", effort.size, effort.samples));
@@ -85,7 +86,7 @@ struct Reference {
     largest_error = *std::max_element(errors.begin(), errors.end()) / kSamplesOfEqualTime;
     median_error = median_of(errors);
   }
-  /// relMSE of an image.
+  /// Returns the relMSE of an image.
   double error(const std::vector<double>& values) const {
     double sum = 0;
     for (size_t i = 0; i < values.size(); ++i) {
@@ -125,7 +126,7 @@ double expect_right_at_every_seed(const SeedScene& s, const std::string& paramet
   testing::Test::RecordProperty("limit", fmt::format("{:.6g}", limit));
   testing::Test::RecordProperty("means", fmt::format("{:.6g}", fmt::join(means, " ")));
   EXPECT_GT(reference.mean, 0);
-  // The 5 % quantile is among these.
+  // The 5 % quantile is tested, too.
   EXPECT_GT(means.front(), reference.mean - limit) << figures;
   EXPECT_LT(means.back(), reference.mean + limit) << figures;
   EXPECT_NEAR(median, reference.mean,
@@ -143,7 +144,7 @@ TEST_P(Seeds, AreAllRight) {
   EXPECT_LT(expect_right_at_every_seed(GetParam(), "", kTried), 1);
 }
 
-/// Product sampling itself, also where `path` takes less work.
+/// Product sampling itself, even where `path` takes less work.
 class SeedsOfProduct : public testing::TestWithParam<SeedScene> {};
 TEST_P(SeedsOfProduct, AreAllRight) {
   EXPECT_LT(expect_right_at_every_seed(GetParam(), kNoTrial, kAlone), GetParam().max_error);

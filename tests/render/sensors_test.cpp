@@ -1,4 +1,4 @@
-/// Sensors that are no cameras, by all integrators, against closed forms and one another.
+/// Sensors that aren't cameras, with all integrators, against closed forms and one another.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -8,7 +8,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 30
+constexpr double kAlpha = 1e-4;  // level of each of about 30 z-tests
 constexpr int kSamples = 256;
 constexpr int kRendersOfEach = 24;
 
@@ -78,8 +78,8 @@ TEST_P(AnySensor, IntegratorsAgree) {
   const auto path = of(integrator_xml("path", 2), 1);
   expect_equal(of(direct_xml(), 50001), path, kAlpha, "direct");
   expect_equal(of(integrator_xml("clustered", 2), 90001), path, kAlpha, "clustered");
-  // So few rays ask for few points of the bounce's light, of which some are rare and bright: pixels
-  // by themselves are far from normal, and those of a single ray even in 96 renders.
+  // So few rays use few light points for the bounce, some of which are rare and bright. Single
+  // pixels are far from normally distributed, and those of a single ray even in 96 renders.
   if (std::string(GetParam().name) == "RadianceMeter") return;
   const auto tiles_of = [&](const std::string& integrator, uint64_t first_seed) {
     return estimate_tiles(*scene_from(scene + integrator), 4 * kRendersOfEach, 4, first_seed);
@@ -90,7 +90,7 @@ TEST_P(AnySensor, IntegratorsAgree) {
 INSTANTIATE_TEST_SUITE_P(Sensors, AnySensor, testing::ValuesIn(sensors()),
                          [](const auto& one) { return std::string(one.param.name); });
 
-/// Under an even sky of radiance 1, irradiance is pi, whatever the shape.
+/// Under a constant sky of radiance 1, the irradiance is pi for any shape.
 TEST(IrradianceMeter, OfAnEvenSkyIsPi) {
   for (const char* type : {"rectangle", "disk", "sphere", "cylinder", "cube"}) {
     const std::string scene = "<shape type=\"" + std::string(type) +
@@ -106,7 +106,8 @@ TEST(IrradianceMeter, OfAnEvenSkyIsPi) {
   }
 }
 
-/// Of a small lamp of radiance L at distance d, straight above: L A / d² near the middle.
+/// Irradiance of a small lamp of radiance L and area A at distance d straight above: L A / d² near
+/// the centre.
 TEST(IrradianceMeter, CountsTheCosineOnce) {
   const std::string scene =
       shape_xml("rectangle", "<scale value=\"0.01\"/>",
@@ -116,20 +117,20 @@ TEST(IrradianceMeter, CountsTheCosineOnce) {
                 area_xml("100 100 100")) +
       integrator_xml("path", 2);
   const auto rendered = estimate_pixels(*scene_from(scene), 400);
-  // cos² / d² over the lamp: within 0.3 % of that of its middle.
+  // cos² / d² over the lamp is within 0.3 % of the value at its centre.
   const double expected = 100. * 1 / (10. * 10);
   EXPECT_NEAR(rendered[0].mean, expected,
               4 * std::sqrt(rendered[0].variance_of_mean) + 0.003 * expected);
 }
 
-/// Of the sphere around the scene's box, a ball fills (r / R)².
+/// A ball covers the fraction (r / R)² of the sphere around the scene's bounding box.
 TEST(Distant, SeesTheCrossSectionOfTheScenesSphere) {
   const std::string scene = "<shape type=\"sphere\">" + area_xml("6 6 6") +
                             "</shape><sensor type=\"distant\"><vector name=\"direction\" "
                             "value=\"1 2 3\"/>" +
                             film_xml(1, 1) + "</sensor>" + integrator_xml("path", 1);
   const auto rendered = estimate_pixels(*scene_from(scene), 64);
-  // The sphere around the box of a ball of radius 1 has a radius of sqrt(3).
+  // The sphere around the bounding box of a ball of radius 1 has a radius of sqrt(3).
   expect_equal(rendered, exactly(Rgb(2.f), 1), kAlpha, "a third");
 }
 

@@ -1,6 +1,6 @@
-/// Light that passes surfaces straight (panes, masks): `path`, whose emitter samples pass them,
-/// too, against path tracing by BSDF samples alone, and `clustered`, whose shadow rays and light
-/// points do, against `path`.
+/// Light that passes straight through surfaces (panes, masks). `path`, whose emitter samples pass
+/// them, too, against path tracing by BSDF samples alone. `clustered`, whose shadow rays and light
+/// points pass them, against `path`.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,16 +13,16 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 300
+constexpr double kAlpha = 1e-4;  // level of each of about 300 z-tests
 
 constexpr int kSide = 4;  // pixels
 
-/// Path tracing by BSDF samples alone. max_depth -1: paths end by roulette.
+/// Path tracing by BSDF samples alone. With max_depth -1, roulette ends paths.
 class PlainPaths {
  public:
   PlainPaths(const Scene& scene, int max_depth) : scene_(scene), max_depth_(max_depth) {}
 
-  /// Sum of the pixels: a single pixel has too few of the rare paths to a lamp.
+  /// Sum of the pixels, because a single pixel has too few of the rare paths to a lamp.
   std::vector<Estimate> sum(int samples) const {
     constexpr double kPixels = kSide * kSide;
     std::array<Moments, 3> moments;
@@ -94,7 +94,7 @@ std::string checkers(const char* a, const char* b) {
          "\"/><transform name=\"to_uv\"><scale value=\"3\"/></transform></texture>";
 }
 
-/// A wide horizontal surface, tilted a little.
+/// A wide horizontal surface, slightly tilted.
 std::string sheet(const std::string& bsdf, const std::string& y = "0.8") {
   return shape_xml(
       "rectangle",
@@ -136,7 +136,7 @@ std::vector<Part> lights() {
                            area_xml("9 6 3") + "</shape>"},
   };
 }
-/// Sees the floor and the back of the sheet.
+/// A view of the floor and of the back of the sheet.
 std::string view(int samples) {
   return sensor_xml("perspective", look_at("0 0.6 2", "0 0.3 0", "0 1 0"), kSide, samples);
 }
@@ -161,7 +161,7 @@ TEST(StraightLight, IsThatOfPathsByBsdfSamplesAlone) {
   }
 }
 
-/// A floor, no larger than what light points should go to, what stands on it, and a wall.
+/// A floor, no larger than the region for light points, with its objects, and a wall.
 std::string corner() {
   return shape_xml("rectangle", "<scale value=\"2\"/><rotate x=\"1\" angle=\"-90\"/>",
                    diffuse_xml("0.5")) +
@@ -170,12 +170,12 @@ std::string corner() {
          shape_xml("sphere", "<scale value=\"0.25\"/><translate x=\"0.3\" y=\"0.25\"/>",
                    "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.2\"/></bsdf>");
 }
-/// Between the parts of the floor and the wall.
+/// A surface between parts of the floor and the wall.
 std::string upright(const std::string& bsdf) {
   return shape_xml("rectangle", "<scale value=\"0.8\"/><rotate y=\"1\" angle=\"60\"/>", bsdf);
 }
 
-/// Product sampling of the scene against `path`.
+/// Compares product sampling of the scene with `path`.
 void expect_product_is_path(const std::string& scene, int depth, const std::string& parameters,
                             const std::string& name, const std::string& camera = view(64)) {
   const auto estimate = [&](const std::string& type, const std::string& own, int renders,
@@ -192,7 +192,7 @@ void expect_product_is_path(const std::string& scene, int depth, const std::stri
                kAlpha, name + ", depth " + std::to_string(depth));
 }
 
-/// Sheets between light and surfaces, and between surfaces.
+/// Sheets between emitters and surfaces, and between surfaces.
 TEST(StraightLight, IsThatOfPathByProductSampling) {
   std::vector<Part> parts = sheets();
   parts.push_back({"upright pane", upright(kPane)});
@@ -212,7 +212,7 @@ TEST(StraightLight, IsThatOfPathByProductSampling) {
 }
 
 /// A sheet divides a room, with the lamp behind the camera: all light passes the sheet, most of it
-/// after it has bounced.
+/// after a bounce.
 TEST(StraightLight, FillsADividedRoomByProductSampling) {
   const std::string lamp = shape_xml(
       "rectangle",
@@ -229,7 +229,7 @@ TEST(StraightLight, FillsADividedRoomByProductSampling) {
   }
 }
 
-/// The sky stays hidden behind what the camera sees through a pane or a mask, and nowhere else.
+/// The sky stays hidden where the camera sees it through a pane or a mask, and nowhere else.
 TEST(StraightLight, IsThatOfPathByProductSamplingUnderAHiddenSky) {
   for (const Part& part : {sheets()[0], sheets()[5], Part{"upright pane", upright(kPane)}}) {
     for (const int depth : {3, -1}) {
@@ -239,7 +239,7 @@ TEST(StraightLight, IsThatOfPathByProductSamplingUnderAHiddenSky) {
   }
 }
 
-/// A wall that a spot lights, seen from behind a sheet: what lamps light isn't hidden by panes.
+/// A wall that a spot lights, seen from behind a sheet: panes don't hide surfaces that lamps light.
 TEST(StraightLight, OfSurfacesThatLampsLightPassesByProductSampling) {
   const std::string spot =
       "<emitter type=\"spot\"><transform name=\"to_world\"><lookat origin=\"0.3 2.5 -0.4\" "
@@ -263,7 +263,7 @@ double variance_of(const std::vector<Estimate>& pixels) {
   return sum / static_cast<double>(pixels.size());
 }
 
-/// Light of emitters without extent stops at panes, as in Mitsuba's `path`.
+/// Light of lamps stops at panes, as in Mitsuba's `path`.
 TEST(StraightLight, OfPointsStopsAtPanes) {
   for (const std::string& bsdf :
        {kPane, std::string("<bsdf type=\"null\"/>"), mask(uniform("0"), kLeaf)}) {
@@ -272,14 +272,14 @@ TEST(StraightLight, OfPointsStopsAtPanes) {
                               integrator_xml("path", -1) + view(16);
     const std::string point = point_xml("0 2 0", "5 5 5");
     EXPECT_EQ(mean_of(estimate_pixels(*scene_from(scene + point), 4)), 0) << bsdf;
-    // Beside an emitter with extent, too.
+    // The same beside an emitter with area.
     const std::string sky = constant_xml("1 1 1");
     expect_equal(estimate_pixels(*scene_from(scene + sky), kRenders),
                  estimate_pixels(*scene_from(scene + sky + point), kRenders, 50001), kAlpha, bsdf);
   }
 }
 
-/// Emitter samples of paths pass 32 surfaces at most; behind more of them, light is left to BSDF
+/// Emitter samples of paths pass at most 32 surfaces; light behind more of them is left to BSDF
 /// samples. Product sampling has no limit.
 TEST(StraightLight, PassesAnyNumberOfSurfaces) {
   const std::string scene =
@@ -301,8 +301,9 @@ TEST(StraightLight, PassesAnyNumberOfSurfaces) {
   }
 }
 
-/// Points on large surfaces, and far from the origin, are inaccurate. Light that passes such surfaces
-/// on its way to a flat lamp must not be lost: rays that were moved off each of them met the lamp.
+/// Points on large surfaces, and far from the origin, are inaccurate. Light that passes such
+/// surfaces on its way to a flat lamp must not be lost. Rays that were offset from each surface
+/// could hit the lamp.
 TEST(StraightLight, PassesLargeSurfaces) {
   for (const auto& [count, scale, x] :
        {std::tuple(8, "20", 0), {1, "1000", 0}, {1, "1", 0}, {4, "20", 100}}) {

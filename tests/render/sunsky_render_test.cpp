@@ -1,4 +1,4 @@
-/// `sunsky` by learned product sampling, whose cells are of the sun or of the sky, against `direct`.
+/// `sunsky` by learned product sampling, with cells of the sun and of the sky, against `direct`.
 #include <gtest/gtest.h>
 
 #include "product_scenes.h"

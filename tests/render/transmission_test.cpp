@@ -1,5 +1,5 @@
-/// What goes through surfaces: against closed forms, light tracing against paths, and `clustered`
-/// against `path`.
+/// Light that goes through surfaces: against closed forms, light tracing against paths, and
+/// `clustered` against `path`.
 #include <gtest/gtest.h>
 
 #include "path_scenes.h"
@@ -7,7 +7,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test; there are about 40
+constexpr double kAlpha = 1e-4;  // level of each of about 40 z-tests
 
 struct Material {
   const char* name;
@@ -23,7 +23,7 @@ std::vector<Material> materials() {
       {"null", "<bsdf type=\"null\"/>"},
   };
 }
-/// Half of it a surface that reflects, as the BSDF says.
+/// A mask that is half opaque, with the given BSDF.
 Material mask(const char* name, const std::string& bsdf) {
   return {name, "<bsdf type=\"mask\"><texture type=\"checkerboard\" name=\"opacity\"><float "
                 "name=\"color0\" value=\"0.3\"/><float name=\"color1\" value=\"0.8\"/><transform "
@@ -59,8 +59,8 @@ std::vector<Material> rough_materials() {
   };
 }
 
-/// Where nothing is absorbed, a solid in an even light has the light's radiance: what refraction
-/// makes brighter on the way in it makes darker on the way out.
+/// A solid without absorption in uniform light has the radiance of that light: refraction increases
+/// it on the way in and decreases it on the way out.
 TEST(Transmission, SolidsVanishInAnEvenLight) {
   for (const Material& m : materials()) {
     for (const char* const shape : {"sphere", "cube"}) {
@@ -75,8 +75,8 @@ TEST(Transmission, SolidsVanishInAnEvenLight) {
   }
 }
 
-/// A broad lamp over a slab over a floor. Light tracing doesn't see what glass shows, and so the
-/// camera looks at the floor alone.
+/// A broad lamp above a slab above a floor. Light tracing doesn't show what is seen through glass,
+/// so that the camera looks only at the floor.
 TEST(Transmission, LightTracingAgreesWithPaths) {
   const std::string lamp = shape_xml(
       "rectangle", "<scale value=\"0.7\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"1.6\"/>",
@@ -92,8 +92,8 @@ TEST(Transmission, LightTracingAgreesWithPaths) {
                                        "angle=\"12\"/><translate y=\"0.8\"/>",
                                        m.xml);
     const auto estimate = [&](const char* type, uint64_t seed) {
-      // Sums of four pixels: single ones have too few of the rare bright samples behind glass for
-      // their means to be normal.
+      // Sums of four pixels. Single pixels behind glass have too few of the rare bright samples for
+      // normally distributed means.
       return estimate_tiles(*scene_from(floor_xml(diffuse_xml("0.5")) + slab + lamp + camera +
                                         integrator_xml(type, 6, rr_depth_xml(3))),
                             2 * kRenders, 2, seed);
@@ -102,7 +102,7 @@ TEST(Transmission, LightTracingAgreesWithPaths) {
   }
 }
 
-/// Camera and floor are under water, the lamp above: light goes in, and doesn't come out again.
+/// Camera and floor are under water, the lamp above: light enters, and doesn't leave again.
 TEST(Transmission, LightTracingAgreesWithPathsUnderWater) {
   const std::string scene =
       floor_xml(diffuse_xml("0.5")) +
@@ -120,7 +120,7 @@ TEST(Transmission, LightTracingAgreesWithPathsUnderWater) {
   expect_equal(estimate("path", 1), estimate("ptracer", 50001), kAlpha, "water");
 }
 
-/// What emitter samples find on the other side of the surface, and what the BSDF's own find.
+/// Compares emitter samples on the other side of the surface with BSDF samples.
 TEST(Transmission, WaysToSampleDirectLightAgreeBehindRoughGlass) {
   for (const Material& m : rough_materials()) {
     const std::string scene =
@@ -143,7 +143,7 @@ TEST(Transmission, WaysToSampleDirectLightAgreeBehindRoughGlass) {
   }
 }
 
-/// What the first edge or the second goes through, in the light of a lamp, a sky and a point.
+/// The first or second edge passes a surface, with light of a lamp, a sky and a point light.
 TEST(Transmission, ClusteredAgreesWithPaths) {
   const std::pair<const char*, std::string> lights[] = {
       {"lamp", shape_xml("rectangle",
@@ -157,7 +157,8 @@ TEST(Transmission, ClusteredAgreesWithPaths) {
   for (const auto& [light, light_xml] : lights) {
     const std::string turn = std::string(light) == "sky, from behind" ? "180" : "0";
     for (const Material& m : materials_and_masks()) {
-      // A floor no larger than what is seen: what bounces off it has enough light points.
+      // The floor is no larger than the visible part, so that light that bounces off it has enough
+      // light points.
       const std::string scene =
           shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>",
                     diffuse_xml("0.5")) +
@@ -170,7 +171,7 @@ TEST(Transmission, ClusteredAgreesWithPaths) {
           light_xml +
           sensor_xml("perspective", look_at("0.1 0.5 2", "0 0.3 0", "0 1 0"), 8, 64);
       for (const int depth : {2, 3, 5}) {
-        // What a point sends through glass to a floor, `clustered` finds and `path` doesn't.
+        // `clustered` finds light of a point light through glass on a floor, `path` doesn't.
         if (depth > 2 && std::string(light) == "point") continue;
         const auto estimate = [&](const std::string& integrator, uint64_t seed) {
           return estimate_tiles(*scene_from(scene + integrator), kRenders, 4, seed);

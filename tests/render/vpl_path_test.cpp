@@ -1,7 +1,6 @@
-/// Virtual point lights against path tracing: what `groundtruth` shows of one bounce is, in the
-/// mean over sets of points, what `path` shows, and one set comes close to it the more points it
-/// has. Pictures have one pixel: all pixels of a render share their points, and would not be
-/// independent.
+/// Virtual point lights against path tracing. The mean of `groundtruth` over sets of points is the
+/// image of `path` for one bounce, and a single set converges to it as the number of points grows.
+/// Images have one pixel, because all pixels of a render share their points and would be dependent.
 #include <cmath>
 
 #include "kinome/log.h"
@@ -10,7 +9,7 @@
 namespace kinome::test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // of each z-test
+constexpr double kAlpha = 1e-4;  // level of each z-test
 
 std::string groundtruth_xml(int points, const std::string& mode) {
   return integrator_xml("groundtruth", 3,
@@ -30,7 +29,7 @@ std::string view(const std::string& from, const std::string& to, int samples) {
          "name=\"height\" value=\"1\"/><rfilter type=\"box\"/></film></sensor>";
 }
 
-/// One pixel of `scene_xml`, by points and by paths.
+/// Compares one pixel of `scene_xml` by points and by paths.
 void expect_paths_light(const std::string& scene_xml, const std::string& from,
                         const std::string& to, const std::string& name) {
   const auto paths = scene_from(scene_xml + view(from, to, 4096) + integrator_xml("path", 3));
@@ -54,8 +53,8 @@ const std::string kSpot =
     "name=\"to_world\">" +
     look_at("-0.2 0.3 0.2", "1 0 -0.1", "0 1 0") + "</transform></emitter>";
 
-/// Seen: the floor. Lit: walls of every kind, far enough from what is seen for the peaks of 1/d² to
-/// be sampled by 96 sets of points.
+/// The camera sees the floor. Walls of all kinds are lit, far enough from the visible points that
+/// 96 sets of points sample the peaks of 1/d².
 std::string room_with(const std::string& right_wall, const std::string& lights) {
   const auto wall = [](const std::string& transform, const std::string& content) {
     return shape_xml("rectangle", transform, content);
@@ -102,10 +101,11 @@ TEST(VplPath, LightsOfEveryKind) {
   }
 }
 
-/// Curved surfaces: shading normals that are not the faces' are what paths use, too.
+/// Curved surfaces: light points use shading normals as paths do.
 TEST(VplPath, SmoothNormals) {
   const TemporaryFolder folder;
-  // A coarse pyramid: without normals of its own, it gets smooth ones far from its faces'.
+  // A coarse pyramid without normals gets smooth ones, which differ strongly from those of its
+  // faces.
   const std::string file = folder.write("pyramid.obj",
                                         "v 1 -0.5 -0.5\nv 1 -0.5 0.5\nv 1 0.6 0.5\nv 1 0.6 "
                                         "-0.5\nv 0.7 0.05 0\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
@@ -120,8 +120,8 @@ TEST(VplPath, SmoothNormals) {
   expect_paths_light(floor + diffuse_mesh + kSpot, "-0.3 0.5 0.3", "-0.3 -1 0.1", "diffuse");
 }
 
-/// Found by kinome-stress: light that comes from behind a face, where shading normals let it
-/// through. Far from the origin, where surfaces are thick with rounding.
+/// Found by kinome-stress: light that arrives from behind a face and passes because of shading
+/// normals. Far from the origin, rounding makes surfaces thick.
 TEST(VplPath, LightThroughBentNormals) {
   const TemporaryFolder folder;
   const std::string file =
@@ -145,7 +145,8 @@ TEST(VplPath, LightThroughBentNormals) {
 
 TEST(VplPath, NormalMaps) {
   const TemporaryFolder folder;
-  // The second is seen from the side alone, not straight on, and turned to whom it faces away from.
+  // The second is visible only from the side, not straight on, and is flipped for viewers that it
+  // faces away from.
   const std::pair<const char*, Vec3> normals[] = {{"tilted", {0.9f, 0.2f, 0.5f}},
                                                   {"below", {-0.8f, 0.3f, -0.2f}}};
   for (const auto& [name, n] : normals) {
@@ -163,9 +164,9 @@ TEST(VplPath, NormalMaps) {
   }
 }
 
-/// One set of points comes close to the truth as it grows: its numbers are not tied to one another.
-/// At 2^14 points the standard deviation between sets is below 1 %, so that 5 % are five sigma;
-/// tied numbers left it at a half, whatever the number.
+/// A single set of points converges as it grows, because its random numbers are independent. At
+/// 2^14 points the standard deviation between sets is below 1 %, so that 5 % are five sigma. With
+/// dependent numbers the error was a half, for any number of points.
 TEST(VplPath, OneSetOfPointsConverges) {
   std::string lamps;
   for (int i = 0; i < 20; ++i) {
@@ -197,8 +198,8 @@ TEST(VplPath, OneSetOfPointsConverges) {
   }
 }
 
-/// Places are uniform over all surfaces: chi² over cells of two rectangles of unequal size. Strata
-/// make frequencies more even than chance would, never less.
+/// Positions are uniform over all surfaces: chi² over cells of two rectangles of different sizes.
+/// Stratification makes frequencies more even than chance would, never less.
 TEST(VplPath, PlacesAreUniform) {
   const auto scene = scene_from(
       shape_xml("rectangle", "<scale x=\"3\" y=\"1\" z=\"1\"/>", diffuse_xml("0.5")) +
@@ -228,7 +229,7 @@ TEST(VplPath, PlacesAreUniform) {
   EXPECT_TRUE(verdict.passed) << verdict.text;
 }
 
-/// Two indirect emitters may not offer the same light.
+/// Two indirect emitters must not represent the same light.
 TEST(VplPath, ABounceCountsOnce) {
   const std::string lamp = "<emitter type=\"point\" id=\"a\"/>";
   const std::string of_lamp = "<emitter type=\"vpl\"><ref id=\"a\"/></emitter>";

@@ -1,4 +1,4 @@
-/// One bounce by virtual point lights: closed forms, hard cases, and what is skipped.
+/// One bounce by virtual point lights: closed forms, hard cases, and skipped emitters.
 #include <algorithm>
 #include <cmath>
 
@@ -30,7 +30,7 @@ std::string depth_2(const std::string& integrator, const std::string& more = "")
   return "<integrator type=\"" + integrator + "\"><integer name=\"max_depth\" value=\"2\"/>" +
          more + "</integrator>";
 }
-/// `clustered` over light points.
+/// `clustered` with light points.
 const std::string kJoint = "<string name=\"importance\" value=\"joint\"/>";
 std::string clustered_xml(int points) {
   return bounce_xml("clustered", points, kJoint);
@@ -41,7 +41,7 @@ std::string vpl_xml(const std::string& emitters, const std::string& placement,
          "\"/>" + more + "</emitter>";
 }
 
-/// What loading the scene complains of, or "".
+/// Returns the error of loading the scene, or "".
 std::string error_text(const std::string& scene_xml) {
   try {
     scene_from(scene_xml);
@@ -51,8 +51,8 @@ std::string error_text(const std::string& scene_xml) {
   return "";
 }
 
-/// Relative, of a picture in single precision: some sixteen roundings by 2^-24 on a light's way,
-/// and as much again for each point in a sum.
+/// Relative error of an image in single precision: about sixteen roundings by 2^-24 for a light
+/// path, and one more for each point in a sum.
 double rounding(int points = 0) {
   return (16 + points) * 0x1p-24;
 }
@@ -76,7 +76,7 @@ std::string skipped(const std::string& scene_xml) {
   return all;
 }
 
-/// `least`: of its values. By product, dark pixels may come out below zero.
+/// `least`: minimum of the values. With product sampling, dark pixels may be negative.
 Image render_finite(const std::string& scene_xml, unsigned threads = 0, float least = 0) {
   const auto scene = scene_from(scene_xml);
   RenderContext context({.threads = threads, .seed = 3});
@@ -86,8 +86,8 @@ Image render_finite(const std::string& scene_xml, unsigned threads = 0, float le
   return image;
 }
 
-/// A lamp in the middle of a sphere: E0 = I / R², and after a bounce rho E0 again, since cos
-/// cos'/d² is 1 / (4 R²) between any two points of a sphere. One point is enough for the exact
+/// A lamp in the centre of a sphere: E0 = I / R², and after a bounce rho E0 again, since cos
+/// cos'/d² is 1 / (4 R²) between any two points of a sphere. One point suffices for the exact
 /// value.
 TEST(Vpl, OneBounceInASphereIsExactWithAnyPoints) {
   const Rgb rho(0.2, 0.5, 0.8);
@@ -118,7 +118,8 @@ TEST(Vpl, ClusteredMakesItsOwnPointsWhereTheSceneHasNone) {
                     rounding());
 }
 
-/// cos cos'/d² is 1/16 everywhere: a bound of 1/32 takes half of the bounce, one above it nothing.
+/// cos cos'/d² is 1/16 everywhere: a bound of 1/32 halves the bounce, and a bound above 1/16 has no
+/// effect.
 TEST(Vpl, GeometryTermIsBoundedAsAsked) {
   const Rgb rho(0.5f);
   const Rgb direct = rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi);
@@ -136,7 +137,7 @@ TEST(Vpl, GeometryTermIsBoundedAsAsked) {
             std::string::npos);
 }
 
-/// Two lamps of half the power are one lamp; an emitter that is referred to twice shines once.
+/// Two lamps of half the power equal one lamp. An emitter that is referred to twice emits once.
 TEST(Vpl, EmittersAddUp) {
   const std::string half =
       "<emitter type=\"point\"><rgb name=\"intensity\" value=\"2 4 6\"/></emitter>";
@@ -151,15 +152,15 @@ TEST(Vpl, EmittersAddUp) {
   const Image wrapped = render_finite(rest + vpl_xml(half + half, "traced"));
   const Image referred = render_finite(rest + shared);
   for (size_t i = 0; i < one.data.size(); ++i) {
-    // 64 points in one picture, 128 in the other.
+    // 64 points in one image, 128 in the other.
     EXPECT_NEAR(two.data[i], one.data[i], rounding(192) * one.data[i]);
     EXPECT_NEAR(wrapped.data[i], one.data[i], rounding(192) * one.data[i]);
     EXPECT_EQ(referred.data[i], one.data[i]);
   }
 }
 
-/// More emitters than light one place: a choice of them, right in the mean. One pixel: all pixels
-/// of a render have the same points.
+/// There are more emitters than light a position, so that some are chosen; the mean is correct. The
+/// image has one pixel, because all pixels of a render share the same points.
 TEST(Vpl, ManyEmitters) {
   std::string lamps;
   for (int i = 0; i < 20; ++i) {
@@ -185,8 +186,8 @@ TEST(Vpl, SameBitsAtAnyThreadCount) {
   EXPECT_EQ(one.data, three.data);
 }
 
-/// From a millionth of the size to a million times it: radiance is that of the unit scene where
-/// intensity grows with the square of the size.
+/// Scales from 1e-6 to 1e6: the radiance is that of the unit scene if intensity grows with the
+/// square of the size.
 TEST(Vpl, DoesNotDependOnTheUnitOfLength) {
   for (const float scale : {1e-6f, 1e6f}) {
     char intensity[32], radius[32], eye[32];
@@ -210,7 +211,8 @@ TEST(Vpl, DoesNotDependOnTheUnitOfLength) {
 TEST(Vpl, LightThatNothingReflects) {
   const std::string view = kView + clustered_xml(300);
   const std::string ball = "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape>";
-  // Inside a solid whose outside alone reflects; outside, shining away; on black and on mirrors.
+  // Inside a solid that reflects only on its outside; outside, emitting away; on black and on
+  // mirrors.
   const std::string away = "<emitter type=\"spot\"><transform name=\"to_world\">" +
                            look_at("0 0 5", "0 0 9", "0 1 0") + "</transform></emitter>";
   const std::string mirror = "<shape type=\"sphere\"><bsdf type=\"conductor\"/></shape>";
@@ -220,7 +222,8 @@ TEST(Vpl, LightThatNothingReflects) {
       testing::internal::CaptureStderr();
       render_finite("\n" + vpl + scene + view);
       const std::string warning = testing::internal::GetCapturedStderr();
-      // Of the emitter, where the scene has one; and never of a plugin that it doesn't name.
+      // The warning is at the emitter's position if the scene has one, and never names a plugin
+      // that the scene doesn't.
       EXPECT_EQ(warning.find(vpl.empty() ? "kinome: warning: test.xml: no "
                                          : "kinome: warning: test.xml:2:1: no "),
                 0u)
@@ -235,14 +238,14 @@ TEST(Vpl, LightThatNothingReflects) {
   }
 }
 
-/// What loading a scene warns of.
+/// Returns the warnings of loading a scene.
 std::string warning_text(const std::string& scene_xml) {
   testing::internal::CaptureStderr();
   scene_from(scene_xml);
   return testing::internal::GetCapturedStderr();
 }
 
-/// An integrator that has no use for it says so, once, and where it stands.
+/// An integrator that doesn't use the emitter warns once, with its position.
 TEST(Vpl, WarnsWhereItChangesNothing) {
   const std::string scene_xml = "\n" + vpl_xml(kLamp, "traced") + inside_sphere("") + kView;
   const std::string distant = "<string name=\"mode\" value=\"distant\"/>";
@@ -275,7 +278,8 @@ TEST(Vpl, LightsOfEveryKindAtOnce) {
   render_finite(scene_xml + bounce_xml("clustered", 200), 0, -1);
 }
 
-/// Light points that crowd around what is seen, in its plane and in corners, and a million.
+/// Light points that are dense around the visible points, in their plane and in corners, and a
+/// million of them.
 TEST(Vpl, HardPoints) {
   const std::string tiny =
       "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"1e-3\"/></transform>"
