@@ -275,7 +275,7 @@ std::vector<Inspection> ThesisMethod::inspect(ScenePointLights lights, const Sce
   const PixelSamples samples{&column, &row, 1, 0, 1, key_seed(context, sensor.sampler())};
   camera.trace(samples, counters);
   const SurfaceBlock& seen = camera.surfaces().points();
-  if (seen.count == 0) throw Error("there is no surface at the place to inspect");
+  if (seen.count == 0) throw Error("there is no surface at the pixel to inspect");
   const SurfaceInteraction si = interaction_of(seen, 0);
   const LitPoints points{samples, camera.surfaces(), seen.ray, transport::kCameraDimensions};
   const std::deque<ClusterChooser> choosers = make_choosers(lights, scene, sensor, context);

@@ -10,12 +10,11 @@ namespace {
 
 constexpr uint32_t kMinFromCells = 4;
 constexpr uint32_t kMaxFromCells = 1024;
-/// Of a pilot's group; sharp lobes have many groups.
+/// Numbers of candidates of a pilot's group. Sharp lobes get fewer, because they have many groups.
 constexpr GlossyStrata::Counts kPilotCounts = {7, 64}, kPilotSharpCounts = {5, 16};
-/// Shares of candidates from the cells that the pilot chooses among.
+/// Shares of candidates from the cells among which the pilot selects.
 constexpr float kCellShares[] = {0.05f, 0.2f, 0.4f, 0.6f, 0.8f, 0.93f};
-/// Surface points don't all fit the nearest cache: what a ray takes is fetched while those before
-/// it are made.
+/// Distance of prefetching, in rays. Surface points don't all fit into the nearest cache.
 constexpr size_t kAhead = 8;
 
 }  // namespace
@@ -33,8 +32,8 @@ GlossyStrata::Counts GlossyStrata::pilot_counts(const Patch& patch) {
   return is_sharp(patch) ? kPilotSharpCounts : kPilotCounts;
 }
 
-/// Half vectors as of GGX, whatever the BSDF: its tails are heavy, so that none of the BSDF's light
-/// is rare.
+/// Draws half vectors of a GGX distribution for any BSDF. Its tails are heavy, so that no light of
+/// the BSDF is sampled rarely.
 void GlossyStrata::draw_from_lobe(const GroupView& group, uint32_t lobe_log2, uint64_t seed) {
   const size_t first = drawn_.first;
   const uint32_t count = 1u << lobe_log2;
@@ -57,7 +56,7 @@ void GlossyStrata::draw_from_lobe(const GroupView& group, uint32_t lobe_log2, ui
                        count);
 }
 
-/// By their importance, by a comb.
+/// Draws cells in proportion to their importance, with a comb.
 void GlossyStrata::draw_from_cells(const GroupView& group, size_t first, uint32_t count,
                                    uint64_t seed) {
   const auto hits = importance_.draw(count, random_float(seed, 2));
@@ -91,7 +90,7 @@ Rgb GlossyStrata::add(const GroupView& group, float candidates, uint64_t seed, S
   return add(group, counts(group.patch, candidates), seed, strata);
 }
 
-/// Blocks of what the group shares, from a random one on.
+/// Adds `blocks` blocks of the shared candidates, starting at a random one.
 Rgb GlossyStrata::take(const GroupView& group, const SharedCandidates::Set& set, uint32_t blocks,
                        uint64_t seed, Strata& strata) {
   DistantCandidates& c = candidates_;

@@ -5,13 +5,13 @@
 namespace kinome {
 namespace {
 
-/// Normals of a sharp lobe's group lie within 1 - cos < kSharpSpread alpha².
+/// Normals of a group with a sharp lobe are within 1 - cos < kSharpSpread alpha² of their mean.
 constexpr float kSharpSpread = 0.5f;
 constexpr size_t kMaxGroups = 64;
 
 }  // namespace
 
-/// The group that the primary belongs to; -1: none yet.
+/// Returns the group to which the primary belongs, or -1 if a new group is needed.
 int32_t Groups::group_for(uint32_t primary, const TilePrimaries& primaries,
                           std::span<const Patch> patches) {
   const int32_t patch = primaries.patch(primary);
@@ -30,7 +30,7 @@ int32_t Groups::group_for(uint32_t primary, const TilePrimaries& primaries,
   return fits || groups_.size() >= kMaxGroups ? group : -1;
 }
 
-/// Means are sums, as yet.
+/// Adds a primary to its group. Mean normal and viewer are sums until divide() normalises them.
 void Groups::add(uint32_t primary, const TilePrimaries& primaries, std::span<const Patch> patches) {
   const int32_t patch = primaries.patch(primary);
   int32_t group = group_for(primary, primaries, patches);

@@ -1,4 +1,4 @@
-// What product sampling knows at one pixel, for people to look at.
+// Reports what product sampling has learned at one pixel (kinome --inspect).
 #include <algorithm>
 #include <cmath>
 
@@ -12,17 +12,18 @@ namespace kinome {
 namespace {
 
 constexpr uint16_t kPilotPrimaries = 4;
-/// As many as the pilot sends from the tiles that a patch learns from.
+/// Number of rays that the pilot sends from 5x5 tiles, from which a patch learns.
 constexpr uint32_t kPilotRays = 25 * kTileSide * kTileSide * 3 * kPilotPrimaries;
-/// Of each of them, in sixteenths: all are those of one patch, at worst.
+/// Weight of each ray, in sixteenths. It is limited because all rays may belong to one patch.
 constexpr uint32_t kRecordWeight = std::min(16u, VisibilityLearner::kMaxWeight / kPilotRays);
 constexpr uint16_t kPrimaries = 16;
-/// Teeth of a comb that tells each cell's share of the rays.
+/// Number of teeth of the comb that measures each cell's share of the rays.
 constexpr uint32_t kShares = 1u << 16;
 
 /// Records of a unit's rays, patch by patch.
 using Records = std::vector<std::vector<VisibilityRecord>>;
 
+/// Sends shadow rays from a tile and returns their records.
 struct Probe {
   const Scene& scene;
   Estimator& estimator;
@@ -121,7 +122,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
   Estimator estimator(light);
   const Rect crop = sensor.film().crop();
   if (x < crop.x0 || y < crop.y0 || x >= crop.x1 || y >= crop.y1) {
-    throw Error("the place to inspect is outside of the film's crop window");
+    throw Error("the pixel to inspect is outside the film's crop window");
   }
   const transport::SceneTable table(scene);
   Primaries all({table, sensor, PathSettings{settings.length, settings.hide_emitters}});
@@ -158,7 +159,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
   for (size_t i = 0; i < primaries.size(); ++i) ++points[primaries.patch(i) + 1];
   const size_t shown = std::max_element(points.begin() + 1, points.end()) - points.begin() - 1;
   if (shown >= patches.size() || points[shown + 1] == 0) {
-    throw Error("there is no surface at the place to inspect");
+    throw Error("there is no surface at the pixel to inspect");
   }
   const uint32_t first_local = light.first_local();
   Inspection empty;
@@ -174,7 +175,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
     reports.back().kind = LightPoints::Kind::kLocal;
     describe(*local, first_local, visibility[shown], reports.back());
   }
-  // The report and the cluster that a record is about.
+  // Returns the report and the cluster to which a record belongs.
   const auto cluster_of = [&](const VisibilityRecord& record) {
     const bool is_local = record.cell() >= first_local;
     Inspection& report = is_local ? reports.back() : reports.front();

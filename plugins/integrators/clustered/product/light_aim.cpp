@@ -11,21 +11,23 @@
 namespace kinome {
 namespace {
 
-/// Shares of the weight that the spheres enclose.
+/// Fractions of the weight that the spheres enclose.
 constexpr std::array<double, kMaxAimSpheres> kEnclosed = {0.5, 0.8, 0.95, 0.995};
 /// A sphere is used if its radius is below this ratio of that of the next larger one.
 constexpr float kMaxRadiusRatio = 0.6f;
-/// Spheres are larger than the distances that they are made from, because of rounding.
+/// Factor of the radii of spheres, so that rounding doesn't exclude positions.
 constexpr float kMargin = 1.001f;
-/// Cones are not used from positions nearer than this many radii.
+/// Minimum distance from a sphere's centre at which cones are used, in radii.
 constexpr float kMinDistance = 1.25f;
-/// Disks of less than 1 / 3000 of the radius of the emitter's own disk are not used: rays start as far
-/// away as that is large, and would miss the spheres because of rounding.
+/// Maximum density of a disk relative to that of the emitter's own disk: 1 / 3000 of its radius.
+/// Rays start about as far away as the own disk is large, and would miss smaller spheres because of
+/// rounding.
 constexpr float kMaxGainOfDisk = 1e7f;
 constexpr uint32_t kRaysOfPlace = 2;
 enum Number : uint32_t { kLobe, kDirection, kOfRay = kDirection + 2 };
 
-/// The value up to which the values have a share of the weight.
+/// Returns the smallest value up to which the values have the given share of the weight. Each pair
+/// is (value, weight).
 double quantile(std::vector<std::pair<double, double>>& values, double share) {
   std::sort(values.begin(), values.end());
   double all = 0, sum = 0;
@@ -37,7 +39,7 @@ double quantile(std::vector<std::pair<double, double>>& values, double share) {
   return values.back().first;
 }
 
-/// Sends rays from all points, by their BSDFs. Returns the points that they meet.
+/// Sends rays from all points, sampled by their BSDFs. Returns the points that they hit.
 std::vector<EyePoint> next_points(const Scene& scene, std::span<const EyePoint> points,
                                   uint32_t rays_of_each, RenderCounters& counters) {
   std::vector<EyePoint> next;
@@ -155,7 +157,7 @@ float AimCones::pdf(const Vec3& d, float plain, int drawn) const {
   float sum = 0;
   for (int k = 0; k < count_; ++k) {
     const Cone& cone = cones_[static_cast<size_t>(k)];
-    const Vec3 off = d - cone.axis;  // of length² 2 (1 - cosine): precise in thin cones
+    const Vec3 off = d - cone.axis;  // length² = 2 (1 - cosine), precise for thin cones
     if (k == drawn || glm::dot(off, off) < 2 * cone.height) sum += cone.density;
   }
   return (1 - kAimedShare) * plain + kAimedShare * sum / static_cast<float>(count_);

@@ -8,19 +8,20 @@ namespace {
 
 /// Share of the draws that isn't guided, neither to a source nor within it.
 constexpr double kDefensive = 0.25;
-/// Of what is guided into a box, the share that doesn't tell its halves apart: what was found of no
-/// use may have been missed, and more likely so beside what is of use.
+/// Share of a box's guided draws that is divided equally between its halves. Draws may have missed
+/// useful light in a half, most likely beside useful light.
 constexpr double kBlur = 0.1;
-/// A box is halved if so many draws of equal use would be as uncertain as its are.
-constexpr double kLeastEffective = 6;
-/// Of squared sums of parts: (kParts - 1) squares are expected by chance, with a deviation of
-/// sqrt(2 (kParts - 1)).
+/// Minimum effective sample size of the draws in a box that is halved.
+constexpr double kMinEffective = 6;
+/// Number of parts of a box along each axis that are compared.
 constexpr int kParts = 8;
-constexpr double kLeastDifference = 15;
-/// Of all axes together. Numbers have 24 bits, of which halvings of their axis use up what they
-/// leave uncertain.
-constexpr int kMostHalvings = 24;
-/// What is known of a source counts as much as that it is like all others from so many draws on.
+/// Minimum difference between the parts of a box that is halved, in units of the sum of squared
+/// uses. By chance, the expected value is kParts - 1 = 7, the deviation sqrt(2 (kParts - 1)) = 3.7.
+constexpr double kMinDifference = 15;
+/// Maximum depth of a tree. Random numbers have 24 bits, and each halving uses one bit.
+constexpr int kMaxHalvings = 24;
+/// Number of draws from which the learned probability of a source has more weight than that without
+/// a guide.
 constexpr double kTrustedDraws = 8;
 
 }  // namespace
@@ -42,8 +43,8 @@ struct LightGuide::Builder {
     return sum;
   }
 
-  /// The axis along which use differs most between eighths of the box; -1: not worth it. Halves
-  /// alone would not tell of what lies in the middle.
+  /// Returns the axis along which use differs most between eighths of the box, or -1 if the box
+  /// should not be halved. A comparison of halves would miss a peak in the middle.
   static int best_axis(std::span<const Use> uses, const Box& box) {
     double sum = 0, squares = 0;
     std::array<std::array<double, kParts>, kAxes> parts{};
@@ -57,9 +58,9 @@ struct LightGuide::Builder {
         parts[a][std::clamp(part, 0, kParts - 1)] += use.use;
       }
     }
-    if (!(sum > 0) || sum * sum < kLeastEffective * squares) return -1;
+    if (!(sum > 0) || sum * sum < kMinEffective * squares) return -1;
     int best = -1;
-    double most = kLeastDifference * squares;
+    double most = kMinDifference * squares;
     for (int a = 0; a < kAxes; ++a) {
       double of_parts = 0;
       for (const double part : parts[a]) of_parts += part * part;
@@ -72,10 +73,11 @@ struct LightGuide::Builder {
     return best;
   }
 
-  /// `guided`: probability that draws are guided to the box. Returns that of being drawn there.
+  /// Builds the subtree of a box. `guided` is the probability that a guided draw is in the box.
+  /// Returns the probability that any draw is in the box.
   double build(uint32_t node, std::span<Use> uses, const Box& box, double guided, int depth) {
     int axis = -1;
-    if (depth < kMostHalvings) axis = best_axis(uses, box);
+    if (depth < kMaxHalvings) axis = best_axis(uses, box);
     if (axis < 0) {
       const double part = (1 - defensive) * guided + defensive * box.volume;
       nodes[node].value = static_cast<float>(part / box.volume);
@@ -117,7 +119,7 @@ LightGuide::LightGuide(std::span<const float> shares, std::span<const Use> uses,
         std::find_if(begin, sorted.end(), [&](const Use& use) { return use.source != s; });
     own[s] = {begin, end};
     begin = end;
-    // As many as without a guide: how many were drawn is chance.
+    // The expected number without a guide is used, because the actual number is random.
     const double expected = static_cast<double>(shares[s]) * count;
     const double trust = expected / (expected + kTrustedDraws);
     parts[s] = shares[s] * (1 - trust) + trust * Builder::sum_of(own[s]) / total;
@@ -154,7 +156,7 @@ float LightGuide::warp(uint32_t source, Numbers& at) const {
     float& w = width[axis];
     const float p = node->value;
     w *= 0.5f;
-    // Rounding must not leave the unit interval.
+    // Clamped, because rounding could give 1.
     if (u < p) {
       u = std::min(u / p, 0x1.fffffep-1f);
       node = &nodes_[node->below];

@@ -7,15 +7,15 @@
 namespace kinome {
 namespace {
 
-/// Where there is a diffuse and a glossy lobe, each gets at least this share of the rays.
-constexpr float kLeastLobeShare = 0.2f;
-/// Directions to one call of a BSDF.
-constexpr size_t kAskedAtOnce = 512;
+/// Minimum share of the rays of each lobe if the BSDF has a diffuse and a glossy lobe.
+constexpr float kMinLobeShare = 0.2f;
+/// Number of directions in one call of Bsdf::shade_block.
+constexpr size_t kMaxDirections = 512;
 
 }  // namespace
 
 LobeValues::LobeValues()
-    : arena_(kAskedAtOnce),
+    : arena_(kMaxDirections),
       points_(arena_.points()),
       wo_(arena_.three()),
       answer_(transport::make_answer(arena_)) {}
@@ -25,13 +25,13 @@ float diffuse_share(const Patch& patch) {
   const float diffuse = any(patch.bsdf->lobes() & Lobe::kDiffuse) ? mean_of(patch.diffuse) : 0.f;
   if (!is_glossy) return 1;
   if (!(diffuse > 0)) return 0;
-  return std::clamp(diffuse / (diffuse + patch.glossy_reflectance), kLeastLobeShare,
-                    1 - kLeastLobeShare);
+  return std::clamp(diffuse / (diffuse + patch.glossy_reflectance), kMinLobeShare,
+                    1 - kMinLobeShare);
 }
 
 namespace {
 
-/// Points number[0], number[1] ... of `from`.
+/// Copies points number[0], number[1] ... of `from` to `to`.
 void copy_points(const SurfaceBlock& from, const uint32_t* number, size_t count, SurfaceBlock& to) {
   const auto copy = [&](const auto* values, auto* copies) {
     for (size_t i = 0; i < count; ++i) copies[i] = values[number[i]];
@@ -55,9 +55,9 @@ void LobeValues::ask(const GroupView& group, Lobe lobes, const Directions& to, f
   BsdfQuery query;
   query.wo = wo_;
   query.lobes = lobes;
-  uint32_t number[kAskedAtOnce];
-  for (size_t first = 0; first < to.count; first += kAskedAtOnce) {
-    const size_t count = std::min(to.count - first, kAskedAtOnce);
+  uint32_t number[kMaxDirections];
+  for (size_t first = 0; first < to.count; first += kMaxDirections) {
+    const size_t count = std::min(to.count - first, kMaxDirections);
     const uint32_t* const member = to.member + first;
     for (size_t i = 0; i < count; ++i) number[i] = group.point_ids[member[i]];
     copy_points(group.primaries.points(), number, count, points_);
