@@ -6,30 +6,34 @@ set(kinome_package_dir lib/cmake/kinome)
 # Two components: `runtime`, which is all that doesn't say otherwise, and `dev`, what plugins are built
 # with.
 set_target_properties(kinome PROPERTIES INSTALL_RPATH "$ORIGIN/../lib")
-set_target_properties(kinome_check PROPERTIES INSTALL_RPATH "$ORIGIN")
-install(TARGETS kinome kinome_core EXPORT KinomeTargets
+set_target_properties(kinome_kit PROPERTIES INSTALL_RPATH "$ORIGIN")
+install(TARGETS kinome kinome_core kinome_headers_path EXPORT KinomeTargets
   RUNTIME DESTINATION bin
   LIBRARY DESTINATION lib NAMELINK_COMPONENT dev)
 # For `kinome check` alone, as the templates are for `kinome new`.
-install(TARGETS kinome_check LIBRARY DESTINATION lib COMPONENT dev)
+install(TARGETS kinome_kit LIBRARY DESTINATION lib COMPONENT dev)
 if(TARGET kinome_mpi)
   set_target_properties(kinome_mpi PROPERTIES INSTALL_RPATH "$ORIGIN")
   install(TARGETS kinome_mpi LIBRARY DESTINATION lib COMPONENT mpi)
 endif()
-install(DIRECTORY include/kinome DESTINATION include COMPONENT dev)
+foreach(room core libs/scene_xml libs/editor libs/session)
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/${room}/include/kinome" DESTINATION include
+    COMPONENT dev)
+endforeach()
 # The comparison of pictures: the program looks for its package in ../lib/kinome/python.
 install(PROGRAMS "${PROJECT_SOURCE_DIR}/validation/kinome-compare" DESTINATION bin)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/validation/compare" DESTINATION lib/kinome/python
   FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
 install(EXPORT KinomeTargets NAMESPACE kinome:: DESTINATION "${kinome_package_dir}" COMPONENT dev)
 
-configure_package_config_file(cmake/KinomeConfig.cmake.in KinomeConfig.cmake
+configure_package_config_file("${PROJECT_SOURCE_DIR}/core/cmake/KinomeConfig.cmake.in" KinomeConfig.cmake
   INSTALL_DESTINATION "${kinome_package_dir}")
 write_basic_package_version_file(KinomeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES
   "${CMAKE_CURRENT_BINARY_DIR}/KinomeConfig.cmake"
   "${CMAKE_CURRENT_BINARY_DIR}/KinomeConfigVersion.cmake"
-  cmake/KinomePlugin.cmake
+  "${PROJECT_SOURCE_DIR}/core/cmake/KinomeMachine.cmake"
+  "${PROJECT_SOURCE_DIR}/core/cmake/KinomePlugin.cmake"
   DESTINATION "${kinome_package_dir}" COMPONENT dev)
 
 # A Python wheel has no place for the rest.

@@ -11,7 +11,7 @@
 
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
-#include "stages.h"
+#include "transport/stages.h"
 #include "transport/camera_block.h"
 #include "transport/direct_light.h"
 

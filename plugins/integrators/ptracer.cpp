@@ -16,7 +16,7 @@
 
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
-#include "stages.h"
+#include "transport/stages.h"
 #include "transport/blocks_of_tile.h"
 #include "transport/camera_block.h"
 #include "transport/light_paths.h"

@@ -9,10 +9,11 @@ import unittest
 import xml.etree.ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "docs/site"))
+sys.path[:0] = [str(ROOT / "docs/site"), str(ROOT / "docs")]
 import collect  # noqa: E402
 import plugin_pictures  # noqa: E402
 import plugin_sources  # noqa: E402
+import rooms  # noqa: E402
 from links import dead_links  # noqa: E402
 
 
@@ -36,6 +37,19 @@ class Links(unittest.TestCase):
         self.assertEqual([line.split(": ")[1] for line in dead],
                          ["gone.md", "other.md#gone", "gone.png", "#gone", "../other.md",
                           "gone-too.md"])
+
+
+class Rooms(unittest.TestCase):
+    def test_diagram_is_up_to_date(self):
+        text = rooms.PAGE.read_text("utf-8")
+        self.assertTrue(text == rooms.with_diagram(text, ROOT), "run docs/rooms.py --write")
+
+    def test_arrows_are_those_that_are_allowed(self):
+        found = rooms.arrows(ROOT)
+        self.assertNotIn("core", {a for a, _ in found})
+        for a, b in found:
+            self.assertFalse(b.startswith("apps/") and not a.startswith("apps/"), (a, b))
+            self.assertFalse(a.endswith("transport") and b != "core", (a, b))
 
 
 class Site(unittest.TestCase):

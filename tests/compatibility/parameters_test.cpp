@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "check/read_checks.h"
+#include "kit/read_checks.h"
 #include "kinome/log_listener.h"
 #include "support/render.h"
 

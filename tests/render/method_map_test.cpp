@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "check/statistics.h"
+#include "kit/statistics.h"
 #include "clustered/product/product_renderer.h"
 #include "product_scenes.h"
 #include "seed_scenes.h"

@@ -1,6 +1,6 @@
-"""Tests that the core refers to no plugin, and that a plugin uses only the SDK and its own
-category's folder. It compares include lines, names of plugin classes, and symbols of the built
-libraries.
+"""Tests that the rooms of core/, libs/ and apps/ include each other along the arrows of ROOMS only,
+that the core refers to no plugin, and that a plugin uses only the SDK and its own category's folder.
+It compares include lines, names of plugin classes, and symbols of the built libraries.
 """
 import os
 import pathlib
@@ -17,6 +17,24 @@ DEFINITION = re.compile(r"^(?:class|struct) (\w+)(?: final)?(?: : [^{;]*)? \{", 
 REGISTRATION = re.compile(r"\bKINOME_PLUGIN\((?:kinome::)?(\w+),")
 NAME_PART = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
+
+CORE, LIBS = "core", {"libs/scene_xml", "libs/editor", "libs/session", "libs/kit"}
+# Rooms whose headers each room may include, in addition to its own.
+ROOMS = {
+    CORE: set(),
+    "libs/scene_xml": {CORE},
+    "libs/editor": {CORE, "libs/scene_xml"},
+    "libs/session": {CORE, "libs/scene_xml"},  # merged parts are written by the scene's film
+    "libs/kit": {CORE, "libs/scene_xml"},
+    "apps/drawing": {CORE},
+    "apps/kinome": {CORE, *LIBS, "apps/drawing"},
+    "apps/viewer": {CORE, *LIBS, "apps/drawing", "apps/kinome"},
+    "apps/python": {CORE, *LIBS},
+}
+# Folders relative to which a room's headers are included, if not those of the room and its include/.
+ROOTS = {**{room: "libs" for room in LIBS}, "apps/drawing": "apps", "apps/python": "apps/python/src"}
+# Rooms that name no class of a plugin and no algorithm.
+NEUTRAL = [CORE, *sorted(LIBS), "apps/drawing", "apps/kinome"]
 
 # Files that two categories share until the SDK contains them.
 EXCEPTIONS = {
@@ -44,13 +62,13 @@ NAMED_IN_CORE = {
     ("core/include/kinome/bsdf_form.h", "conductor"): "identifies the lobe of a BSDF",
     ("core/include/kinome/inspection.h", "cluster"): "a term in the output of `kinome inspect`",
     ("core/include/kinome/inspection.h", "learned"): "a term in the output of `kinome inspect`",
-    ("core/app/inspect.cpp", "cluster"): "a term in the output of `kinome inspect`",
-    ("core/app/inspect.cpp", "learned"): "a term in the output of `kinome inspect`",
-    ("core/drawing/inspection_image.cpp", "cluster"): "a term in the output of `kinome inspect`",
-    ("core/drawing/inspection_image.cpp", "learned"): "a term in the output of `kinome inspect`",
+    ("apps/kinome/render/inspect.cpp", "cluster"): "a term in the output of `kinome inspect`",
+    ("apps/kinome/render/inspect.cpp", "learned"): "a term in the output of `kinome inspect`",
+    ("apps/drawing/inspection_image.cpp", "cluster"): "a term in the output of `kinome inspect`",
+    ("apps/drawing/inspection_image.cpp", "learned"): "a term in the output of `kinome inspect`",
     ("core/include/kinome/wide/functions.h", "product"): "a product of numbers",
-    ("core/check/sensor_checks.cpp", "importance"): "the importance that a sensor emits",
-    ("core/loader/text_encoding.cpp", "latin"): "an encoding of text",
+    ("libs/kit/sensor_checks.cpp", "importance"): "the importance that a sensor emits",
+    ("libs/scene_xml/text_encoding.cpp", "latin"): "an encoding of text",
 }
 
 
@@ -67,26 +85,34 @@ def is_within(path, folder):
     return path.is_file() and path.resolve().is_relative_to(folder.resolve())
 
 
+def headers(root, room, name):
+    """Files of a room that an include line may mean."""
+    folder = root / room
+    places = (root / ROOTS.get(room, room) / name, folder / "include" / name)
+    return [place for place in places if is_within(place, folder)]
+
+
 def forbidden_includes(root):
     """Returns (file, included name) of all forbidden include lines, relative to the root."""
     core, plugins = root / "core", root / "plugins"
     found = set()
-    for path in sources(core):
-        for is_quoted, name in includes(path):
-            if name in FOR_PLUGINS:
-                found.add((path, name))
-            places = [core / name, core / "include" / name] + [path.parent / name] * is_quoted
-            if is_quoted and not any(is_within(place, core) for place in places):
-                found.add((path, name))
-            if not is_quoted and (name.startswith(("kinome/", "plugins/")) or
-                                  any(is_within(f / name, plugins) for f in plugins.iterdir())):
-                found.add((path, name))
+    for room, uses in ROOMS.items():
+        for path in sources(root / room):
+            for is_quoted, name in includes(path):
+                is_ours = (name.startswith(("kinome/", "plugins/")) or
+                           any(is_within(f / name, plugins) for f in plugins.iterdir()))
+                known = {other for other in ROOMS if headers(root, other, name)}
+                if is_quoted and is_within(path.parent / name, root / room):
+                    known.add(room)
+                if name in FOR_PLUGINS or (known or is_quoted or is_ours) and (
+                        not is_quoted or not known & {room, *uses}):
+                    found.add((path, name))
     for path in sources(plugins):
         category = plugins / path.relative_to(plugins).parts[0]
         for is_quoted, name in includes(path):
             if not is_quoted:
-                is_allowed = not any((root / folder / name).is_file()
-                                     for folder in ("core", "core/include", "plugins"))
+                is_allowed = not ((plugins / name).is_file() or
+                                  any(headers(root, room, name) for room in ROOMS))
             elif name.startswith("kinome/"):
                 is_allowed = (core / "include" / name).is_file()
             else:
@@ -117,7 +143,7 @@ def named_in_core(root):
     """Returns (file, name) of plugin classes in the core's code, without comments and string
     literals."""
     names = names_of_plugins(root)
-    return {(str(path.relative_to(root)), word) for path in sources(root / "core")
+    return {(str(path.relative_to(root)), word) for room in NEUTRAL for path in sources(root / room)
             for word in words_of(path) if word in names}
 
 
@@ -125,7 +151,7 @@ def algorithms_in_core(root):
     """Returns (file, word) of all ALGORITHMS that are part of a name in the core's code, including
     plurals."""
     found = set()
-    for path in sources(root / "core"):
+    for path in (path for room in NEUTRAL for path in sources(root / room)):
         if any(path == root / "core/include" / name for name in FOR_PLUGINS):
             continue
         parts = {part.lower() for word in words_of(path) for part in NAME_PART.findall(word)}
@@ -185,6 +211,11 @@ class BrokenRules(unittest.TestCase):
         self.write("core/include/kinome/wide/fresnel.h", '#include "kinome/math.h"\n')
         self.write("core/base/numbers.h", '#include "kinome/math.h"\n')
         self.write("core/base/numbers.cpp", '#include "base/numbers.h"\n#include <vector>\n')
+        self.write("libs/scene_xml/node.h", '#include "base/numbers.h"\n')
+        self.write("libs/scene_xml/include/kinome/scene_loader.h", '#include "kinome/math.h"\n')
+        self.write("libs/editor/edits.h", '#include "scene_xml/node.h"\n')
+        self.write("apps/kinome/film/film.h", '#include "kinome/scene_loader.h"\n')
+        self.write("apps/kinome/main.cpp", '#include "film/film.h"\n#include "editor/edits.h"\n')
         self.write("plugins/shapes/mesh.h", "struct Mesh final : Shape {\n};\n")
         self.write("plugins/shapes/obj.cpp", '#include "mesh.h"\n#include "kinome/math.h"\n'
                                              '#include "kinome/wide/fresnel.h"\n')
@@ -214,7 +245,14 @@ class BrokenRules(unittest.TestCase):
                 ("plugins/shapes/obj.cpp", '#include "cut/tree.h"'),
                 ("plugins/shapes/obj.cpp", "#include <kinome/math.h>"),
                 ("plugins/integrators/cut/cut.cpp", '#include "kinome/light_tree.h"'),
-                ("plugins/integrators/cut/cut.cpp", '#include "missing.h"')):
+                ("plugins/integrators/cut/cut.cpp", '#include "missing.h"'),
+                ("core/base/numbers.h", '#include "kinome/scene_loader.h"'),
+                ("core/base/numbers.cpp", '#include "scene_xml/node.h"'),
+                ("libs/scene_xml/node.h", '#include "editor/edits.h"'),
+                ("libs/scene_xml/node.h", '#include "../editor/edits.h"'),
+                ("libs/editor/edits.h", '#include "film/film.h"'),
+                ("libs/editor/edits.h", "#include <kinome/math.h>"),
+                ("plugins/shapes/obj.cpp", '#include "kinome/scene_loader.h"')):
             with self.subTest(path=path, line=line):
                 text = (self.root / path).read_text("utf-8")
                 self.write(path, f"{text}{line}\n")

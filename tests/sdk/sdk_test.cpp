@@ -16,7 +16,7 @@ TEST_F(Sdk, InstallationRemovesWhatIsNoLongerBuilt) {
 TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
   for (const char* name :
        {"bin/kinome", "bin/kinome-compare", "lib/kinome/python/compare/command.py",
-        "lib/libkinome.so", "lib/libkinome_check.so", "share/kinome/templates/CMakeLists.txt",
+        "lib/libkinome.so", "lib/libkinome_kit.so", "share/kinome/templates/CMakeLists.txt",
         "share/kinome/templates/shape/ring.cpp", "share/kinome/templates/shape/scene.xml", "include/kinome/plugin.h", "lib/kinome/plugins/bsdf/diffuse.so",
         "lib/kinome/plugins/sampler/ldsampler.so", "lib/cmake/kinome/KinomeConfig.cmake",
         "lib/cmake/kinome/KinomeConfigVersion.cmake", "lib/cmake/kinome/KinomeTargets.cmake",

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "kinome/render_context.h"
-#include "check/verdicts.h"
+#include "kit/verdicts.h"
 
 namespace kinome::test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "check/block_memory.h"
+#include "kit/block_memory.h"
 
 namespace kinome::test {
 

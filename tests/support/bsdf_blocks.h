@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "check/bsdf_blocks.h"
+#include "kit/bsdf_blocks.h"
 
 namespace kinome::test {
 

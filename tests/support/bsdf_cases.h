@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "check/bsdf_points.h"
+#include "kit/bsdf_points.h"
 #include "kinome/bsdf.h"
 #include "support/render.h"
 

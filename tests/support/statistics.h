@@ -1,6 +1,6 @@
 #pragma once
 
-#include "check/statistics.h"
+#include "kit/statistics.h"
 
 /// The statistics of `kinome check`, which the project's own tests use, too.
 namespace kinome::test {

@@ -1,5 +1,5 @@
 /// Tests of camera paths of films.
-#include "camera_path.h"
+#include "film/camera_path.h"
 
 #include <gtest/gtest.h>
 

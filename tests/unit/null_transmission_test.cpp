@@ -1,7 +1,7 @@
 /// Compares null_transmission() with samples, and its block version with single points.
 #include <gtest/gtest.h>
 
-#include "check/bsdf_points.h"
+#include "kit/bsdf_points.h"
 #include "support/bsdf_blocks.h"
 #include "support/bsdf_cases.h"
 #include "support/plugin_sets.h"

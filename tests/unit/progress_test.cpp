@@ -1,5 +1,5 @@
 /// Tests the progress text of a render.
-#include "progress.h"
+#include "render/progress.h"
 
 #include <gtest/gtest.h>
 

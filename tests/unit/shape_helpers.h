@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "check/random.h"
-#include "check/rays.h"
+#include "kit/random.h"
+#include "kit/rays.h"
 #include "support/render.h"
 
 namespace kinome::test {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "stages.h"
+#include "transport/stages.h"
 
 namespace kinome {
 

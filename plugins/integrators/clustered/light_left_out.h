@@ -2,7 +2,7 @@
 
 #include "kinome/error.h"
 #include "kinome/render_context.h"
-#include "path_parameters.h"
+#include "transport/path_parameters.h"
 
 namespace kinome {
 

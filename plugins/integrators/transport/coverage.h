@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../path_parameters.h"
+#include "path_parameters.h"
 #include "camera.h"
 #include "kinome/stats.h"
 #include "numbers.h"

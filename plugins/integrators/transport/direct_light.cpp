@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "../path_parameters.h"
+#include "path_parameters.h"
 #include "rays.h"
 
 namespace kinome::transport {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../path_parameters.h"
+#include "path_parameters.h"
 #include "adjoint_samples.h"
 #include "emission.h"
 #include "shading.h"

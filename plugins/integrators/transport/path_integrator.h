@@ -2,7 +2,7 @@
 
 #include "kinome/integrator.h"
 #include "render_paths.h"
-#include "../stages.h"
+#include "stages.h"
 
 namespace kinome::transport {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "../path_parameters.h"
+#include "path_parameters.h"
 #include "kinome/render_context.h"
 
 namespace kinome::transport {

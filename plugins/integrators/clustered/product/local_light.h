@@ -13,7 +13,7 @@
 #include "clustered/product/straight_rays.h"
 #include "kinome/emitter.h"
 #include "kinome/scene.h"
-#include "path_parameters.h"
+#include "transport/path_parameters.h"
 #include "transport/scene_table.h"
 
 namespace kinome {

@@ -5,7 +5,7 @@
 
 #include "clustered/product/tile_grid.h"
 #include "kinome/sensor.h"
-#include "path_parameters.h"
+#include "transport/path_parameters.h"
 #include "transport/camera_block.h"
 #include "transport/paths.h"
 

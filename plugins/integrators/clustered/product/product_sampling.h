@@ -9,7 +9,7 @@
 #include "kinome/inspection.h"
 #include "kinome/integrator.h"
 #include "kinome/render_context.h"
-#include "path_parameters.h"
+#include "transport/path_parameters.h"
 
 namespace kinome {
 

@@ -6,7 +6,7 @@
 #include "clustered/product/tile_grid.h"
 #include "kinome/render_context.h"
 #include "kinome/sensor.h"
-#include "path_parameters.h"
+#include "transport/path_parameters.h"
 #include "transport/scene_table.h"
 
 namespace kinome {

@@ -1,0 +1,85 @@
+// `kinome merge`: adds the files of parts to one image.
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/clock.h"
+#include "base/file_writer.h"
+#include "commands.h"
+#include "crash.h"
+#include "kinome/log.h"
+#include "kinome/parts.h"
+#include "kinome/plugin_registry.h"
+#include "kinome/read_files.h"
+#include "render/render_image.h"
+#include "say.h"
+
+namespace kinome::app {
+namespace {
+
+/// Returns the output files. Throws Error if they can't be written or are among the parts.
+Output output_of(const Options& options) {
+  Output output;
+  const std::string extension = lower_extension(options.output);
+  if (extension == ".png") {
+    throw Error(fmt::format("-o {}: merging writes an .exr file; --png adds a PNG beside it",
+                            options.output));
+  }
+  const bool is_whole = extension == ".exr" || is_null_device(options.output);
+  output.image = options.output + (is_whole ? "" : ".exr");
+  if (options.png) output.png = png_beside(output.image);
+  for (const std::string& part : options.files) note_read_file(part);
+  for (const std::string& file : output.files()) check_writable(file);
+  return output;
+}
+
+/// Describes missing and incomplete parts; "" if there are none.
+std::string incompleteness(const MergedParts& merged) {
+  std::string text;
+  const auto add = [&](const std::vector<uint32_t>& parts, const std::string& attribute,
+                       const char* what) {
+    if (parts.empty()) return;
+    const std::string& numbers = merged.metadata.at(attribute);
+    text += fmt::format("; part{} {} {} {}", parts.size() == 1 ? "" : "s", numbers,
+                        parts.size() == 1 ? "is" : "are", what);
+  };
+  add(merged.missing, "kinome:missing_parts", "missing");
+  add(merged.incomplete, "kinome:incomplete_parts", "incomplete");
+  if (merged.gaps > 0) {
+    text += fmt::format(", {} % of the pixels missing (alpha 0)", std::ceil(100 * merged.gaps));
+  }
+  return text;
+}
+
+}  // namespace
+
+int merge_command(const Options& options, Clock::time_point start) {
+  set_up_log(options);
+  warn_of_missing_folders(options);
+  const Output output = output_of(options);
+  set_activity("merging parts");
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
+                          choose_instruction_set(options.isa));
+  const MergedParts merged = merge_parts(options.files, options.allow_missing, registry);
+  if (merged.is_mixed) {
+    log_warn(
+        fmt::format("the parts were rendered with several instruction sets ({}), so that no single "
+                    "machine would render the same bits; to avoid this, render all with one --isa",
+                    merged.metadata.at("kinome:isa")));
+  }
+  if (merged.non_finite > 0) {
+    log_warn(fmt::format("dropped samples that were not finite: {}", merged.non_finite));
+  }
+  set_activity("writing the image");
+  write_image_files(options, *merged.film, merged.image, merged.metadata, output, nullptr);
+  if (!options.quiet) {
+    say("wrote {}: {} of {} parts{} ({:.2f} s)\n", output.image,
+        merged.count - merged.missing.size(), merged.count, incompleteness(merged),
+        seconds_since(start));
+  }
+  return 0;
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,237 @@
+#include "options/complaints.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include <CLI/CLI.hpp>
+
+#include "kinome/error.h"
+
+namespace kinome::app {
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// Returns the first line of CLI11's messages, which may have several.
+std::string first_line(const std::string& text) {
+  return text.substr(0, text.find('\n'));
+}
+
+/// Returns the name of an option: "--spp" for "--spp=4".
+std::string name_in(const std::string& word) {
+  return word.substr(0, word.find('='));
+}
+
+/// Returns advice on options of other renderers and versions of Mitsuba that have another name or
+/// none in Kinome; nullptr for all other options.
+const char* advice_on(const std::string& name) {
+  static const std::map<std::string, const char*> advice = {
+      {"-p", "-t COUNT sets the number of threads"},
+      {"-z", "-q prints no progress"},
+      {"-b", "leave it out: the size of blocks can't be set"},
+      {"--block-size", "leave it out: the size of blocks can't be set"},
+      {"-u", "leave it out: scenes of Mitsuba 0.4 to 3 are loaded as they are"},
+      {"--update", "leave it out: scenes of Mitsuba 0.4 to 3 are loaded as they are"},
+      {"-w", "leave it out: warnings never end a render"},
+      {"-r", "--checkpoint FILE saves finished tiles"},
+      {"-c", "--part renders a part of the image, for kinome merge"},
+      {"--size", "the scene sets the film's size; -D sets parameters of the scene"},
+      {"--resolution", "the scene sets the film's size; -D sets parameters of the scene"},
+      {"--denoise", "there is no denoiser"},
+      {"-i", "-D integrator=NAME sets the integrator of scenes that use $integrator"},
+      {"-O", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
+      {"-S", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
+      {"-W", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
+      {"-V", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
+      {"--mpi", "this build of kinome has no MPI"}};
+  const auto found = advice.find(name);
+  return found == advice.end() ? nullptr : found->second;
+}
+
+/// Returns the scene parameter that has the effect of another renderer's option; "" if no parameter
+/// does.
+std::string scene_parameter(const std::string& name) {
+  static const std::map<std::string, std::string> parameters = {{"--spp", "spp"},
+                                                                {"--samples", "spp"},
+                                                                {"--sample-count", "spp"},
+                                                                {"--sample_count", "spp"},
+                                                                {"--width", "resx"},
+                                                                {"--height", "resy"},
+                                                                {"--resx", "resx"},
+                                                                {"--resy", "resy"},
+                                                                {"--integrator", "integrator"},
+                                                                {"--max-depth", "max_depth"},
+                                                                {"--max_depth", "max_depth"},
+                                                                {"--depth", "max_depth"}};
+  const auto found = parameters.find(name);
+  return found == parameters.end() ? "" : found->second;
+}
+
+Words option_names(const CLI::App& app) {
+  Words names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+bool has_option(const CLI::App& app, const std::string& name) {
+  const Words names = option_names(app);
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// The value that is given to the option `word`, by '=' or as the next word; "" if there is none.
+std::string value_given(const std::string& word, const Words& words) {
+  if (const size_t equals = word.find('='); equals != std::string::npos) {
+    return word.substr(equals + 1);
+  }
+  const auto at = std::find(words.begin(), words.end(), word);
+  if (at == words.end() || at + 1 == words.end() || (at + 1)->starts_with("-")) return "";
+  return std::filesystem::path(*(at + 1)).extension() == ".xml" ? "" : *(at + 1);
+}
+
+std::string unknown_option(const CLI::App& app, const std::string& word, const Words& words) {
+  const std::string name = name_in(word);
+  const std::string text = "unknown option '" + name + "'";
+  // Like Mitsuba 0.6's "-spp 4", and other renderers' long options of one dash.
+  const std::string twice = name.starts_with("--") ? name : "-" + name;
+  if (const std::string parameter = scene_parameter(twice);
+      !parameter.empty() && has_option(app, "--define")) {
+    const std::string value = value_given(word, words);
+    return text + " (did you mean '-D " + parameter + "=" + (value.empty() ? "VALUE" : value) +
+           "', which sets $" + parameter + " in the scene?)";
+  }
+  const char* const advice = has_option(app, "--checkpoint") ? advice_on(name) : nullptr;
+  if (advice) return text + "; " + advice;
+  const bool is_letter = name.size() == 2;
+  const std::string near = is_letter ? "" : nearest_name(twice, option_names(app));
+  return text + (near.empty() ? "" : " (did you mean '" + near + "'?)");
+}
+
+/// Returns the first word that names a long option with one dash, such as "-time", whose letters
+/// CLI11 takes for short options; "" if no word does.
+std::string long_name_of_one_dash(const CLI::App& app, const Words& words) {
+  for (const std::string& word : words) {
+    if (word.size() < 3 || word[0] != '-' || word[1] == '-') continue;
+    const std::string twice = "-" + name_in(word);
+    if (has_option(app, twice) || !scene_parameter(twice).empty()) return word;
+  }
+  return "";
+}
+
+/// Describes a flag whose value is the next word instead of following '='; "" if there is no such
+/// flag.
+std::string flag_with_value(const CLI::App& app, const Words& words) {
+  for (size_t i = 0; i + 1 < words.size(); ++i) {
+    if (!words[i].starts_with("--") || words[i + 1].starts_with("-")) continue;
+    const CLI::Option* const option = app.get_option_no_throw(words[i]);
+    if (!option || !option->get_type_name().starts_with("[=")) continue;
+    std::error_code failed;
+    if (std::filesystem::exists(words[i + 1], failed)) continue;
+    return words[i] + " takes its value after '=': " + words[i] + "=" + words[i + 1];
+  }
+  return "";
+}
+
+/// Describes a definition without a value, which may be the next word, as in "-Dspp 4"; "" if there
+/// is no such definition.
+std::string empty_define(const CLI::App& app, const Words& words) {
+  const CLI::Option* const define = app.get_option_no_throw("--define");
+  if (!define) return "";
+  for (const std::string& given : define->results()) {
+    if (given.find('=') != std::string::npos) continue;
+    const std::string text = "-D: expected KEY=VALUE, got '" + given + "'";
+    const auto at = std::find_if(words.begin(), words.end(), [&](const std::string& word) {
+      return word == given || word == "-D" + given;
+    });
+    if (at == words.end() || at + 1 == words.end()) return text;
+    return text + " (did you mean '-D " + given + "=" + *(at + 1) + "'?)";
+  }
+  return "";
+}
+
+/// Describes a word that no option or argument takes.
+std::string complaint_of_extra(const CLI::App& app, const std::string& word, const Words& words,
+                               const Words& commands) {
+  if (word.size() > 1 && word[0] == '-') return unknown_option(app, word, words);
+  if (const std::string text = flag_with_value(app, words); !text.empty()) return text;
+  if (const std::string text = empty_define(app, words); !text.empty()) return text;
+  const CLI::Option* const scene = app.get_option_no_throw("scene.xml");
+  if (!scene || scene->results().empty()) return "'" + word + "' was not expected";
+  const std::string& first = scene->results().front();
+  std::error_code failed;
+  if (std::filesystem::exists(first, failed)) {
+    return "'" + word + "' was not expected: one command renders one scene, here '" + first + "'";
+  }
+  if (commands.empty()) return "'" + word + "' was not expected";
+  return unknown_command(first, commands);
+}
+
+/// Describes the value that an option expects, for values that CLI11 can't convert.
+std::string expectation_of(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  if (type == "COUNT" || type == "N") return "a whole number";
+  if (type == "SECONDS") return "a number of seconds";
+  return type == "STOPS" ? "a number of stops" : "a number";
+}
+
+/// Rewrites CLI11's message "Could not convert: --time = abc".
+std::string complaint_of_value(const CLI::App& app, const std::string& text) {
+  const std::string start = "Could not convert: ", between = " = ";
+  const size_t equals = text.find(between);
+  if (!text.starts_with(start) || equals == std::string::npos) return text;
+  const std::string name = text.substr(start.size(), equals - start.size());
+  const CLI::Option* const option = app.get_option_no_throw(name);
+  return name + ": must be " + (option ? expectation_of(*option) : "a number") + ", got '" +
+         text.substr(equals + between.size()) + "'";
+}
+
+/// Rewrites CLI11's messages "--output: 1 required FILE missing" and "--png was given a disallowed
+/// flag override".
+std::string complaint_of_count(const std::string& text) {
+  const std::string flag_value = " was given a disallowed flag override";
+  if (text.ends_with(flag_value)) {
+    return "--" + text.substr(0, text.size() - flag_value.size()) + " takes no value";
+  }
+  const std::string required = ": 1 required ", missing = " missing";
+  const size_t at = text.find(required);
+  if (at == std::string::npos || !text.ends_with(missing)) return text;
+  const size_t begin = at + required.size();
+  return text.substr(0, at) +
+         " needs a value: " + text.substr(begin, text.size() - missing.size() - begin);
+}
+
+}  // namespace
+
+std::string complaint_of(const CLI::App& app, const CLI::ParseError& error, const Words& words,
+                         const Words& commands) {
+  if (const std::string word = long_name_of_one_dash(app, words); !word.empty()) {
+    return unknown_option(app, word, words);
+  }
+  // Report an unknown word before a missing one, because it may be a misspelling of that.
+  const Words left = app.remaining();
+  const auto option = std::find_if(left.begin(), left.end(),
+                                   [](const auto& word) { return word.starts_with('-'); });
+  const bool misses = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+  const bool has_extras = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  if (option != left.end() && (misses || has_extras)) return unknown_option(app, *option, words);
+  if (has_extras && !left.empty()) return complaint_of_extra(app, left.front(), words, commands);
+  const std::string text = first_line(error.what());
+  if (dynamic_cast<const CLI::ConversionError*>(&error)) return complaint_of_value(app, text);
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) return complaint_of_count(text);
+  return text;
+}
+
+std::string unknown_command(const std::string& word, const Words& commands) {
+  const std::string text = "unknown command '" + word + "'";
+  static const std::map<std::string, const char*> meant = {
+      {"help", "--help"}, {"version", "--version"}, {"list", "plugins"}};
+  const auto found = meant.find(word);
+  const std::string near = found != meant.end() ? found->second : nearest_name(word, commands);
+  if (!near.empty()) return text + " (did you mean '" + near + "'?)";
+  if (word == "render") return text + ": kinome SCENE.xml renders a scene";
+  return text + ", and no file of this name";
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,271 @@
+#include "options/option_pages.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "kinome/object.h"
+
+namespace kinome::app {
+namespace {
+
+/// Escapes text for roff, in which backslashes, dashes, and a dot or quote at the beginning are
+/// special.
+std::string roff(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '\\') {
+      escaped += "\\e";
+    } else if (c == '-') {
+      escaped += "\\-";
+    } else {
+      escaped += c;
+    }
+  }
+  return !escaped.empty() && (escaped[0] == '.' || escaped[0] == '\'') ? "\\&" + escaped : escaped;
+}
+
+/// Returns all names of an option, short ones first: -o, --output.
+std::vector<std::string> names_of(const CLI::Option& option) {
+  std::vector<std::string> names;
+  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+bool takes_value(const CLI::Option& option) {
+  return option.get_expected_min() > 0;
+}
+
+std::string options_in_roff(const CLI::App& app) {
+  std::string page;
+  for (const CLI::Option* option : app.get_options()) {
+    const std::vector<std::string> names = names_of(*option);
+    if (names.empty()) continue;
+    page += ".TP\n";
+    for (size_t i = 0; i < names.size(); ++i) {
+      page += (i > 0 ? ", \\fB" : "\\fB") + roff(names[i]) + "\\fR";
+    }
+    // The type of a flag with an optional value is "[=COUNT]".
+    const std::string type = option->get_type_name();
+    const bool is_shown = takes_value(*option) || type.starts_with("[=");
+    if (is_shown) page += (takes_value(*option) ? " \\fI" : "\\fI") + roff(type) + "\\fR";
+    page += "\n" + roff(option->get_description()) + "\n";
+  }
+  return page;
+}
+
+std::string upper(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
+std::string names_in_one(const CLI::App& app) {
+  std::string all;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : names_of(*option)) all += (all.empty() ? "" : " ") + name;
+  }
+  return all;
+}
+
+/// Returns "plugins" for "kinome plugins", and "" for "kinome".
+std::string word_of(const CLI::App& app) {
+  const std::string name = app.get_name();
+  const size_t space = name.rfind(' ');
+  return space == std::string::npos ? "" : name.substr(space + 1);
+}
+
+/// Patterns for bash of a command and an option, by the kind of the option's value.
+struct ValuePatterns {
+  std::string files;
+  std::string folders;
+  std::string others;
+};
+
+ValuePatterns value_patterns(const std::vector<const CLI::App*>& commands) {
+  ValuePatterns patterns;
+  for (const CLI::App* command : commands) {
+    for (const CLI::Option* option : command->get_options()) {
+      if (!takes_value(*option)) continue;
+      const std::string type = option->get_type_name();
+      const bool is_folder = type == "FOLDER" || type.starts_with("PATH");
+      std::string& list = type == "FILE" ? patterns.files
+                          : is_folder    ? patterns.folders
+                                         : patterns.others;
+      for (const std::string& name : names_of(*option)) {
+        list += (list.empty() ? "'" : "|'") + word_of(*command) + " " + name + "'";
+      }
+    }
+  }
+  return patterns;
+}
+
+}  // namespace
+
+std::string man_page(const CLI::App& render, const std::vector<const CLI::App*>& commands) {
+  std::string of_commands;
+  for (const CLI::App* command : commands) {
+    of_commands +=
+        ".SH OPTIONS OF " + upper(command->get_name()) + "\n" + options_in_roff(*command);
+  }
+  return R"(.TH KINOME 1 "" "kinome )" KINOME_VERSION R"(" "User Commands"
+.SH NAME
+kinome \- renders scenes in Mitsuba's format
+.SH SYNOPSIS
+.B kinome
+.RI [ OPTION ]... " SCENE.xml"
+.br
+.B kinome film
+.RI [ OPTION ]... " SCENE.xml"
+.br
+.B kinome merge
+.RI [ OPTION ]... " PART.exr... " \-o " FILE"
+.br
+.B kinome plugins
+.RI [ OPTION ]... " " [ NAME ]
+.br
+.B kinome check
+.RI [ OPTION ]... " PLUGIN"
+.br
+.B kinome new
+.RI [ OPTION ]... " CATEGORY NAME"
+.SH DESCRIPTION
+Renders a scene of Mitsuba 3, or of Mitsuba 0.4 to 0.6, into an OpenEXR or PFM file beside the scene
+file.
+.B kinome film
+renders an animation of a scene, and
+.B kinome merge
+(or
+.BR kinome\-merge )
+adds the separately rendered parts of an image. Scenes are built from plugins:
+.B kinome plugins
+lists all plugins, those of a category, or the parameters of one,
+.B kinome check
+checks a plugin for errors, and
+.B kinome new
+starts a new plugin.
+.SH OPTIONS
+)" + options_in_roff(render) +
+         of_commands + R"(.SH EXIT STATUS
+.TP
+.B 0
+The image is written.
+.TP
+.B 1
+An error in the command line, the scene or a file, or a missing resource; for
+.BR "kinome check" ,
+the plugin failed a check.
+.TP
+.B 2
+.B kinome check
+couldn't check the plugin: an error in the command line, or a missing resource.
+.TP
+.B 3
+The image is written, but a plugin returned impossible values; see
+.BR \-\-lenient .
+.TP
+.B 128 + N
+The program was ended by signal N.
+.SH ENVIRONMENT
+.TP
+.B KINOME_PLUGIN_PATH
+More folders of plugins, separated by colons.
+.TP
+.B KINOME_ISA
+Default of
+.BR \-\-isa .
+.TP
+.B COLUMNS
+Width to which help and lists are wrapped; default: the terminal's width.
+.SH SEE ALSO
+.BR "kinome\-compare \-\-help" ,
+and the pages in share/doc/kinome beside the program's folder.
+)";
+}
+
+std::string bash_completion(const CLI::App& render, const std::vector<const CLI::App*>& commands) {
+  std::vector<const CLI::App*> all{&render};
+  all.insert(all.end(), commands.begin(), commands.end());
+  const ValuePatterns values = value_patterns(all);
+  std::string words, cases;  // words of the commands, and options of each
+  for (const CLI::App* command : all) {
+    const std::string word = word_of(*command);
+    if (!word.empty()) words += (words.empty() ? "" : " ") + word;
+    cases += "        '" + word + "') names='" + names_in_one(*command) + "' ;;\n";
+  }
+  std::string any_word = words;
+  std::replace(any_word.begin(), any_word.end(), ' ', '|');
+  std::string categories;
+  for (int i = 0; i < kCategoryCount; ++i) {
+    categories += (i > 0 ? " " : "") + std::string(to_string(static_cast<Category>(i)));
+  }
+  return R"(# Completion of kinome's command lines, generated by kinome --completion.
+_kinome() {
+  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} names=
+  local command= i
+  for ((i = 1; i < COMP_CWORD; ++i)); do
+    case ${COMP_WORDS[i]} in
+      )" +
+         any_word + R"() command=${COMP_WORDS[i]} ;;
+    esac
+  done
+  COMPREPLY=()
+  case "$command $before" in
+    *' --isa') COMPREPLY=($(compgen -W 'x86-64-v2 x86-64-v3 x86-64-v4' -- "$word")); return ;;
+    )" + values.files +
+         R"() compopt -o filenames; COMPREPLY=($(compgen -f -- "$word")); return ;;
+    )" + values.folders +
+         R"() compopt -o filenames; COMPREPLY=($(compgen -d -- "$word")); return ;;
+    )" + values.others +
+         R"() return ;;
+  esac
+  case $word in
+    -*)
+      case $command in
+)" + cases +
+         R"(      esac
+      COMPREPLY=($(compgen -W "$names" -- "$word"))
+      return
+      ;;
+  esac
+  case $command in
+    plugins | check)
+      # Plugins are indented by two blanks. Only `kinome plugins` accepts a category.
+      names=$("${COMP_WORDS[0]}" plugins 2>/dev/null | sed -n 's/^  \([a-z0-9_]\{1,\}\).*/\1/p')
+      [ "$command" = check ] || names="$names )" +
+         categories + R"("
+      ;;
+    merge)
+      compopt -o filenames
+      COMPREPLY=($(compgen -f -X '!*.exr' -- "$word") $(compgen -d -- "$word"))
+      ;;
+    new) [ "$before" != new ] || names=')" +
+         categories + R"(' ;;
+    *)
+      compopt -o filenames
+      COMPREPLY=($(compgen -f -X '!*.xml' -- "$word") $(compgen -d -- "$word"))
+      [ "$COMP_CWORD" -gt 1 ] || names=')" +
+         words + R"('
+      ;;
+  esac
+  COMPREPLY+=($(compgen -W "$names" -- "$word"))
+  if [ "$command" = check ]; then
+    compopt -o filenames
+    COMPREPLY+=($(compgen -f -X '!*.so' -- "$word") $(compgen -d -- "$word"))
+  fi
+}
+complete -F _kinome kinome
+_kinome_merge() {
+  # Completes the arguments of `kinome merge`.
+  COMP_WORDS=(kinome merge "${COMP_WORDS[@]:1}")
+  ((++COMP_CWORD))
+  _kinome
+}
+complete -F _kinome_merge kinome-merge
+)";
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,410 @@
+#include "options/options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+
+// CLI11 takes long to compile: only files about options include it.
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "options/complaints.h"
+#include "options/interpret_options.h"
+#include "kinome/error.h"
+#include "options/line_width.h"
+#include "options/option_pages.h"
+
+namespace kinome::app {
+namespace {
+
+/// A command other than rendering, and the word that selects it.
+struct CommandWord {
+  const char* word;
+  Options::Command command;
+};
+constexpr CommandWord kMergeWord = {"merge", Options::Command::kMerge};
+constexpr CommandWord kCommandWords[] = {{"film", Options::Command::kFilm},
+                                         kMergeWord,
+                                         {"plugins", Options::Command::kListPlugins},
+                                         {"check", Options::Command::kCheckPlugin},
+                                         {"new", Options::Command::kNewPlugin}};
+
+std::vector<std::string> command_names() {
+  std::vector<std::string> names;
+  for (const CommandWord& known : kCommandWords) names.emplace_back(known.word);
+  return names;
+}
+
+/// Throws Error if the name is no scene file and may be a misspelt command.
+void check_scene_name(const std::string& name) {
+  if (name.empty()) throw Error("the name of the scene's file is empty");
+  const std::filesystem::path path(name);
+  std::error_code failed;
+  if (std::filesystem::exists(path, failed) || path.has_extension() || path.has_parent_path()) {
+    return;
+  }
+  throw Error(unknown_command(name, command_names()) + " (kinome --help lists the commands)");
+}
+
+/// Returns the command and its position in argv, where --plugin-path and --isa may precede it.
+/// Returns "" and 0 for rendering.
+std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
+  // A link to the program has this name, for scripts of render farms.
+  if (argc > 0 && std::filesystem::path(argv[0]).filename() == "kinome-merge")
+    return {kMergeWord, 0};
+  int i = 1;
+  while (i < argc) {
+    const std::string_view word = argv[i];
+    for (const CommandWord& known : kCommandWords) {
+      if (word == known.word) return {known, i};
+    }
+    const std::string_view name = word.substr(0, word.find('='));
+    if (name != "--plugin-path" && name != "--isa") break;
+    i += word == name ? 2 : 1;
+  }
+  return {{"", Options::Command::kRender}, 0};
+}
+
+constexpr const char* kDefaultRenders = "16";
+
+/// Returns an error message unless `text` is a number between `low` and `high`; otherwise "". The
+/// number must be whole if T is an integer type.
+template <class T>
+std::string range_complaint(const std::string& text, T low, T high) {
+  T number{};
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool is_number = error == std::errc{} && rest == text.data() + text.size();
+  if (is_number && number >= low && number <= high) return "";
+  return fmt::format("must be a {}number between {} and {}, got '{}'",
+                     std::is_integral_v<T> ? "whole " : "", low, high, text);
+}
+
+/// Declares options of all commands that write images.
+void declare_verbosity(CLI::App& app, Options& options) {
+  app.add_flag("-v,--verbose", options.verbosity, "Print more messages (repeat for still more)")
+      ->disable_flag_override();
+  app.add_flag("-q,--quiet", options.quiet, "Print only errors, and the reason for exit status 3")
+      ->disable_flag_override();
+}
+void declare_png(CLI::App& app, Options& options) {
+  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image")
+      ->disable_flag_override();
+  app.add_option("--exposure", options.exposure, "Exposure of the PNG, in stops; default: 0")
+      ->type_name("STOPS");
+}
+
+/// Declares options of all commands that render.
+void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
+  app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML format")->required();
+  app.add_option("-D,--define", raw.defines, "Set $KEY in the scene file (repeat for more)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("-t,--threads", options.threads, "Number of threads; default: one per core")
+      ->type_name("COUNT")
+      ->check([](const std::string& text) { return range_complaint(text, 1, 1024); });
+  app.add_option("-s,--sensor", options.sensor, "Sensor to render, by index or id; default: 0")
+      ->type_name("SENSOR");
+  app.add_option("-a,--append", raw.search_paths,
+                 "Search these folders, too, for the scene's files")
+      ->type_name("PATH;PATH")
+      ->allow_extra_args(false);
+  app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
+  declare_verbosity(app, options);
+  app.add_option("-m,--mode", options.variant,
+                 "Mitsuba's variant; ignored, because there is only one")
+      ->type_name("VARIANT");
+  app.add_option("--time", options.seconds,
+                 "Render the best image in this time, from the program's start to the written file")
+      ->type_name("SECONDS");
+  app.add_option("--error", options.rel_mse,
+                 "Render until the estimated relMSE of the image is about this")
+      ->type_name("RELMSE");
+  app.add_flag("--variance{" + std::string(kDefaultRenders) + "}", raw.variance,
+               "Render the samples in COUNT independent sets (default: 16), and write the image's "
+               "variance as channels variance.R, .G, .B, for kinome-compare")
+      ->type_name("[=COUNT]");
+  app.add_option(
+         "--display", options.display,
+         "Show the image during the render in the viewer tev at this address (tev's default: "
+         "localhost:14158)")
+      ->type_name("HOST:PORT");
+  app.add_flag("--lenient", options.lenient,
+               "Leave out unsupported features of Mitsuba; exit with status 0, not 3, if plugins "
+               "return impossible values")
+      ->disable_flag_override();
+  app.add_flag("--stats", raw.stats,
+               "Print times and counts to stderr; --stats=json: one JSON object to stdout")
+      ->type_name("[=json]");
+  declare_png(app, options);
+}
+
+void declare_image(CLI::App& app, Options& options, RawOptions& raw) {
+  app.add_option("-o,--output", options.output,
+                 "Image file; default: the scene's name, beside the scene file")
+      ->type_name("FILE");
+  app.add_option("--part", raw.part,
+                 "Render the I-th of N parts of the samples, into a file for kinome merge; all/N: "
+                 "render all parts, into the image that merging them gives")
+      ->type_name("I/N");
+  app.add_option("--checkpoint", options.checkpoint,
+                 "Save finished tiles to this file, until the image is written")
+      ->type_name("FILE");
+  app.add_option("--every", options.every, "Seconds between checkpoints; default: 60")
+      ->type_name("SECONDS");
+  app.add_flag("--resume", options.resume, "Continue from the checkpoint if there is one")
+      ->disable_flag_override();
+#ifdef KINOME_HAS_MPI
+  app.add_option(
+         "--mpi", raw.mpi,
+         "Render one image with all processes of an MPI launcher (mpirun, srun): on, off or "
+         "auto (if there is a launcher); default: auto")
+      ->type_name("auto|on|off");
+#endif
+  app.add_flag(
+         "--check", options.check,
+         "Instead of rendering, list all errors in the scene and its files, with file and line")
+      ->disable_flag_override();
+  app.add_option(
+         "--inspect", raw.inspect,
+         "Instead of rendering, write an image and a table of where the pixel's light samples "
+         "go")
+      ->type_name("X,Y");
+}
+
+void declare_film(CLI::App& app, Options& options, RawOptions& raw) {
+  FilmOptions& film = options.film;
+  app.add_option("-o,--output", options.output,
+                 "FILE.mp4, or names of frames with a number, such as frames/%04d.exr or .png; "
+                 "default: the scene's name with .mp4, beside the scene file")
+      ->type_name("FILE");
+  app.add_option("--path", film.path,
+                 "Path of the camera: orbit (around its target), ellipse (on a sphere about its "
+                 "target), or a JSON file with keys of the camera and other parameters")
+      ->type_name("orbit|ellipse|FILE")
+      ->required();
+  app.add_option("--frames", film.frames, "Number of frames")->type_name("COUNT")->required();
+  app.add_option("--fps", film.rate, "Frames per second; default: 25")->type_name("RATE");
+  app.add_option("--frame", raw.frame, "Render only this frame, counted from 0")->type_name("I");
+  app.add_option("--range", raw.range, "Render only these frames, both included")
+      ->type_name("FIRST:LAST");
+  app.add_option("--target", raw.target,
+                 "Target of orbit and ellipse; default: the point that the scene's sensor shows at "
+                 "the centre of the image")
+      ->type_name("X,Y,Z");
+  app.add_option("--up", raw.up, "Up direction; default: the axis nearest to the camera's")
+      ->type_name("X,Y,Z");
+  app.add_option(
+         "--angles", raw.angles,
+         "Half axes of the ellipse, to the side and up, in degrees as seen from the target; "
+         "default: 30,10")
+      ->type_name("A,B");
+}
+
+void declare_merge(CLI::App& app, Options& options) {
+  app.add_option("PART.exr", options.files, "Files of all parts, in any order")->required();
+  app.add_option("-o,--output", options.output, "Image file")->type_name("FILE")->required();
+  app.add_flag("--allow-missing", options.allow_missing,
+               "Merge although parts are missing or were interrupted")
+      ->disable_flag_override();
+  declare_verbosity(app, options);
+  declare_png(app, options);
+}
+
+void declare_plugin_options(CLI::App& app, Options& options) {
+  app.add_option("--plugin-path", options.plugin_paths,
+                 "Search this folder, too, for plugins (repeat for more)")
+      ->type_name("FOLDER")
+      ->allow_extra_args(false);
+  app.add_option("--isa", options.isa,
+                 "Best instruction set that plugins may use (x86-64-v2, x86-64-v3, x86-64-v4); "
+                 "default: the processor's")
+      ->type_name("NAME");
+}
+
+void declare_list(CLI::App& app, Options& options) {
+  app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
+  app.add_flag("--markdown", options.markdown,
+               "Print a table in Markdown, or a page about one plugin")
+      ->disable_flag_override();
+  app.add_flag("--mitsuba", options.mitsuba,
+               "List all plugins of Mitsuba, and which of them are supported")
+      ->disable_flag_override();
+}
+
+void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
+  app.add_option("PLUGIN", options.plugin_name,
+                 "Name, CATEGORY/NAME, or the path of CATEGORY/NAME.so")
+      ->required();
+  app.add_option(
+         "-D,--define", raw.defines,
+         "Set a parameter of the plugin; a VALUE that begins with '<' is XML (repeat for more)")
+      ->type_name("PARAMETER=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--only", options.only, "Run only this check (repeat for more)")
+      ->type_name("CHECK")
+      ->allow_extra_args(false);
+  app.add_option("--except", options.except, "Leave out this check (repeat for more)")
+      ->type_name("CHECK")
+      ->allow_extra_args(false);
+  app.add_option(
+         "--against", options.against,
+         "For an integrator or an emitter: another one, by name or as XML, that must give the "
+         "same result")
+      ->type_name("NAME");
+  app.add_option("--effort", options.effort,
+                 "Multiply the usual number of random samples; default: 1")
+      ->type_name("FACTOR")
+      ->check([](const std::string& text) { return range_complaint(text, 0.01, 1000.0); });
+  app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
+}
+
+void declare_new(CLI::App& app, Options& options) {
+  app.add_option("CATEGORY", options.category,
+                 "bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture")
+      ->required();
+  app.add_option("NAME", options.plugin_name, "Name of the plugin")->required();
+  app.add_option("--output", options.folder, "Folder to create; default: NAME")
+      ->type_name("FOLDER");
+}
+
+/// Wraps the descriptions of options to the width of the terminal.
+class WrappingFormatter final : public CLI::Formatter {
+ public:
+  std::string make_option_desc(const CLI::Option* option) const override {
+    constexpr size_t kMinWidth = 24;
+    const size_t width = line_width(), names = get_column_width();
+    return wrapped(Formatter::make_option_desc(option),
+                   width == 0 ? 0 : std::max(width, names + kMinWidth) - names);
+  }
+};
+
+}  // namespace
+
+/// The options of one command. CLI11 writes their values into `options` and `raw`.
+struct OptionsParser::Language {
+  explicit Language(Options::Command command) {
+    app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
+    app.formatter(std::make_shared<WrappingFormatter>());
+    if (command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
+    switch (command) {
+      case Options::Command::kRender:
+        describe("kinome",
+                 "Renders a scene.\nkinome film SCENE: renders an animation of a scene.\n"
+                 "kinome merge PART.exr...: adds the parts of an image.\n"
+                 "kinome plugins [NAME]: lists all plugins, those of a\n"
+                 "category, or the parameters of one.\nkinome check PLUGIN: checks "
+                 "a plugin for errors.\nkinome new CATEGORY NAME: starts a plugin.");
+        declare_render(app, options, raw);
+        declare_image(app, options, raw);
+        declare_page("--man", "Print the manual page, for man -l", man_page);
+        declare_page("--completion", "Print a completion script for bash", bash_completion);
+        break;
+      case Options::Command::kFilm:
+        describe("kinome film",
+                 "Renders an animation, with a moving camera and changing parameters, as\n"
+                 "frames and a video. If it was interrupted, the same command continues\n"
+                 "with the missing frames.");
+        declare_film(app, options, raw);
+        declare_render(app, options, raw);
+        break;
+      case Options::Command::kMerge:
+        describe("kinome merge",
+                 "Adds the parts of an image that kinome --part has rendered. The\n"
+                 "result is that of --part all/N. kinome-merge is another name for\n"
+                 "this command.");
+        declare_merge(app, options);
+        break;
+      case Options::Command::kListPlugins:
+        describe("kinome plugins",
+                 "Lists all plugins, those of a category, or the\nparameters of one.");
+        declare_list(app, options);
+        break;
+      case Options::Command::kCheckPlugin:
+        describe("kinome check",
+                 "Checks whether a plugin fulfils the contract of its category, and\n"
+                 "prints a line per check. Exit status: 1 if a check fails, 2 if the\n"
+                 "command line is wrong.");
+        declare_check(app, options, raw);
+        break;
+      case Options::Command::kNewPlugin:
+        describe("kinome new",
+                 "Creates a folder with the source of a new plugin, a CMakeLists.txt,\n"
+                 "a scene and tests.");
+        declare_new(app, options);
+        break;
+    }
+  }
+  void describe(const char* name, const char* what) {
+    app.name(name);
+    app.description(what);
+  }
+
+  /// Declares a flag that prints a page about all options and ends the program.
+  void declare_page(const std::string& name, const std::string& text,
+                    std::string (*page)(const CLI::App&, const std::vector<const CLI::App*>&)) {
+    const auto print = [this, page] {
+      std::vector<std::unique_ptr<Language>> others;
+      std::vector<const CLI::App*> commands;
+      for (const CommandWord& word : kCommandWords) {
+        others.push_back(std::make_unique<Language>(word.command));
+        commands.push_back(&others.back()->app);
+      }
+      std::cout << page(app, commands);
+      throw CLI::Success();
+    };
+    app.add_flag_callback(name, print, text)->disable_flag_override();
+  }
+
+  Options options;
+  RawOptions raw;
+  CLI::App app;
+};
+
+OptionsParser::OptionsParser() = default;
+OptionsParser::~OptionsParser() = default;
+
+std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
+  // The first word selects the command, so that a scene may come after any options.
+  const auto [command, position] = command_word(argc, argv);
+  std::unique_ptr<Language>& language = languages_[command.command];
+  if (!language) language = std::make_unique<Language>(command.command);
+  auto& [options, raw, app] = *language;
+  options = {};
+  raw = {};
+  options.command = command.command;
+  std::vector<const char*> words(argv, argv + argc);
+  if (position > 0) words.erase(words.begin() + position);
+  try {
+    app.parse(static_cast<int>(words.size()), words.data());
+  } catch (const CLI::Success& success) {
+    app.exit(success, std::cout, std::cerr);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    const std::vector<std::string> given(words.begin() + 1, words.end());
+    const auto commands = *command.word == 0 ? command_names() : std::vector<std::string>();
+    throw Error(complaint_of(app, error, given, commands) + " (kinome " +
+                (*command.word != 0 ? std::string(command.word) + " " : "") +
+                "--help lists the options)");
+  }
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->count() == 0) continue;
+    for (const std::string& name : option->get_lnames()) {
+      raw.given["--" + name] = option->results().back();
+    }
+  }
+  interpret(raw, options);
+  if (command.command == Options::Command::kRender) check_scene_name(options.scene);
+  return options;
+}
+
+std::optional<Options> parse_options(int argc, const char* const* argv) {
+  return OptionsParser().parse(argc, argv);
+}
+
+int failure_status_of(int argc, const char* const* argv) {
+  return command_word(argc, argv).first.command == Options::Command::kCheckPlugin ? 2 : 1;
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,120 @@
+#include "render/output.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/file_writer.h"
+#include "base/scratch_folder.h"
+
+namespace kinome::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+/// Returns a suffix such as "-part03of16", by which names sort in the order of parts.
+std::string suffix_of_part(const Options& options) {
+  if (options.part == 0) return "";
+  const size_t digits = std::to_string(options.parts).size();
+  return fmt::format("-part{:0{}}of{}", options.part, digits, options.parts);
+}
+
+/// Returns the path of the image: that of -o, or one beside the scene file, with the film's
+/// extension. Throws Error for the extension of another image format.
+std::string output_path(const Options& options, const std::string& extension) {
+  if (options.output.empty()) {
+    const std::string stem = fs::path(options.scene).replace_extension("").string();
+    return stem + suffix_of_part(options) + extension;
+  }
+  static const std::set<std::string> kImages = {".exr", ".pfm", ".png",  ".jpg", ".jpeg",
+                                                ".hdr", ".tif", ".tiff", ".bmp", ".rgbe"};
+  const std::string given = lower_extension(options.output);
+  std::error_code failed;
+  if (given == extension || fs::is_other(options.output, failed)) return options.output;
+  if (kImages.count(given) != 0) {
+    throw Error(fmt::format("-o {}: the scene's film writes {} files{}", options.output, extension,
+                            given == ".png" ? "; --png adds a PNG beside it" : ""));
+  }
+  return options.output + extension;
+}
+
+}  // namespace
+
+std::string png_beside(const std::string& image) {
+  return is_null_device(image) ? image : fs::path(image).replace_extension(".png").string();
+}
+
+void check_output_folder(const Options& options) {
+  std::error_code ignored;
+  if (!fs::exists(options.scene, ignored)) return;  // the loader reports that
+  if (options.output.empty()) {
+    check_writable(fs::path(options.scene).replace_extension(".exr").string());
+  } else {
+    const bool whole = fs::is_directory(options.output, ignored) ||
+                       fs::is_other(options.output, ignored) ||
+                       fs::path(options.output).has_extension();
+    check_writable(whole ? options.output : options.output + ".exr");
+  }
+}
+
+Output choose_output(const Options& options, const Film& film) {
+  Output output;
+  output.image = options.inspect && lower_extension(options.output) == ".png"
+                     ? options.output
+                     : output_path(options, film.file_extension());
+  if (options.renders > 0 && film.file_extension() != ".exr") {
+    throw Error(fmt::format("--variance: the scene's film writes {} files, which store only colour",
+                            film.file_extension()));
+  }
+  if (options.png) output.png = png_beside(output.image);
+  for (const std::string& file : output.files()) check_writable(file);
+  return output;
+}
+
+double writing_seconds(const Options& options, const Film& film, const Image& image,
+                       const Output& output) {
+  if (is_null_device(output.name())) return 0;
+  constexpr int kRows = 64;
+  Image strip{
+      image.width, std::min(image.height, std::max(kRows, image.height / 16)), image.channels, {}};
+  const size_t row = static_cast<size_t>(image.width) * image.channels.size();
+  const auto first =
+      image.data.begin() + static_cast<std::ptrdiff_t>(row * ((image.height - strip.height) / 2));
+  strip.data.assign(first, first + static_cast<std::ptrdiff_t>(row * strip.height));
+  const ScratchFolder scratch(output.name());
+  const Clock::time_point start = Clock::now();
+  if (!output.image.empty()) {
+    film.write(scratch.file("timing" + film.file_extension()), strip, {});
+  }
+  if (!output.png.empty()) write_png(scratch.file("timing.png"), strip, options.exposure);
+  const std::chrono::duration<double> used = Clock::now() - start;
+  return used.count() * image.height / strip.height;
+}
+
+void write_image_files(const Options& options, Film& film, const Image& image,
+                       const ImageMetadata& metadata, const Output& output, Checkpoint* checkpoint,
+                       const PartRender* part) {
+  if (is_null_device(output.name())) return;
+  try {
+    if (part) {
+      part->write(output.image, image, metadata);
+    } else if (!output.image.empty()) {
+      film.write(output.image, image, metadata);
+    }
+    if (!output.png.empty()) write_png(output.png, image, options.exposure);
+  } catch (...) {
+    if (checkpoint) checkpoint->close(film);  // keeps all samples
+    throw;
+  }
+}
+
+void remove_checkpoint(Checkpoint& checkpoint, const Output& output) {
+  for (const std::string& written : output.files()) sync_file(written);
+  checkpoint.remove();
+}
+
+}  // namespace kinome::app

@@ -1,0 +1,156 @@
+// Rendering an image and writing it, shared by the commands that render.
+
+#include "render/render_image.h"
+
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "base/clock.h"
+#include "crash.h"
+#include "kinome/log.h"
+#include "kinome/plugin_audit.h"
+#include "kinome/process_group.h"
+#include "kinome/render.h"
+#include "render/metadata.h"
+#include "say.h"
+#include "options/sensor_index.h"
+#include "signals.h"
+#include "render/used_instruction_set.h"
+
+namespace kinome::app {
+namespace {
+
+/// Number of positions at which plugins are audited: as a rule, and after non-finite samples.
+constexpr uint32_t kAuditPositions = 256;
+constexpr uint32_t kMaxAuditPositions = 1 << 15;
+
+/// Exit status if the image was written but a plugin is faulty.
+constexpr int kFaultyStatus = 3;
+
+}  // namespace
+
+void set_up_log(const Options& options) {
+  if (options.quiet) {
+    set_log_level(LogLevel::kQuiet);
+  } else {
+    set_log_level(options.verbosity == 0   ? LogLevel::kWarn
+                  : options.verbosity == 1 ? LogLevel::kInfo
+                                           : LogLevel::kDebug);
+  }
+}
+
+void set_up_render(const Options& options) {
+  set_up_log(options);
+  install_signal_handlers(options.quiet);
+  if (!options.variant.empty()) {
+    log_warn(fmt::format("-m {} is ignored: kinome has only one variant, RGB in single precision",
+                         options.variant));
+  }
+  warn_of_missing_folders(options);
+}
+
+LoadOptions load_options(const Options& options) {
+  return {.defines = options.defines,
+          .search_paths = options.search_paths,
+          .threads = options.threads,
+          .lenient = options.lenient};
+}
+
+const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
+  return *scene.sensors()[sensor_index(scene, wanted)];
+}
+
+void warn_of_layers(const Scene& scene, const Film& film) {
+  if (film.file_extension() != ".pfm") return;
+  if (!scene.integrator().channels().empty()) {
+    log_warn(
+        "the scene's film writes .pfm files, which store only colour: the integrator's other "
+        "channels are left out");
+  }
+}
+
+Image render_image(const Options& options, const Scene& scene, const Sensor& sensor,
+                   RenderContext& context, Display* display, const PartRender* part) {
+  const Film& film = sensor.film();
+  PassCallback on_pass;
+  if (display) {
+    context.set_commit_callback(
+        [display](const Film& shown, const Rect& pixels) { display->show(shown, pixels); });
+    on_pass = [display](const Image& image, const RenderStats&) { display->show(image); };
+  }
+  const ProcessGroup* const group = context.group();
+  log_info(fmt::format("rendering {}x{} pixels of {} on {} threads{}", film.crop().width(),
+                       film.crop().height(), options.scene, context.threads(),
+                       group ? fmt::format(" of each of {} processes", group->size()) : ""));
+  set_activity("rendering");
+  Image image = part                ? part->render(context)
+                : options.parts > 0 ? render_all_parts(scene, sensor, context, options.parts)
+                                    : render(scene, sensor, context, on_pass);
+  if (display) display->show(image);
+  return image;
+}
+
+RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,
+                           RenderContext& context, const PluginRegistry& registry,
+                           const Image& image, const Output& output, Checkpoint* checkpoint,
+                           const PartRender* part) {
+  RenderStats& stats = context.stats();
+  stats.plugins = registry.loaded();
+  stats.instruction_set = to_string(used_instruction_set(registry));
+  const std::string integrator = integrator_names(stats.plugins);
+  const Clock::time_point write_start = Clock::now();
+  set_activity("writing the image");
+  ImageMetadata metadata = metadata_of(scene, context, integrator, stats);
+  if (options.parts > 0 && !part) metadata.merge(metadata_of_parts(options.parts));
+  write_image_files(options, sensor.film(), image, metadata, output, checkpoint, part);
+  if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
+  stats.write_seconds = seconds_since(write_start);
+  set_activity("checking plugins");
+  stats.faults = audit_plugins(scene, sensor, context.seed(),
+                               stats.non_finite_samples > 0 ? kMaxAuditPositions : kAuditPositions);
+  return {.scene = options.scene,
+          .output = output.name(),
+          .integrator = integrator,
+          .width = image.width,
+          .height = image.height,
+          .samples = static_cast<unsigned>(std::lround(stats.samples)),
+          .seed = context.seed()};
+}
+
+void report_faults(const Options& options, const RenderStats& stats) {
+  // The reason for exit status 3 is reported even with --quiet.
+  if (options.quiet && exit_status(options, stats) == kFaultyStatus) {
+    set_log_level(LogLevel::kWarn);
+  }
+  if (stats.non_finite_samples > 0) {
+    log_warn(fmt::format("dropped samples that were not finite: {}", stats.non_finite_samples));
+  }
+  for (const PluginFault& fault : stats.faults) {
+    log_warn(fmt::format("plugin {} is at fault: {}, at {} of {} positions", fault.plugin,
+                         fault.what, fault.count, fault.looks));
+  }
+}
+
+void print_statistics(const Options& options, const RenderStats& stats,
+                      const RenderSummary& summary) {
+  if (options.stats == StatsFormat::kText) {
+    say("{}", stats_text(stats, summary));
+  } else if (options.stats == StatsFormat::kJson) {
+    fmt::print("{}", stats_json(stats, summary));
+    std::fflush(stdout);  // a failure is reported at the end
+  }
+}
+
+int exit_status(const Options& options, const RenderStats& stats) {
+  const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
+  // In a group, the signal may have arrived in another process.
+  const int signal_status =
+      stats.complete || signal_exit_status() != 0 ? signal_exit_status() : 128 + SIGINT;
+  return signal_status == 0 && is_faulty && !options.lenient ? kFaultyStatus : signal_status;
+}
+
+}  // namespace kinome::app

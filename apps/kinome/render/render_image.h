@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+
+#include "render/display.h"
+#include "kinome/parts.h"
+#include "kinome/plugin_registry.h"
+#include "kinome/render_context.h"
+#include "kinome/scene_loader.h"
+#include "options/options.h"
+#include "render/output.h"
+#include "render/report.h"
+
+/// Functions shared by the commands that render.
+namespace kinome::app {
+
+void set_up_log(const Options& options);
+/// Sets up the log and signal handlers; warns of ignored options and missing folders.
+void set_up_render(const Options& options);
+LoadOptions load_options(const Options& options);
+/// Finds a sensor by index or id. Throws Error if there is none.
+const Sensor& choose_sensor(const Scene& scene, const std::string& wanted);
+/// Warns of channels that the film can't write.
+void warn_of_layers(const Scene& scene, const Film& film);
+
+/// Renders an image, or a `part` of it, while `display` shows it. Both may be nullptr.
+Image render_image(const Options& options, const Scene& scene, const Sensor& sensor,
+                   RenderContext& context, Display* display, const PartRender* part = nullptr);
+/// Writes the image, removes the checkpoint (which may be nullptr) if the image is complete, and
+/// audits plugins. Adds times and faults to the context's statistics.
+RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,
+                           RenderContext& context, const PluginRegistry& registry,
+                           const Image& image, const Output& output, Checkpoint* checkpoint,
+                           const PartRender* part = nullptr);
+
+/// Warns of non-finite samples and faulty plugins.
+void report_faults(const Options& options, const RenderStats& stats);
+/// Prints the statistics that --stats requests.
+void print_statistics(const Options& options, const RenderStats& stats,
+                      const RenderSummary& summary);
+/// Returns the exit status, which depends on signals and faulty plugins.
+int exit_status(const Options& options, const RenderStats& stats);
+
+}  // namespace kinome::app

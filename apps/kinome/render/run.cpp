@@ -1,0 +1,220 @@
+// `kinome SCENE`: renders a scene file, or checks it with --check.
+
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "base/clock.h"
+#include "commands.h"
+#include "crash.h"
+#include "farm/group.h"
+#include "render/inspect.h"
+#include "kinome/checkpoint.h"
+#include "kinome/log.h"
+#include "kinome/render.h"
+#include "render/metadata.h"
+#include "render/progress.h"
+#include "render/render_image.h"
+#include "say.h"
+#include "signals.h"
+#include "render/used_instruction_set.h"
+
+namespace kinome::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Opens the checkpoint, before the scene is loaded; returns nullptr without --checkpoint.
+std::unique_ptr<Checkpoint> open_checkpoint(const Options& options) {
+  if (options.checkpoint.empty()) return nullptr;
+  const auto report_resume = [&options] {
+    if (!options.quiet) say("resuming from {}\n", options.checkpoint);
+  };
+  auto checkpoint = std::make_unique<Checkpoint>(
+      Checkpoint::Options{options.checkpoint, options.every, options.resume, report_resume});
+  if (options.resume && !options.quiet && !checkpoint->resumes()) {
+    say("no checkpoint {}: starting from the beginning\n", options.checkpoint);
+  }
+  return checkpoint;
+}
+
+void run_inspection(const Options& options, const Scene& scene, const Sensor& sensor,
+                    RenderContext& context, const std::string& output) {
+  const Vec2& pixel = *options.inspect;
+  // The default name differs from that of a render, so that it isn't overwritten.
+  const std::string stem =
+      fs::path(output).replace_extension("").string() + (options.output.empty() ? "-inspect" : "");
+  std::string names;
+  try {
+    names = inspect(scene, sensor, context, pixel, stem);
+  } catch (const Error& error) {
+    throw Error(fmt::format("--inspect {},{}: {}", pixel.x, pixel.y, error.what()));
+  }
+  if (!options.quiet) say("wrote {}\n", names);
+}
+
+/// Describes an interrupted render; "" if it is complete.
+std::string incompleteness(const RenderStats& stats) {
+  const auto percent = [](double share) { return std::ceil(100 * share); };
+  std::string text = stats.complete ? "" : ", incomplete";
+  if (stats.filled > 0) {
+    text += fmt::format(", {} % of the pixels with one sample", percent(stats.filled));
+  }
+  if (stats.missing > 0) {
+    text += fmt::format(", {} % of the pixels missing (alpha 0 in an EXR)", percent(stats.missing));
+  }
+  return text;
+}
+
+void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
+  report_faults(options, stats);
+  if (!options.quiet) {
+    say("wrote {}{} ({:.2f} s)\n", summary.output, incompleteness(stats), stats.total_seconds);
+    if (!options.checkpoint.empty() && !stats.complete) {
+      say("--resume continues from {}\n", options.checkpoint);
+    }
+  }
+  print_statistics(options, stats, summary);
+}
+
+}  // namespace
+
+/// Prints the errors of a scene to stdout. Each line begins with file and line, which editors can
+/// open.
+int check_command(const Options& options) {
+  set_up_log(options);
+  const bool has_sensor = options.sensor != Options().sensor;
+  for (const auto& [name, is_given] :
+       {std::pair("-o", !options.output.empty()), std::pair("-s", has_sensor),
+        std::pair("--png", options.png), std::pair("--display", !options.display.empty()),
+        std::pair("--part", options.parts > 0)}) {
+    if (is_given) log_warn(fmt::format("{} is ignored: --check renders nothing", name));
+  }
+  warn_of_missing_folders(options);
+  set_activity("loading the scene");
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
+                          choose_instruction_set(options.isa));
+  const std::vector<Error> faults = check_scene(options.scene, load_options(options), registry);
+  for (const Error& fault : faults) fmt::print("{}\n", fault.what());
+  if (faults.empty()) fmt::print("no faults\n");
+  return faults.empty() ? 0 : 1;
+}
+
+namespace {
+
+/// Returns the part that --part requests; nullptr for the whole image and for all parts.
+std::unique_ptr<const PartRender> part_to_render(const Options& options, const Scene& scene,
+                                                 const Sensor& sensor) {
+  if (options.part == 0) return nullptr;
+  try {
+    return std::make_unique<const PartRender>(scene, sensor,
+                                              PicturePart{options.part - 1, options.parts});
+  } catch (const Error& error) {
+    throw Error(fmt::format("--part {}: {}", part_text(options), error.what()));
+  }
+}
+
+/// Renders the scene; `group` is nullptr outside of MPI.
+int render_scene(const Options& options, ProcessGroup* group, Clock::time_point start) {
+  set_up_render(options);
+  const bool is_root = !group || group->is_root();
+  std::unique_ptr<Checkpoint> checkpoint;
+  together(group, [&] {
+    if (!is_root) return;
+    check_output_folder(options);
+    if (!options.display.empty()) split_address(options.display);
+    checkpoint = open_checkpoint(options);
+  });
+
+  Progress progress(options.quiet);
+  const Film* film_to_write = nullptr;
+  Output output;
+  const auto seconds_to_write = [&](const Image& image) {
+    return writing_seconds(options, *film_to_write, image, output);
+  };
+  RenderContext context({.threads = options.threads,
+                         .seed = options.seed,
+                         .cancel = &cancel_flag(),
+                         .progress = [&](double fraction) { progress.update(fraction); },
+                         .start = start,
+                         .budget = {.seconds = options.seconds,
+                                    .rel_mse = options.rel_mse,
+                                    .lanes = options.renders,
+                                    .seconds_after = seconds_to_write},
+                         .group = group});
+  RenderStats& stats = context.stats();
+  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
+                          choose_instruction_set(options.isa));
+  set_activity("loading the scene");
+  std::shared_ptr<const Scene> scene;
+  const Sensor* sensor = nullptr;
+  std::unique_ptr<const PartRender> part;
+  Checkpoint::Identity identity;
+  together(group, [&] {
+    scene = load_scene(options.scene, load_options(options), registry, &stats);
+    warn_of_unused_instruction_set(options, registry);
+    sensor = &choose_sensor(*scene, options.sensor);
+    identity = identity_of(options, *scene, *sensor, used_instruction_set(registry));
+    film_to_write = &sensor->film();
+    if (is_root) output = choose_output(options, sensor->film());
+    part = part_to_render(options, *scene, *sensor);
+    warn_of_layers(*scene, sensor->film());
+    for (const std::string& written : output.files()) {
+      if (!checkpoint || !checkpoint->is_written_to(written)) continue;
+      throw Error(
+          fmt::format("--checkpoint {}: must differ from the output file", checkpoint->path()));
+    }
+  });
+  if (group) check_alike(*group, identity);
+  if (checkpoint) {
+    checkpoint->set_identity(identity);
+    context.set_checkpoint(checkpoint.get());
+  }
+
+  if (options.inspect) {
+    set_activity("rendering");
+    run_inspection(options, *scene, *sensor, context, output.image);
+    return 0;
+  }
+  std::unique_ptr<Display> display;
+  if (!options.display.empty()) {
+    display = std::make_unique<Display>(options.display, output.image);
+  }
+  begin_interruptible_render(group != nullptr);
+  progress.begin();
+  const Image image = render_image(options, *scene, *sensor, context, display.get(), part.get());
+  progress.finish();
+  int status = 0;
+  together(group, [&] {
+    if (!is_root) return;
+    const RenderSummary summary = finish_image(options, *scene, *sensor, context, registry, image,
+                                               output, checkpoint.get(), part.get());
+    stats.total_seconds = seconds_since(start);
+    stats.peak_memory_bytes = peak_memory_bytes();
+    warn_of_missed_budget(context.budget(), stats, stats.total_seconds, {});
+    report(options, stats, summary);
+    status = exit_status(options, stats);
+  });
+  return status;
+}
+
+}  // namespace
+
+int render_command(const Options& options, Clock::time_point start) {
+  const std::unique_ptr<ProcessGroup> group = join_group(options);
+  if (!group) return render_scene(options, nullptr, start);
+  return run_in_group(*group, [&] {
+    // Options that determine when processes wait for each other.
+    check_alike(*group, {{"--inspect", options.inspect ? "given" : ""},
+                         {"--time", fmt::format("{}", options.seconds)},
+                         {"--error", fmt::format("{}", options.rel_mse)},
+                         {"--variance", std::to_string(options.renders)},
+                         {"--part", std::to_string(options.parts)}});
+    if (options.inspect)
+      throw AgreedError("--inspect: unsupported under MPI: run it without mpirun");
+    return render_scene(options_in(*group, options), group.get(), start);
+  });
+}
+
+}  // namespace kinome::app

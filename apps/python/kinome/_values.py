@@ -1,0 +1,87 @@
+"""Python's values, and what the compiled module takes in their place (see apps/python/src/values.h)."""
+import numpy as np
+
+from ._transform import Transform
+
+FLOAT_ARRAYS = ("vertex_positions", "vertex_normals", "vertex_texcoords")
+
+
+def numbers(value):
+    """As an array of floats; None where it is something else."""
+    try:
+        return None if value is None else np.asarray(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def pixels(value, where, raw=False):
+    """An image of floats. Integers are scaled to [0, 1] by the largest value of their type, as in
+    Mitsuba's Bitmap. Bytes (uint8) stand for sRGB-encoded values, unless they are `raw`."""
+    image = np.asarray(value)
+    if image.dtype.kind not in "fiu" or image.ndim not in (2, 3):
+        raise TypeError(f"{where}: expected pixels, numbers of the shape (height, width) or "
+                        f"(height, width, channels), got {type(value).__name__}")
+    kind = image.dtype
+    if kind.kind in "iu" and kind.itemsize > 4:
+        raise TypeError(f"{where}: pixels of the type {kind} have no scale; give uint8, uint16 or "
+                        "uint32, whose largest value is 1, or floats: pixels.astype(numpy.float32)")
+    if kind.kind in "iu":
+        image = image / np.iinfo(kind).max
+    if kind == np.uint8 and not raw:
+        image = np.where(image <= 0.04045, image / 12.92, ((image + 0.055) / 1.055) ** 2.4)
+    if image.ndim == 2:
+        image = image[:, :, None]
+    return "image", np.ascontiguousarray(image, np.float32)
+
+
+def indices(value, where):
+    """Numbers of vertices. What numpy would round or wrap around is an error."""
+    array = np.asarray(value).ravel()
+    limits = np.iinfo(np.uint32)
+    is_fine = array.size == 0 or (np.issubdtype(array.dtype, np.integer) and
+                                  array.min() >= limits.min and array.max() <= limits.max)
+    if not is_fine:
+        raise ValueError(f"{where}: numbers of vertices are whole and from 0 to {limits.max}")
+    return np.ascontiguousarray(array, np.uint32)
+
+
+def to_core(value, name, where, raw=False):
+    """`name`: of the parameter; `where`: for messages."""
+    if name in ("data", "bitmap"):
+        return pixels(value, where, raw)
+    if name == "faces":
+        return "indices", indices(value, where)
+    if name in FLOAT_ARRAYS:
+        array = numbers(value)
+        if array is None:
+            raise TypeError(f"{where}: expected an array of numbers, got {type(value).__name__}")
+        return "floats", np.ascontiguousarray(array.ravel(), np.float32)
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        if not -2 ** 63 <= value < 2 ** 63:
+            raise ValueError(f"{where}: {value} is too large a number")
+        return int(value)
+    if isinstance(value, str) or hasattr(value, "__fspath__"):
+        return str(value)
+    if hasattr(value, "matrix"):
+        return "transform", Transform(value).matrix.ravel().tolist()
+    array = numbers(value)
+    if array is not None and array.size == 1:
+        return float(array.ravel()[0])
+    if array is not None and array.size == 3:
+        return "vector", array.ravel().tolist()
+    if array is not None and array.shape == (4, 4):
+        return "transform", array.ravel().tolist()
+    raise TypeError(f"{where}: {type(value).__name__} is no value of a parameter: expected a "
+                    "number, a string, three numbers, a 4x4 matrix or a dict")
+
+
+def to_python(value):
+    """The other way round."""
+    if not isinstance(value, tuple):
+        return value
+    kind, what = value
+    if kind == "transform":
+        return Transform(what)
+    return np.array(what, np.float32) if kind in ("rgb", "vector") else what

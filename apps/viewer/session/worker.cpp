@@ -1,0 +1,355 @@
+#include "session/worker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "options/sensor_index.h"
+#include "kinome/primary_rays.h"
+#include "kinome/render.h"
+#include "session/names.h"
+#include "session/preview_sensor.h"
+
+namespace kinome::viewer {
+namespace {
+
+/// Time after the last change at which a movement has ended.
+constexpr std::chrono::milliseconds kStillInterval{150};
+/// Width of the first preview as a fraction of the film's.
+constexpr double kInitialScale = 0.18;
+constexpr double kMinScale = 1. / 16;
+constexpr size_t kMaxMessages = 200;
+
+constexpr const char* kPreviewIntegrator = "path";
+
+/// Returns true if an integrator has a preparation stage, such as learning, before the camera rays.
+/// Such a stage takes too long for a preview.
+bool is_slow_to_begin(const Integrator& integrator) {
+  for (const Stage& stage : integrator.stages()) {
+    if (std::string_view(stage.name) == kPrimaryStage.name) return false;
+    if (stage.is_alone) return true;
+  }
+  return false;
+}
+
+uint64_t rays_of(const RenderStats& stats) {
+  return std::accumulate(stats.counters.rays.begin(), stats.counters.rays.end(), uint64_t{0});
+}
+
+}  // namespace
+
+RenderSession::Worker::Worker(Options options) : options_(std::move(options)) {
+  shown.integrator = integrator_ = options_.integrator;
+  thread_ = std::thread([this] { work(); });
+}
+
+RenderSession::Worker::~Worker() {
+  close();
+}
+
+void RenderSession::Worker::close() {
+  {
+    const std::lock_guard lock(mutex);
+    is_closing_ = true;
+    cancel_ = true;
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+void RenderSession::Worker::say(bool is_error, std::string text) {
+  {
+    const std::lock_guard lock(mutex);
+    shown.messages.push_back({is_error, std::move(text), ++num_messages_});
+    if (shown.messages.size() > kMaxMessages) shown.messages.pop_front();
+  }
+  notify();
+}
+
+/// Reports a warning, unless it is among the messages already: each render repeats it.
+void RenderSession::Worker::warn(const std::string& text) {
+  const std::string whole = "warning: " + text;
+  {
+    const std::lock_guard lock(mutex);
+    const bool is_known =
+        std::any_of(shown.messages.begin(), shown.messages.end(),
+                    [&](const Message& message) { return message.text == whole; });
+    if (is_known) return;
+  }
+  say(false, whole);
+}
+
+void RenderSession::Worker::wait() {
+  std::unique_lock lock(mutex);
+  const uint64_t last = asked_;
+  changed_.wait(lock, [&] { return served_ >= last || is_closing_; });
+}
+
+void RenderSession::Worker::set_activity(Activity activity) {
+  const std::lock_guard lock(mutex);
+  shown.status.activity = activity;
+  shown.status.is_exact = exact_samples_.has_value();
+  shown.status.is_paused = is_paused_;
+  shown.integrator = integrator_;
+}
+
+bool RenderSession::Worker::has_work() const {
+  if (!scene_ || scene_->sensors().empty()) return false;
+  return wants_preview_ || (!is_done_ && (!is_paused_ || is_coarse_));
+}
+
+bool RenderSession::Worker::is_still() const {
+  return Clock::now() - last_change_ > kStillInterval;
+}
+
+void RenderSession::Worker::work() {
+  const auto guarded = [this](const auto& function) {
+    try {
+      function();
+    } catch (const std::exception& fault) {
+      say(true, text_of(fault));
+    }
+  };
+  guarded([&] {
+    context_ = std::make_unique<RenderContext>(
+        RenderContext::Options{.threads = options_.threads,
+                               .seed = options_.seed,
+                               .cancel = &cancel_,
+                               .progress = [this](double done) { fraction = done; }});
+    load();
+  });
+  notify();
+  while (true) {
+    if (scene_ && !wants_preview_ && (!is_moving_ || is_still())) {
+      guarded([&] { publish_info(); });
+    }
+    std::vector<Request> requests;
+    {
+      std::unique_lock lock(mutex);
+      may_be_ended_ = false;
+      if (!exact_samples_ || is_done_) {
+        served_ = taken_;
+        changed_.notify_all();
+      }
+      // Renders only previews during a movement.
+      if (is_moving_ && !wants_preview_) {
+        changed_.wait_until(lock, last_change_ + kStillInterval,
+                            [this] { return is_closing_ || !requests_.empty(); });
+      }
+      if (!has_work() && requests_.empty() && !is_closing_) {
+        changed_.wait(lock, [this] { return is_closing_ || !requests_.empty(); });
+      }
+      if (is_closing_) break;
+      requests = std::exchange(requests_, {});
+      taken_ = asked_;
+      // Later requests that end the render set it again.
+      cancel_ = false;
+    }
+    try {
+      if (!requests.empty()) {
+        make(std::move(requests));
+        notify();
+        continue;
+      }
+      is_moving_ = is_moving_ && !is_still();
+      if (wants_preview_) {
+        preview();
+      } else if (!is_moving_) {
+        {
+          // Applies changes that have arrived in the meantime first.
+          const std::lock_guard lock(mutex);
+          if (!requests_.empty()) continue;
+          may_be_ended_ = true;
+        }
+        exact_samples_ ? render_exactly() : improve();
+      }
+    } catch (const std::exception& fault) {
+      say(true, text_of(fault));
+      live_.reset();
+      wants_preview_ = false;
+      is_done_ = true;
+      set_activity(Activity::kFailed);
+    }
+    notify();
+  }
+  guarded([&] { make_at_the_end(); });
+  live_.reset();
+}
+
+/// Loads the scene. If that fails, keeps the previous one.
+void RenderSession::Worker::load() {
+  set_activity(Activity::kLoading);
+  try {
+    if (!registry_) {
+      registry_ = std::make_unique<PluginRegistry>(
+          PluginRegistry::default_folders(options_.plugin_folders));
+    }
+    auto editor = std::make_unique<SceneEditor>(options_.scene, options_.load, *registry_);
+    const size_t sensor = choose_sensor(*editor);
+    auto scene = with_integrator(*editor, integrator_);
+    const std::lock_guard lock(scene_mutex_);
+    live_.reset();
+    preview_scene_.reset();
+    history_.forget();
+    scene_ = std::move(scene);
+    editor_ = std::move(editor);
+    sensor_ = sensor;
+    ++edition_;
+  } catch (const std::exception& fault) {
+    say(true, text_of(fault));
+    if (!scene_) set_activity(Activity::kFailed);
+    return;
+  }
+  if (edition_ > 1) say(false, "loaded " + options_.scene);
+  begin_anew();
+  publish_info();
+}
+
+std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(SceneEditor& editor,
+                                                                    const std::string& name) const {
+  if (name.empty()) return editor.scene();
+  ObjectDescription description;
+  description.tag = "integrator";
+  description.type = name;
+  description.where = Location{"integrator " + name};
+  return editor.scene_with(description);
+}
+
+/// Returns the scene for previews. Its integrator is `path`, with the same number of bounces, if
+/// the scene's integrator is slow to begin.
+const Scene& RenderSession::Worker::preview_scene() {
+  const Integrator& own = scene_->integrator();
+  if (!is_slow_to_begin(own)) return *scene_;
+  if (preview_scene_) return *preview_scene_;
+  ObjectDescription description;
+  description.tag = "integrator";
+  description.type = kPreviewIntegrator;
+  description.where = Location{"preview"};
+  const std::string path = editor_->path_of(own);
+  for (const char* const name : {"max_depth", "hide_emitters"}) {
+    if (path.empty()) break;
+    const auto value = editor_->get(path + "." + name);
+    if (!value) continue;
+    if (const auto* const number = std::get_if<int64_t>(&*value)) {
+      description.values.push_back({name, *number, description.where});
+    } else if (const auto* const flag = std::get_if<bool>(&*value)) {
+      description.values.push_back({name, *flag, description.where});
+    }
+  }
+  try {
+    preview_scene_ = editor_->scene_with(description);
+  } catch (const Error&) {
+    preview_scene_ = scene_;  // slower, but works
+  }
+  return *preview_scene_;
+}
+
+/// Selects the sensor, and resizes its film, by the options.
+size_t RenderSession::Worker::choose_sensor(SceneEditor& editor) const {
+  const std::shared_ptr<const Scene> scene = editor.scene();
+  const size_t index = app::sensor_index(*scene, options_.sensor);
+  if (options_.width <= 0 || options_.height <= 0) return index;
+  const std::string film = editor.path_of(scene->sensors()[index]->film());
+  if (film.empty()) throw Error(Location{options_.scene}, "the sensor has no film to resize");
+  editor.set(
+      {{film + ".width", int64_t{options_.width}}, {film + ".height", int64_t{options_.height}}});
+  editor.update();
+  return index;
+}
+
+/// Renders a preview. Its number of pixels follows from the time of the last preview.
+void RenderSession::Worker::preview() {
+  set_activity(Activity::kPreview);
+  const double start = context_->seconds();
+  const Rect crop = sensor().film().crop();
+  double scale = kInitialScale;
+  if (seconds_per_pixel_ > 0) {
+    // The time includes that of the change.
+    const double left =
+        std::max(0.3 * options_.preview_seconds, options_.preview_seconds - change_seconds_);
+    scale = std::sqrt(left / (seconds_per_pixel_ * std::max(1, crop.area())));
+  }
+  scale = std::clamp(scale, kMinScale, 1.);
+  const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels * scale + 0.5)); };
+  const double pixels = preview_of(side(crop.width()), side(crop.height()), start);
+  seconds_per_pixel_ = (context_->seconds() - start) / pixels;
+  wants_preview_ = false;
+  // Renders a full-size preview next if the first pass of the integrator takes long.
+  wants_whole_preview_ = scale < 1 && is_slow_to_begin(scene_->integrator());
+  if (is_paused_) set_activity(Activity::kPaused);
+}
+
+/// Renders a preview of width x height pixels with one sample each. Returns the number of pixels.
+double RenderSession::Worker::preview_of(int width, int height, double start) {
+  const Scene* scene = nullptr;
+  {
+    const std::lock_guard lock(scene_mutex_);
+    scene = &preview_scene();
+  }
+  const auto film_sensor = with_own_film(sensor(), width, height, 1);
+  auto image = render_once(*scene, *film_sensor, *context_);
+  if (image) publish(*scene, std::move(*image), true, false, context_->seconds() - start, -1);
+  return static_cast<double>(width) * height;
+}
+
+void RenderSession::Worker::improve() {
+  set_activity(Activity::kRendering);
+  if (std::exchange(wants_whole_preview_, false)) {
+    const Rect crop = sensor().film().crop();
+    preview_of(crop.width(), crop.height(), context_->seconds());
+    return;
+  }
+  if (!live_) live_ = std::make_unique<LiveRender>(*scene_, sensor(), *context_);
+  if (cancel_) return live_.reset();  // its preparation may be incomplete
+  if (!live_->pass()) {
+    if (!live_->is_whole()) live_.reset();
+    return;
+  }
+  is_coarse_ = false;
+  is_done_ = live_->samples() >= options_.most_samples;
+  publish(*scene_, live_->develop(), false, is_done_, live_->seconds(), live_->rel_mse());
+  if (is_done_ || is_paused_) set_activity(is_done_ ? Activity::kFinished : Activity::kPaused);
+}
+
+void RenderSession::Worker::render_exactly() {
+  set_activity(Activity::kRendering);
+  const auto samples = sensor().with_sample_count(*exact_samples_);
+  sensor().film().set_lane(0);
+  scene_->integrator().warn_of_light_left_out(*scene_, sensor(), *context_);
+  auto image = render_once(*scene_, *samples, *context_);
+  if (!image) return;
+  is_done_ = true;
+  publish(*scene_, std::move(*image), false, true, context_->stats().render_seconds, -1);
+  set_activity(Activity::kFinished);
+}
+
+void RenderSession::Worker::publish(const Scene& scene, Image image, bool is_preview, bool is_final,
+                                    double seconds, double rel_mse) {
+  auto picture = std::make_shared<Picture>();
+  picture->image = std::move(image);
+  picture->stats = context_->stats();
+  picture->generation = ++generation_;
+  picture->edition = edition_;
+  picture->crop = sensor().film().crop();
+  picture->is_preview = is_preview;
+  picture->is_final = is_final;
+  picture->integrator = name_of(scene.integrator());
+  picture->samples = picture->stats.samples;
+  if (!sensor().is_surface()) picture->sensor = scene_->sensors()[sensor_];
+  picture->seconds = seconds;
+  picture->rel_mse = rel_mse;
+  picture->rays_per_second =
+      seconds > 0 ? static_cast<double>(rays_of(picture->stats)) / seconds : 0;
+  report_non_finite_samples(picture->stats);
+  const std::lock_guard lock(mutex);
+  shown.picture = std::move(picture);
+}
+
+void RenderSession::Worker::report_non_finite_samples(const RenderStats& stats) {
+  if (stats.non_finite_samples == 0 || reported_edition_ == edition_) return;
+  reported_edition_ = edition_;
+  say(true, "dropped samples that were not finite: " + std::to_string(stats.non_finite_samples) +
+                " so far");
+}
+
+}  // namespace kinome::viewer

@@ -1,0 +1,71 @@
+// Finds the objects to make again after an edit, and sets another BSDF or emitter of a shape.
+
+#include <algorithm>
+
+#include "kinome/shape_group.h"
+#include "editor/edits.h"
+
+namespace kinome::loader {
+
+Dependents::Dependents(const Builder& builder) : builder_(builder), holders_(builder.holders()) {}
+
+/// Returns false for shapes that consist of several ones with BSDFs of their own.
+bool Dependents::can_be_refitted(const Node& node) const {
+  const auto shape = std::dynamic_pointer_cast<const Shape>(builder_.made_of(node));
+  return shape && shape->parts().empty() && !std::dynamic_pointer_cast<const ShapeGroup>(shape);
+}
+
+void Dependents::add(const Node& node) {
+  if (node.tag == "scene" || !to_make_.insert(&node).second) return;
+  if (node.tag == "shape") {
+    // Emitters and sensors store a pointer to their shape.
+    for (const Node& child : node.children) {
+      const Node* const part = is_object(child) ? builder_.resolved(child) : nullptr;
+      if (part && (part->tag == "emitter" || part->tag == "sensor")) add(*part);
+    }
+  }
+  for (const Node* const holder : holders_[&node]) {
+    const bool is_fitting = node.tag == "bsdf" || node.tag == "emitter";
+    if (holder->tag == "shape" && is_fitting && can_be_refitted(*holder)) {
+      add_refitted(*holder);
+    } else {
+      add(*holder);
+    }
+  }
+}
+
+void Dependents::add_refitted(const Node& shape) {
+  if (!to_refit_.insert(&shape).second) return;
+  // Shape groups, and shapes built from them, have copied its former state.
+  for (const Node* const holder : holders_[&shape]) {
+    if (holder->tag == "shape") add(*holder);
+  }
+}
+
+std::function<void()> refit(Shape& shape, const Node& node, Builder& builder) {
+  const auto put_back = [&shape, bsdf = shape.bsdf_pointer(), emitter = shape.emitter_pointer(),
+                         plugin = shape.plugin(), nested = shape.nested()] {
+    shape.set_bsdf(bsdf);
+    shape.set_emitter(emitter);
+    shape.set_origin(plugin, nested);
+  };
+  std::vector<std::shared_ptr<const Object>> nested;
+  for (const Node& child : node.children) {
+    const Node* const part = is_object(child) ? builder.resolved(child) : nullptr;
+    const auto object = part ? builder.object(*part) : nullptr;
+    if (!object) continue;
+    nested.push_back(object);
+    if (const auto bsdf = std::dynamic_pointer_cast<Bsdf>(object)) shape.set_bsdf(bsdf);
+    if (const auto emitter = std::dynamic_pointer_cast<Emitter>(object)) shape.set_emitter(emitter);
+  }
+  shape.set_origin(shape.plugin(), std::move(nested));
+  const std::vector<std::string> wanted = shape.wanted_attributes();
+  if (std::all_of(wanted.begin(), wanted.end(),
+                  [&](const std::string& name) { return shape.attribute(name).has_value(); })) {
+    return put_back;
+  }
+  put_back();
+  return nullptr;
+}
+
+}  // namespace kinome::loader

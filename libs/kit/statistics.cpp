@@ -1,0 +1,213 @@
+#include "kit/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "kit/verdicts.h"
+
+namespace kinome::check {
+
+namespace {
+
+/// Returns Q(a, x) = Gamma(a, x) / Gamma(a), by the series of P = 1 - Q below x = a + 1, and by
+/// Lentz's continued fraction above (Abramowitz and Stegun, 6.5.29 and 6.5.31). The relative error
+/// is about 1e-13 for a < 1e5.
+double upper_incomplete_gamma(double a, double x) {
+  if (!(x > 0)) {
+    return 1;
+  }
+  const double front = std::exp(a * std::log(x) - x - std::lgamma(a));
+  constexpr int kMaxTerms = 100000;
+  constexpr double kEpsilon = 1e-15;
+  if (x < a + 1) {
+    double term = 1 / a;
+    double sum = term;
+    for (int n = 1; n < kMaxTerms && term > kEpsilon * sum; ++n) {
+      term *= x / (a + n);
+      sum += term;
+    }
+    return 1 - front * sum;
+  }
+  constexpr double kTiny = 1e-300;
+  double b = x + 1 - a;
+  double c = 1 / kTiny;
+  double d = 1 / b;
+  double fraction = d;
+  for (int n = 1; n < kMaxTerms; ++n) {
+    const double numerator = -n * (n - a);
+    b += 2;
+    d = numerator * d + b;
+    d = 1 / (std::abs(d) < kTiny ? kTiny : d);
+    c = b + numerator / c;
+    c = std::abs(c) < kTiny ? kTiny : c;
+    fraction *= d * c;
+    if (std::abs(d * c - 1) < kEpsilon) {
+      break;
+    }
+  }
+  return front * fraction;
+}
+
+}  // namespace
+
+double chi2_tail(double statistic, double degrees_of_freedom) {
+  return upper_incomplete_gamma(degrees_of_freedom / 2, statistic / 2);
+}
+
+double normal_two_sided(double z) {
+  return std::erfc(std::abs(z) / std::numbers::sqrt2);
+}
+
+Verdict chi2_test(const std::vector<double>& observed, const std::vector<double>& expected,
+                  double alpha) {
+  if (observed.size() != expected.size()) {
+    return fail(fmt::format("there are {} observations for {} expectations", observed.size(),
+                            expected.size()));
+  }
+  constexpr double kSmall = 5;
+  double total_observed = 0, total_expected = 0;
+  double pooled_observed = 0, pooled_expected = 0;
+  double statistic = 0;
+  int cells = 0;
+  size_t smallest = 0;
+  for (size_t i = 0; i < observed.size(); ++i) {
+    if (!(expected[i] >= 0) || !std::isfinite(expected[i])) {
+      return fail(fmt::format("cell {} has the expectation {}", i, expected[i]));
+    }
+    if (expected[i] == 0) {
+      if (observed[i] != 0) {
+        return fail(
+            fmt::format("{} samples in cell {}, where the density is zero", observed[i], i));
+      }
+      continue;
+    }
+    total_observed += observed[i];
+    total_expected += expected[i];
+    if (expected[i] < kSmall) {
+      pooled_observed += observed[i];
+      pooled_expected += expected[i];
+      continue;
+    }
+    if (cells == 0 || expected[i] < expected[smallest]) {
+      smallest = i;
+    }
+    statistic += (observed[i] - expected[i]) * (observed[i] - expected[i]) / expected[i];
+    ++cells;
+  }
+  if (std::abs(total_observed - total_expected) > 1e-4 * total_observed) {
+    return fail(
+        fmt::format("{} samples, but the expectations sum to {}", total_observed, total_expected));
+  }
+  if (pooled_expected > 0 && pooled_expected < kSmall && cells > 0) {
+    const double o = observed[smallest];
+    const double e = expected[smallest];
+    statistic -= (o - e) * (o - e) / e;
+    pooled_observed += o;
+    pooled_expected += e;
+    --cells;
+  }
+  if (pooled_expected > 0) {
+    const double d = pooled_observed - pooled_expected;
+    statistic += d * d / pooled_expected;
+    ++cells;
+  }
+  if (cells < 2) {
+    return {true, 1, "all samples are in one cell"};
+  }
+  const double p = chi2_tail(statistic, cells - 1);
+  return {p >= alpha, p,
+          fmt::format("chi2 = {:.5g} with {} degrees of freedom, p = {:.3g}, alpha = {:.3g}",
+                      statistic, cells - 1, p, alpha)};
+}
+
+namespace {
+
+/// Differences between pairs of means, in units of their standard deviation.
+struct PairStatistics {
+  double largest = -1;  ///< |z|
+  size_t where = 0;     ///< index of the pair with the largest |z|
+  double sum = 0, sum_variance = 0;
+  std::string fault;  ///< reason why the means can't be compared; "" if they can
+
+  PairStatistics(const std::vector<Estimate>& a, const std::vector<Estimate>& b) {
+    if (a.size() != b.size() || a.empty()) {
+      fault = fmt::format("the numbers of means must be equal and positive, got {} and {}",
+                          a.size(), b.size());
+      return;
+    }
+    for (size_t i = 0; i < a.size() && fault.empty(); ++i) add(i, a[i], b[i]);
+  }
+  /// Returns Šidák's 1 - (1 - p)^n, without cancellation.
+  double p_value(size_t pairs) const {
+    return -std::expm1(static_cast<double>(pairs) * std::log1p(-normal_two_sided(largest)));
+  }
+
+ private:
+  void add(size_t i, const Estimate& a, const Estimate& b) {
+    const double difference = a.mean - b.mean;
+    // Means of floats have rounding errors, however small their variance is.
+    const double rounding = 1e-6 * std::max(std::abs(a.mean), std::abs(b.mean));
+    const double variance = a.variance_of_mean + b.variance_of_mean + rounding * rounding;
+    if (!std::isfinite(difference) || !std::isfinite(variance) || variance < 0) {
+      fault = fmt::format("pair {} is not finite: {} and {}", i, a.mean, b.mean);
+      return;
+    }
+    const double z = difference == 0 ? 0 : std::abs(difference) / std::sqrt(variance);
+    if (z > largest) {
+      largest = z;
+      where = i;
+    }
+    sum += difference;
+    sum_variance += variance;
+  }
+};
+
+std::string text_of(const PairStatistics& found, const std::vector<Estimate>& a,
+                    const std::vector<Estimate>& b) {
+  return fmt::format("largest |z| = {:.3f} of {} pairs, at {}: {:.6g} against {:.6g}",
+                     found.largest, a.size(), found.where, a[found.where].mean,
+                     b[found.where].mean);
+}
+
+}  // namespace
+
+Verdict z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b, double alpha) {
+  const PairStatistics found(a, b);
+  if (!found.fault.empty()) return fail(found.fault);
+  const double z_sum = found.sum == 0 ? 0 : found.sum / std::sqrt(found.sum_variance);
+  const double p = bonferroni(found.p_value(a.size()), normal_two_sided(z_sum));
+  return {p >= alpha, p,
+          fmt::format("{}; the sum's z = {:.3f}; p = {:.3g}, alpha = {:.3g}",
+                      text_of(found, a, b), z_sum, p, alpha)};
+}
+
+Verdict largest_z_test(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
+                       double alpha) {
+  const PairStatistics found(a, b);
+  if (!found.fault.empty()) return fail(found.fault);
+  const double p = found.p_value(a.size());
+  return {p >= alpha, p,
+          fmt::format("{}; p = {:.3g}, alpha = {:.3g}", text_of(found, a, b), p, alpha)};
+}
+
+double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
+                       double alpha) {
+  double sum = 0, variance = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    sum += b[i].mean;
+    variance += a[i].variance_of_mean + b[i].variance_of_mean;
+  }
+  // z_test gives the sum one half of the false-alarm rate.
+  double low = 0, high = 40;
+  while (high - low > 1e-6) {
+    const double z = (low + high) / 2;
+    (normal_two_sided(z) > alpha / 2 ? low : high) = z;
+  }
+  constexpr double kNineOfTen = 1.2816;  // 90 % quantile of the normal distribution
+  return (high + kNineOfTen) * std::sqrt(variance) / std::abs(sum);
+}
+
+}  // namespace kinome::check

@@ -1,0 +1,249 @@
+#include "kit/subject.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "kinome/error.h"
+
+namespace kinome::check {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string escaped(const std::string& text) {
+  std::string xml;
+  for (const char c : text) {
+    xml += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
+  }
+  return xml;
+}
+
+/// Returns true if the value consists of several numbers.
+bool is_vector(const std::string& value) {
+  return value.find_first_of(" ,") != std::string::npos;
+}
+
+bool is_number(const std::string& value) {
+  char* end = nullptr;
+  std::strtod(value.c_str(), &end);
+  return !value.empty() && *end == 0;
+}
+
+const char* tag_of(const Parameter& parameter, const std::string& value) {
+  switch (parameter.type) {
+    case ParameterType::kBoolean: return "boolean";
+    case ParameterType::kInteger: return "integer";
+    case ParameterType::kFloat: return "float";
+    case ParameterType::kString:
+    case ParameterType::kFile: return "string";
+    case ParameterType::kFloatOrName: return is_number(value) ? "float" : "string";
+    case ParameterType::kVector: return "vector";
+    case ParameterType::kEmission:
+    case ParameterType::kEmissionTexture:
+    case ParameterType::kReflectanceTexture:
+    case ParameterType::kUnitlessTexture:
+    case ParameterType::kColorTexture: return is_vector(value) ? "rgb" : "float";
+    case ParameterType::kTransform:
+    case ParameterType::kImage:
+    case ParameterType::kObject: break;
+  }
+  return "";
+}
+
+std::optional<Category> category_named(const std::string& name) {
+  for (int i = 0; i < kCategoryCount; ++i) {
+    if (name == to_string(static_cast<Category>(i))) return static_cast<Category>(i);
+  }
+  return std::nullopt;
+}
+
+/// Camera for the scenes of the checks.
+constexpr const char* kCamera =
+    "<sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"
+    "<lookat origin='0 -4 2.5' target='0 0 0.3' up='0 0 1'/></transform>"
+    "<sampler type='independent'/><film type='hdrfilm'><integer name='width' value='64'/>"
+    "<integer name='height' value='64'/><rfilter type='box'/></film></sensor>";
+
+}  // namespace
+
+std::string parameter_xml(const Parameter& parameter, const std::string& value) {
+  if (value.starts_with('<')) return value;
+  const std::string name = escaped(parameter.name), text = escaped(value);
+  if (parameter.type == ParameterType::kTransform) {
+    if (value == "identity") return fmt::format("<transform name=\"{}\"></transform>", name);
+    return fmt::format("<transform name=\"{}\"><matrix value=\"{}\"/></transform>", name, text);
+  }
+  if (parameter.type == ParameterType::kObject) {
+    return fmt::format("<{} type=\"{}\"/>", to_string(parameter.category), text);
+  }
+  return fmt::format("<{} name=\"{}\" value=\"{}\"/>", tag_of(parameter, value), name, text);
+}
+
+std::string needed_xml(const Parameter& parameter) {
+  switch (parameter.type) {
+    case ParameterType::kFile:
+    case ParameterType::kString:
+    case ParameterType::kImage:
+    case ParameterType::kTransform: return "";
+    case ParameterType::kBoolean: return parameter_xml(parameter, "false");
+    case ParameterType::kInteger: return parameter_xml(parameter, "1");
+    case ParameterType::kObject: break;
+    default: return parameter_xml(parameter, "0.5");
+  }
+  switch (parameter.category) {
+    case Category::kBsdf: return "<bsdf type=\"diffuse\"/>";
+    case Category::kEmitter: return "<emitter type=\"area\"/>";
+    case Category::kFilm: return "<film type=\"hdrfilm\"/>";
+    case Category::kIntegrator: return "<integrator type=\"direct\"/>";
+    case Category::kReconstructionFilter: return "<rfilter type=\"box\"/>";
+    case Category::kSampler: return "<sampler type=\"independent\"/>";
+    case Category::kSensor: return kCamera;
+    case Category::kShape: return "<shape type=\"sphere\"/>";
+    case Category::kTexture: return "<texture type=\"checkerboard\"/>";
+  }
+  return "";
+}
+
+Subject::Subject(const Request& request) : request_(request) {
+  std::string wanted = request.plugin;
+  std::vector<std::string> paths = request.plugin_paths;
+  if (wanted.ends_with(".so")) {
+    const fs::path path = fs::absolute(wanted);
+    const std::string category = path.parent_path().filename().string();
+    if (!category_named(category)) {
+      throw Error(
+          fmt::format("'{}': expected PLUGINS/CATEGORY/NAME.so, as built by "
+                      "kinome_add_plugin()",
+                      wanted));
+    }
+    if (!fs::exists(path)) throw Error(fmt::format("'{}': no such file", wanted));
+    paths.insert(paths.begin(), path.parent_path().parent_path().string());
+    wanted = category + "/" + path.stem().string();
+  }
+  folders_ = PluginRegistry::default_folders(paths);
+  registry_ = std::make_unique<PluginRegistry>(folders_, choose_instruction_set(request.isa));
+  find(wanted);
+  plugin_ = &registry_->find(category_, name_);
+  for (const auto& [name, value] : request.parameters) {
+    const bool is_element = value.starts_with('<');
+    const bool is_known =
+        std::any_of(plugin_->parameters.begin(), plugin_->parameters.end(),
+                    // `&name = name`, because clang 14 can't capture structured bindings.
+                    [&name = name](const Parameter& parameter) { return parameter.name == name; });
+    if (is_element || is_known) continue;
+    std::vector<std::string> names;
+    for (const Parameter& parameter : plugin_->parameters) names.emplace_back(parameter.name);
+    const std::string near = nearest_name(name, names);
+    throw Error(fmt::format("-D: {} has no parameter '{}'{}", title(), name,
+                            near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+  }
+  if (!request.against.empty()) read_against();
+  for (const Parameter& parameter : plugin_->parameters) {
+    if (parameter.required && !is_given(parameter) &&
+        needed_xml(parameter).empty()) {
+      throw Error(fmt::format("{} needs a value for '{}': add -D {}=…", title(), parameter.name,
+                              parameter.name));
+    }
+  }
+}
+
+void Subject::read_against() {
+  if (category_ != Category::kIntegrator && category_ != Category::kEmitter) {
+    throw Error(fmt::format("--against: {} is neither an integrator nor an emitter", title()));
+  }
+  try {
+    const auto other = load_object_from_string(xml_against(), kFile, {}, *registry_);
+    if (!other->plugin().starts_with(std::string(to_string(category_)) + "/")) {
+      throw Error(fmt::format("{} can't be compared with {}", title(), other->plugin()));
+    }
+  } catch (const Error& error) {
+    throw Error("--against: " + error.message());
+  }
+}
+
+std::string Subject::xml_against() const {
+  if (request_.against.starts_with('<')) return request_.against;
+  const PluginDescriptor& other = registry_->find(category_, request_.against);
+  std::string text =
+      fmt::format("<{} type=\"{}\">", to_string(category_), escaped(request_.against));
+  for (const auto& [name, value] : request_.parameters) {
+    const auto row = std::find_if(other.parameters.begin(), other.parameters.end(),
+                                  [&name = name](const Parameter& p) { return p.name == name; });
+    if (row != other.parameters.end()) text += '\n' + parameter_xml(*row, value);
+  }
+  return text + fmt::format("</{}>", to_string(category_));
+}
+
+void Subject::find(const std::string& wanted) {
+  std::vector<std::string> found, known;
+  for (int i = 0; i < kCategoryCount; ++i) {
+    const auto category = static_cast<Category>(i);
+    for (const std::string& name : registry_->names(category)) {
+      const std::string full = std::string(to_string(category)) + "/" + name;
+      known.push_back(name);
+      if (wanted != name && wanted != full) continue;
+      found.push_back(full);
+      category_ = category;
+      name_ = name;
+    }
+  }
+  if (found.size() == 1) return;
+  if (found.size() > 1) {
+    throw Error(fmt::format("'{}' is ambiguous: write {} or {}", wanted, found[0], found[1]));
+  }
+  const std::string near = nearest_name(wanted, known);
+  throw Error(fmt::format("unknown plugin '{}'{}", wanted,
+                          near.empty() ? "; `kinome plugins` lists all plugins"
+                                       : fmt::format(" (did you mean '{}'?)", near)));
+}
+
+int Subject::samples(int usual) const {
+  return std::max(100, static_cast<int>(usual * request_.effort));
+}
+
+bool Subject::is_given(const Parameter& parameter) const {
+  const std::string tag = std::string("<") + to_string(parameter.category);
+  return request_.parameters.count(parameter.name) > 0 ||
+         (parameter.type == ParameterType::kObject &&
+          std::any_of(request_.parameters.begin(), request_.parameters.end(),
+                      [&](const auto& given) { return given.second.starts_with(tag); }));
+}
+
+std::string Subject::xml(const std::string& more, const std::string& changed,
+                         const std::string& value_xml) const {
+  std::string text = fmt::format("<{} type=\"{}\">", to_string(category_), name_);
+  for (const auto& [name, value] : request_.parameters) {
+    if (name == changed) continue;
+    const auto row = std::find_if(plugin_->parameters.begin(), plugin_->parameters.end(),
+                                  [&name = name](const Parameter& p) { return p.name == name; });
+    text += '\n';
+    text += row == plugin_->parameters.end() ? value : parameter_xml(*row, value);
+  }
+  if (!request_.parameters.empty()) text += '\n';
+  for (const Parameter& parameter : plugin_->parameters) {
+    if (!parameter.required || parameter.name == changed) continue;
+    // Plugins that need several BSDFs get two.
+    const bool is_bsdf =
+        parameter.type == ParameterType::kObject && parameter.category == Category::kBsdf;
+    const int count = is_bsdf ? std::min(parameter.max_count, 2) : 1;
+    for (int i = 0; i < count && !is_given(parameter); ++i) {
+      text += needed_xml(parameter);
+    }
+  }
+  return text + value_xml + more + fmt::format("</{}>", to_string(category_));
+}
+
+std::unique_ptr<Scene> Subject::scene(const std::string& elements) const {
+  return scene_of("<integrator type=\"direct\"/>" + std::string(kCamera) + elements);
+}
+
+std::unique_ptr<Scene> Subject::scene_of(const std::string& elements) const {
+  LoadOptions options;
+  options.threads = 1;
+  return load_scene_from_string("<scene version=\"3.0.0\">" + elements + "</scene>", kFile, options,
+                                *registry_);
+}
+
+}  // namespace kinome::check
