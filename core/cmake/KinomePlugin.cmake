@@ -6,39 +6,65 @@
 # scene language: bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture. An
 # alias is a symbolic link: another name for the same plugin.
 #
-# WIDE is for plugins that compute with the numbers of kinome/wide: the same sources are built once
-# more for each instruction set of KINOME_ISAS that the compiler knows, as plugins/CATEGORY/ISA/NAME.so,
-# and the program takes the best that the processor has. The first is for KINOME_BASELINE.
-set(KINOME_ISAS "x86-64-v3;x86-64-v4" CACHE STRING
-  "Instruction sets that wide plugins are built for, beside the baseline: x86-64-v2, -v3, -v4")
-# Vectors of four; below it Highway has but one lane, and plugins take four to eight times as long as
-# by AVX-512, not two or three.
-set(KINOME_BASELINE "x86-64-v2" CACHE STRING
-  "What every processor has: x86-64-v2 (SSE4.2; all since 2009) or x86-64. Not used where CMAKE_CXX_FLAGS has -march")
+# WIDE is for plugins that compute with the numbers of kinome/wide. Their sources are built once for
+# KINOME_BASELINE, and once more for each instruction set of KINOME_ISAS that the compiler knows, as
+# plugins/CATEGORY/ISA/NAME.so. The program loads the best one that the processor has.
+include("${CMAKE_CURRENT_LIST_DIR}/KinomeMachine.cmake")
+set(KINOME_ISAS "auto" CACHE STRING
+  "auto: build everything once, for this machine's processor. Or a list of the instruction sets that wide plugins are built for in addition to KINOME_BASELINE, for programs that run on other machines: x86-64-v2, -v3, -v4")
+# x86-64-v2 has vectors of four numbers. With fewer, Highway has one lane, and plugins take four to eight
+# times as long as with AVX-512.
+set(KINOME_BASELINE "auto" CACHE STRING
+  "Minimum instruction set: x86-64, or x86-64-v2 to -v4. auto: the best of this machine if KINOME_ISAS is auto, else x86-64-v2. Ignored if CMAKE_CXX_FLAGS has -march")
 include(CheckCXXCompilerFlag)
-# kinome_baseline_option(RESULT): the compiler's option for it; empty: none is wanted or known.
-function(kinome_baseline_option result)
-  set(${result} "" PARENT_SCOPE)
-  string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${KINOME_BASELINE}" knows)
-  check_cxx_compiler_flag("-march=${KINOME_BASELINE}" ${knows})
-  if(${knows} AND NOT CMAKE_CXX_FLAGS MATCHES "-march=")
-    set(${result} "-march=${KINOME_BASELINE}" PARENT_SCOPE)
-  endif()
-endfunction()
-foreach(isa IN LISTS KINOME_ISAS)
-  if(NOT isa MATCHES "^x86-64-v[234]$")
-    message(FATAL_ERROR "KINOME_ISAS: there is no instruction set '${isa}' (there are x86-64-v2, "
-                        "x86-64-v3, x86-64-v4)")
-  endif()
-  # Compilers for other processors know none of them.
+# kinome_compiler_knows(ISA RESULT): compilers for other processors know none of them.
+function(kinome_compiler_knows isa result)
   string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${isa}" knows)
   check_cxx_compiler_flag("-march=${isa}" ${knows})
-endforeach()
+  set(${result} ${${knows}} PARENT_SCOPE)
+endfunction()
 
-# Those that the compiler knows.
+# The minimum instruction set as kinome_baseline, and the additional ones as kinome_isas.
+if(KINOME_ISAS STREQUAL "auto")
+  set(kinome_isas)
+else()
+  set(kinome_isas ${KINOME_ISAS})
+endif()
+foreach(isa IN LISTS kinome_isas)
+  if(NOT isa MATCHES "^x86-64-v[234]$")
+    message(FATAL_ERROR "KINOME_ISAS: unknown instruction set '${isa}' (available: x86-64-v2, "
+                        "x86-64-v3, x86-64-v4, or auto alone)")
+  endif()
+  kinome_compiler_knows(${isa} known)
+endforeach()
+set(kinome_baseline ${KINOME_BASELINE})
+if(KINOME_BASELINE STREQUAL "auto")
+  set(kinome_baseline x86-64-v2)
+  if(KINOME_ISAS STREQUAL "auto" AND NOT KINOME_SANITIZER)
+    foreach(isa IN ITEMS x86-64-v3 x86-64-v4)
+      kinome_machine_has(${isa} has)
+      kinome_compiler_knows(${isa} known)
+      if(has AND known)
+        set(kinome_baseline ${isa})
+      endif()
+    endforeach()
+  endif()
+endif()
+
+# kinome_baseline_option(RESULT): the compiler's option for kinome_baseline. Empty if it knows none, or if
+# CMAKE_CXX_FLAGS has one.
+function(kinome_baseline_option result)
+  set(${result} "" PARENT_SCOPE)
+  kinome_compiler_knows(${kinome_baseline} known)
+  if(known AND NOT CMAKE_CXX_FLAGS MATCHES "-march=")
+    set(${result} "-march=${kinome_baseline}" PARENT_SCOPE)
+  endif()
+endfunction()
+
+# The additional instruction sets that the compiler knows.
 function(kinome_list_known_isas result)
   set(isas)
-  foreach(isa IN LISTS KINOME_ISAS)
+  foreach(isa IN LISTS kinome_isas)
     string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${isa}" knows)
     if(${knows})
       list(APPEND isas ${isa})
@@ -47,7 +73,7 @@ function(kinome_list_known_isas result)
   set(${result} "${isas}" PARENT_SCOPE)
 endfunction()
 # The instruction sets, beside the baseline, that wide plugins are built for. Under sanitizers none:
-# neither memory nor races nor what files may do depends on them.
+# what these find doesn't depend on them.
 function(kinome_list_isas result)
   set(isas)
   if(NOT KINOME_SANITIZER)
@@ -78,9 +104,9 @@ function(kinome_reuse_wide_headers target isa)
     string(APPEND headers "_${isa}")
   endif()
   target_precompile_headers(${target} REUSE_FROM ${headers})
-  if(isa AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # Of precompiled headers, GCC forgets what they say of warnings: those of AVX-512 and some of AVX
-    # make values of no content, on purpose. The same sources keep the warning in the baseline.
+  if((isa OR kinome_baseline MATCHES "v[34]$") AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # False alarms: intrinsics of AVX and AVX-512 make undefined values on purpose, and GCC forgets
+    # the pragmas about this that precompiled headers contain.
     target_compile_options(${target} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
   endif()
 endfunction()
@@ -191,4 +217,17 @@ function(kinome_add_plugin category name)
       endforeach()
     endif()
   endforeach()
+endfunction()
+
+# The instruction sets of kinome_list_isas that this machine has, in their order.
+function(kinome_list_machine_isas result)
+  kinome_list_isas(isas)
+  set(found)
+  foreach(isa IN LISTS isas)
+    kinome_machine_has(${isa} has_isa)
+    if(has_isa)
+      list(APPEND found ${isa})
+    endif()
+  endforeach()
+  set(${result} "${found}" PARENT_SCOPE)
 endfunction()
