@@ -222,7 +222,7 @@ class ModuleTest(unittest.TestCase):
         parameters = kinome.traverse(scene)
         np.testing.assert_array_equal(parameters["mesh.faces"], [0, 1, 2])
         for wrong in ([0, 1, -1], [0, 1, 1.7], [0, 1, 2**32 + 2], [0, 1, 2**70]):
-            with self.assertRaisesRegex(ValueError, "mesh.faces: numbers of vertices are whole"):
+            with self.assertRaisesRegex(ValueError, "mesh.faces: vertex indices must be whole"):
                 parameters["mesh.faces"] = wrong
         positions = parameters["mesh.vertex_positions"].reshape(-1, 3)
         changes = parameters.update({"mesh.vertex_positions": positions + [0, 0, 1.5]})

@@ -13,7 +13,7 @@ from . import _kinome
 from ._errors import Error
 
 _here = _pathlib.Path(__file__).absolute().parent
-# Of a wheel, or of a build folder.
+# Folders of a wheel and of a build folder.
 _folders = [_here / "lib/kinome/plugins", _here.parent.parent / "plugins"]
 _kinome.set_up(Error, [str(_folder) for _folder in _folders if (_folder / "bsdf").is_dir()])
 
@@ -31,14 +31,14 @@ __all__ = ["Changes", "Error", "Parameter", "Picture", "Scene", "SceneParameters
 
 
 def plugins():
-    """All plugins, as dicts: "category", "name", "doc" and "parameters", a list of dicts with
-    "name", "type", "default" (as XML would have it, or None), "doc", "required", "ignored" (accepted
-    without effect) and "choices" (the names that it may be; empty: it is no such name)."""
+    """Returns all plugins as dicts with "category", "name", "doc" and "parameters". The latter is a
+    list of dicts with "name", "type", "default" (written as in XML, or None), "doc", "required",
+    "ignored" (accepted without effect) and "choices" (the allowed names; empty if any value is)."""
     return _kinome.plugins()
 
 
 def set_log_level(level):
-    """What is said on stderr: "quiet", "warn" (at first), "info" or "debug"."""
+    """Selects the messages on stderr: "quiet", "warn" (the default), "info" or "debug"."""
     levels = ("quiet", "warn", "info", "debug")
     if level not in levels:
         raise ValueError(f"level takes one of {', '.join(map(repr, levels))}, got {level!r}")

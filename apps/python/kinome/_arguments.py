@@ -1,4 +1,4 @@
-"""Checks of arguments: what is wrong is one line that says which, what it takes and what it got."""
+"""Checks of arguments. An error message has one line: the argument, what it takes, and its value."""
 import collections.abc
 import math
 import operator
@@ -11,20 +11,20 @@ def _shown(value):
 
 
 def fault(kind, name, takes, value):
-    """The error: to be raised."""
+    """Returns an error for the caller to raise."""
     return kind(f"{name} takes {takes}, got {_shown(value)}")
 
 
-def whole(value, name, least, most, special=""):
-    """A whole number from `least` to `most`, also one of numpy's."""
-    takes = f"a whole number from {least} to {most}{special}"
+def whole(value, name, low, high, special=""):
+    """Checks for a whole number from `low` to `high`, which can be of a numpy type."""
+    takes = f"a whole number from {low} to {high}{special}"
     try:
         number = operator.index(value)
     except TypeError:
         raise fault(TypeError, name, takes, value) from None
     if isinstance(value, bool):
         raise fault(TypeError, name, takes, value)
-    if not least <= number <= most:
+    if not low <= number <= high:
         raise fault(ValueError, name, takes, value)
     return number
 
@@ -63,7 +63,7 @@ def instance(value, name, kinds, takes):
 
 
 def function(value, name):
-    """A function or None."""
+    """Checks for a function or None."""
     if value is not None and not callable(value):
         raise fault(TypeError, name, "a function or None", value)
     return value
@@ -77,7 +77,7 @@ def path(value, name):
 
 
 def paths(values, name):
-    """Folders. One alone would be taken apart, letter by letter."""
+    """Checks for a list of folders. Refuses a single string, which is iterable, too."""
     takes = "a list of folders"
     if isinstance(values, (str, bytes, os.PathLike)) or not isinstance(values,
                                                                       collections.abc.Iterable):

@@ -1,4 +1,4 @@
-"""Do two pictures show the same? By the tests of the program kinome-compare."""
+"""Comparison of two images, by the tests of the program kinome-compare."""
 import importlib
 import importlib.util
 import pathlib
@@ -10,8 +10,8 @@ from . import _arguments as check
 from ._picture import Picture
 
 HERE = pathlib.Path(__file__).absolute().parent
-# The program's own package: in a wheel, and beside this one in a build folder. Its name here is of
-# this package, so that it is nobody else's module of that name.
+# The package of kinome-compare: in a wheel, and beside this package in a build folder. NAME is in
+# this package, so that it can't clash with another module.
 FOLDERS = [HERE / "lib/kinome/python/compare", HERE.parent / "compare"]
 NAME = __package__ + "._comparison"
 
@@ -32,14 +32,14 @@ def _package():
     return (importlib.import_module(NAME + ".images"), importlib.import_module(NAME + ".verdict"))
 
 
-def _renders(said, images, name):
-    """The colours of several renders."""
-    if len(said) < images.FEWEST:
-        raise ValueError(f"{name}: {len(said)} renders, needs at least {images.FEWEST}")
+def _renders(pictures, images, name):
+    """Returns the colours of several renders."""
+    if len(pictures) < images.FEWEST:
+        raise ValueError(f"{name}: {len(pictures)} renders, needs at least {images.FEWEST}")
     colours = [np.asarray(picture.rgb if isinstance(picture, Picture) else picture)
-               for picture in said]
-    # The same seed twice would pass for a certainty that isn't there.
-    seeds = [picture.stats["seed"] for picture in said
+               for picture in pictures]
+    # Renders with the same seed are not independent: the estimated variance would be too small.
+    seeds = [picture.stats["seed"] for picture in pictures
              if isinstance(picture, Picture) and "seed" in picture.stats]
     if len(set(seeds)) < len(seeds):
         twin = next(seed for seed in seeds if seeds.count(seed) > 1)
@@ -52,20 +52,20 @@ def _renders(said, images, name):
     return colours
 
 
-def _check(said, name):
+def _check(pictures, name):
     takes = "a picture by render(variance=16), or a list of 4 or more pictures of different seeds"
-    check.instance(said, name, (Picture, list, tuple), takes)
-    if isinstance(said, Picture) and not said.stats.get("renders"):
+    check.instance(pictures, name, (Picture, list, tuple), takes)
+    if isinstance(pictures, Picture) and not pictures.stats.get("renders"):
         raise ValueError(f"{name} takes {takes}, got a picture without a variance, or a part of one")
 
 
-def _estimate(images, said, name):
-    if isinstance(said, (list, tuple)):
-        return images.Estimate.from_renders(name, _renders(said, images, name))
-    header = {"kinome:renders": str(said.stats["renders"]),
-              "kinome:variance_of_mean": " ".join(map(repr, said.stats["variance_of_mean"]))}
-    channels = {channel: np.asarray(said, np.float64)[:, :, i]
-                for i, channel in enumerate(said.channels)}
+def _estimate(images, pictures, name):
+    if isinstance(pictures, (list, tuple)):
+        return images.Estimate.from_renders(name, _renders(pictures, images, name))
+    header = {"kinome:renders": str(pictures.stats["renders"]),
+              "kinome:variance_of_mean": " ".join(map(repr, pictures.stats["variance_of_mean"]))}
+    channels = {channel: np.asarray(pictures, np.float64)[:, :, i]
+                for i, channel in enumerate(pictures.channels)}
     try:
         return images.mean_of(name, images.Picture(channels, header, 1e-5), None)
     except images.BadInput as reason:
@@ -73,9 +73,9 @@ def _estimate(images, said, name):
 
 
 def compare(a, b, alpha=0.01):
-    """Whether two renderings have the same expectation; `b` is the reference. Each is a picture by
-    render(variance=16), or a list of 4 or more pictures of different seeds. Gives a verdict, which
-    has `passed`, and `tests` with what each of them says. Two pictures that do have the same
+    """Tests if two renders have the same expectation; `b` is the reference. Each is a picture by
+    render(variance=16), or a list of 4 or more pictures of different seeds. Returns a verdict, which
+    has `passed`, and `tests` with the results of the individual tests. Two renders with the same
     expectation fail at the rate `alpha`. Needs scipy."""
     if not 0 < check.positive(alpha, "alpha") < 1:
         raise check.fault(ValueError, "alpha", "a number between 0 and 1", alpha)

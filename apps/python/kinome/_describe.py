@@ -1,4 +1,4 @@
-"""Dicts in Mitsuba's form, as what the compiled module takes for an object of a scene."""
+"""Conversion of dicts in Mitsuba's form to the compiled module's descriptions of objects."""
 import numpy as np
 
 from . import _kinome
@@ -13,25 +13,25 @@ def fail(where, message):
 
 
 def tag_of(plugin, name, where):
-    """The category of a plugin; where there are several of this name, the one that the object is
-    named after."""
+    """Returns the category of a plugin. If several categories have a plugin of this name, prefers the
+    one that is the object's name."""
     known = _kinome.plugin_names()
     found = [tag for tag in TAGS if plugin in known[tag]]
     if name in found:
         return name
     if not found:
-        # The core says what there is instead, if it is told what was meant.
+        # The object's name is a category, so the core can suggest similar plugins of that category.
         if name in TAGS:
             return name
         fail(where, f"there is no plugin '{plugin}'")
     return found[0]
 
 
-def spectrum(said, where):
-    """The text that stands for it in XML."""
-    value = said.get("value")
+def spectrum(description, where):
+    """Returns the text of a spectrum in XML."""
+    value = description.get("value")
     if value is None:
-        wavelengths, values = said.get("wavelengths"), said.get("values")
+        wavelengths, values = description.get("wavelengths"), description.get("values")
         if wavelengths is None or values is None:
             fail(where, "a spectrum needs a 'value'")
         if np.ndim(wavelengths) != 1 or np.shape(wavelengths) != np.shape(values):
@@ -46,45 +46,46 @@ def spectrum(said, where):
 
 
 def colour(value, where):
-    """Three numbers, or one for all."""
+    """Returns three numbers from three, or from one for all channels."""
     channels = None if value is None else numbers(value)
     if channels is None or channels.shape not in ((), (1,), (3,)):
         fail(where, "an rgb needs a 'value' of three numbers, or of one")
     return np.broadcast_to(channels, 3).tolist()
 
 
-def description_of(said, where):
-    """Of what is set as a parameter in place of a value: a texture, a reference, a BSDF, a colour."""
-    kind = said.get("type")
+def description_of(description, where):
+    """Describes a dict that is set as a parameter: a texture, a reference, a BSDF or a colour."""
+    kind = description.get("type")
     if kind == "rgb":
-        return "rgb", colour(said.get("value"), where)
+        return "rgb", colour(description.get("value"), where)
     if kind == "ref":
-        if not isinstance(said.get("id"), str):
+        if not isinstance(description.get("id"), str):
             fail(where, "a ref needs an 'id', a string")
-        return "object", ("ref", "", "", said["id"], where, [], [])
-    return "object", describe(said, "", where)
+        return "object", ("ref", "", "", description["id"], where, [], [])
+    return "object", describe(description, "", where)
 
 
-def describe(said, name="", where="scene", tag=None):
-    """`name`: the key that it has in the dict around it; `tag`: what it must be, if known."""
-    if not isinstance(said, dict) or not isinstance(said.get("type"), str):
+def describe(description, name="", where="scene", tag=None):
+    """Describes an object. `name` is its key in the enclosing dict. `tag` is its category, if it is
+    known."""
+    if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         fail(where, "must be a dict with a 'type', a string")
-    if not isinstance(said.get("id", ""), str):
+    if not isinstance(description.get("id", ""), str):
         fail(where, "an 'id' is a string")
-    plugin = said["type"]
+    plugin = description["type"]
     is_scene = plugin == "scene"
     tag = "scene" if is_scene else tag or tag_of(plugin, name, where)
     values, parts = [], []
-    for key, value in said.items():
+    for key, value in description.items():
         if not isinstance(key, str):
-            fail(where, f"keys are strings, {key!r} is none")
+            fail(where, f"keys must be strings, got {key!r}")
         place = f"{where}.{key}"
         if key in ("type", "id"):
             continue
         if not isinstance(value, dict):
             is_pixels = key in ("data", "bitmap") and not isinstance(value, str)
             values.append(("data" if is_pixels else key,
-                           to_core(value, key, place, said.get("raw", False)), place))
+                           to_core(value, key, place, description.get("raw", False)), place))
             continue
         kind = value.get("type")
         if kind == "rgb":
@@ -97,6 +98,6 @@ def describe(said, name="", where="scene", tag=None):
             parts.append(("ref", "", "" if is_scene else key, value["id"], place, [], []))
         else:
             part = describe(value, key, place)
-            # In a scene, keys are what others refer to.
+            # References use the keys of a scene as ids.
             parts.append((*part[:3], part[3] or key, *part[4:]) if is_scene else part)
-    return tag, "" if is_scene else plugin, name, said.get("id", ""), where, values, parts
+    return tag, "" if is_scene else plugin, name, description.get("id", ""), where, values, parts

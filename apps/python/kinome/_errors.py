@@ -1,11 +1,12 @@
-"""What is wrong with a scene."""
+"""Errors of scenes, files and arguments."""
 
 
 class Error(Exception):
-    """A mistake in a scene, a file or an argument. str() is "FILE:LINE:COLUMN: message".
+    """An error in a scene, a file or an argument. str() is "FILE:LINE:COLUMN: message".
 
-    message: without its place. file, line, column: counted from 1; line 0 is a file as a whole, and
-    of a dict, `file` is the path of its keys. all: every mistake of a scene, this one first.
+    message: the message without the location. file, line, column: the location; lines and columns
+    start at 1, and line 0 is the file as a whole. For a dict, `file` is the path of its keys. all:
+    all errors of a scene, this one first.
     """
 
     def __init__(self, text, message="", file="", line=0, column=0):

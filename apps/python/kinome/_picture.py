@@ -1,4 +1,4 @@
-"""What a render gives."""
+"""Results of renders."""
 import numpy as np
 
 from . import _arguments as check
@@ -12,14 +12,14 @@ def _layer(channel):
 class Picture(np.ndarray):
     """A float32 array (height, width, channels), linear Rec.709, rows from the top.
 
-    picture["albedo"] is the part of the channels albedo.R, albedo.G, albedo.B, or the one channel
-    of that name, without a copy; picture.rgb the colour. channels: their names. stats: how it was
-    made, "complete" (whether nothing stopped it), "samples", "seconds", "relmse" (where error= asked).
+    picture["albedo"] returns the channels albedo.R, albedo.G, albedo.B, or the channel of that name,
+    without a copy. picture.rgb is the colour. channels: names of the channels. stats: statistics of
+    the render: "complete" (False if it was interrupted), "samples", "seconds", "relmse" (for error=).
 
-    What still has all of its axes is a Picture, too, and knows its channels: crops and choices of
-    channels (picture[10:20], picture[:, :, :3], picture[..., [0, 2]]), copies, and what arithmetic
-    makes of it number by number, alone or with other pictures of the same channels. Anything else has
-    no names. Picture(array, channels) names the channels of any array.
+    Results that keep all axes are Pictures with channels, too: crops and selections of channels
+    (picture[10:20], picture[:, :, :3], picture[..., [0, 2]]), copies, and element-wise arithmetic,
+    also with other pictures of the same channels. All other results have no names.
+    Picture(array, channels) names the channels of any array.
     """
 
     def __new__(cls, array, channels, stats=None):
@@ -32,7 +32,7 @@ class Picture(np.ndarray):
         return self
 
     def __array_finalize__(self, other):
-        # Whoever makes it says what it has: a shape doesn't tell which channels are left.
+        # The caller sets the channels, because the shape doesn't show which of them are left.
         self.channels, self.stats = [], {}
 
     def __getitem__(self, key):
@@ -56,8 +56,8 @@ class Picture(np.ndarray):
         return part[:, :, 0] if self.channels[found[0]] == layer else part
 
     def _names_of(self, key):
-        """The channels of self[key], None where its last axis is another; and whether it has all
-        of the pixels in their places."""
+        """Returns the channels of self[key], or None if its last axis isn't that of the channels.
+        Also returns True if self[key] has all pixels in their positions."""
         keys = list(key) if isinstance(key, tuple) else [key]
         dots = [i for i, one in enumerate(keys) if one is Ellipsis]
         if len(dots) > 1 or any(one is None for one in keys):
@@ -88,17 +88,17 @@ class Picture(np.ndarray):
         return self._like(result)
 
     def _like(self, array, stats=None):
-        """With the names of this one's channels, if it has any."""
+        """Returns a Picture of `array` with this picture's channels, if it has any."""
         if not self.channels:
             return array
         return Picture(array, self.channels, stats)
 
     def copy(self, order="C"):
-        """With the names of its channels."""
+        """Returns a copy that keeps the channels' names."""
         return self._like(super().copy(order), self.stats)
 
     def astype(self, dtype, *arguments, **options):
-        """With the names of its channels."""
+        """Converts the values and keeps the channels' names."""
         return self._like(super().astype(dtype, *arguments, **options), self.stats)
 
     def __copy__(self):
@@ -108,7 +108,6 @@ class Picture(np.ndarray):
         return self.copy()
 
     def __reduce__(self):
-        # Pickled as what it is.
         return _unpickled, (np.asarray(self), self.channels, self.stats)
 
     @property
@@ -122,12 +121,12 @@ class Picture(np.ndarray):
 
     @property
     def layers(self):
-        """Names of what is beside the colour."""
+        """Names of the layers besides the colour."""
         return list(dict.fromkeys(_layer(name) for name in self.channels
                                   if name not in ("R", "G", "B", "A", "Y")))
 
     def write(self, path):
-        """As .exr (with all channels, in single precision), .pfm or .png (8 bits, sRGB). Raises
+        """Writes .exr (all channels, single precision), .pfm or .png (8 bits, sRGB). Raises
         kinome.Error for a file that a loaded scene reads."""
         if not self.channels:
             raise ValueError("this array's channels have no names: Picture(array, channels) gives it "
@@ -146,7 +145,7 @@ class Picture(np.ndarray):
 
 
 def _of_part(stats):
-    """Without what is told of the picture as a whole."""
+    """Returns the statistics that are still valid for a part of the image."""
     return {key: value for key, value in stats.items()
             if key not in ("relmse", "renders", "variance_of_mean")}
 

@@ -13,33 +13,33 @@ from ._values import to_core, to_python
 
 Parameter = collections.namedtuple("Parameter",
                                    "path type plugin doc choices value default is_set low high")
-Parameter.__doc__ = """What can be set: its path, type, the plugin that it is of, and what it means;
-the names of which it is one, if it is a name (an empty list: it isn't, or any string will do);
-its value (None: none, or an array, which is got by its path) and its default (None: none); whether
-the scene or an edit sets it; the range that its type allows (of a texture, of each channel)."""
+Parameter.__doc__ = """A parameter of a scene: its path, type, plugin and description; the allowed
+names (empty if the values are not from a list of names); its value (None if there is none, and for
+arrays, which parameters[path] returns) and its default (None if there is none); True if the scene or
+an edit sets it; the range that its type allows (for textures in each channel)."""
 
 Changes = collections.namedtuple("Changes", "made refitted has_new_structure")
-Changes.__doc__ = """What an update made anew: plugins of the objects that were made, the number of
-shapes that were kept and got other triangles or another material or light, and whether the ray
-tracer's structure was built again."""
+Changes.__doc__ = """Result of an update: the plugins of the objects that were created; the number of
+shapes that were kept with other triangles, or another material or emitter; True if the ray tracing
+structure was rebuilt."""
 
 
-# Samples a pixel, as parameters of samplers have them; parts that a variance comes from, and
-# threads, as the program's options.
-MOST_SAMPLES, MOST_PARTS, MOST_THREADS = 2 ** 30, 1024, 4096
+# Limits of samples per pixel, as in samplers, and of renders for a variance and threads, as in the
+# program's options.
+MAX_SAMPLES, MAX_PARTS, MAX_THREADS = 2 ** 30, 1024, 4096
 
 
 class Scene:
-    """What load_file() and load_dict() give. Rendered by one thread of Python's at a time."""
+    """A scene from load_file() or load_dict(). Only one Python thread at a time can render it."""
 
     def __init__(self, editor):
         self._editor = editor
 
 
 def load_file(path, lenient=False, search_paths=(), **defines):
-    """A scene file, each $name in it being what is given for it: load_file("scene.xml", spp=64).
+    """Loads a scene file. Keywords replace each $name in it: load_file("scene.xml", spp=64).
 
-    lenient: leave out what of Mitsuba's isn't here. search_paths: more folders for its files.
+    lenient: leaves out unsupported features of Mitsuba. search_paths: more folders for its files.
     """
     texts = {key: str(value).lower() if isinstance(value, bool) else str(value)
              for key, value in defines.items()}
@@ -48,7 +48,7 @@ def load_file(path, lenient=False, search_paths=(), **defines):
 
 
 def load_dict(scene, search_paths=()):
-    """A scene as a dict in Mitsuba's form: {"type": "scene", "ball": {"type": "sphere"}, …}."""
+    """Loads a scene from a dict in Mitsuba's form: {"type": "scene", "ball": {"type": "sphere"}}."""
     return Scene(_kinome.Editor(describe(scene), check.paths(search_paths, "search_paths")))
 
 
@@ -61,8 +61,8 @@ def _integrator(integrator):
     if integrator is None:
         return None
     check.instance(integrator, "integrator", (str, dict), "an integrator's name or a dict")
-    said = {"type": integrator} if isinstance(integrator, str) else integrator
-    return describe(said, "", "integrator", "integrator")
+    description = {"type": integrator} if isinstance(integrator, str) else integrator
+    return describe(description, "", "integrator", "integrator")
 
 
 def _sensor(sensor):
@@ -79,25 +79,25 @@ def _seed(seed):
 
 def render(scene, integrator=None, sensor=0, spp=None, seed=0, time=None, error=None, variance=None,
            threads=0, progress=None, on_pass=None):
-    """Renders a scene into a Picture, a float32 array (height, width, channels).
+    """Renders a scene. Returns a Picture, a float32 array (height, width, channels).
 
-    integrator: another one than the scene's, its name or a dict. sensor: an index or an id. spp:
-    samples a pixel, in place of the scene's. time: seconds that the render may take; error: the
-    relMSE to reach, by its own estimate; both as the program has them, where the first to be
-    reached ends the render. variance: from how many independent parts (4 or more) the picture's
-    variance is to be estimated, which adds channels "variance". threads: 0 is one for each core.
+    integrator: replaces the scene's; a name or a dict. sensor: an index or an id. spp: samples per
+    pixel, instead of the scene's. time: maximum time in seconds. error: the estimated relMSE to
+    reach. With both, the render ends at the first limit that it reaches, as in the program.
+    variance: number of independent renders (4 or more) from which to estimate the variance, which
+    adds the channels "variance". threads: 0 for one per core.
 
-    progress(fraction) is called some twenty times a second; on_pass(picture, samples) after each
-    pass over the whole picture, with what there is by then: once for spp alone, for variance= after
-    each part, for error= and time= after passes that grow. It changes nothing in the picture, and
-    its time is part of time=. Both are called by the thread that called render(); what they throw
-    ends the render. Ctrl-C ends it, too, and gives the picture as it is, with stats["complete"]
-    False.
+    progress(fraction) is called about twenty times per second. on_pass(picture, samples) is called
+    after each pass with the image so far: once with only spp=, after each independent render with
+    variance=, and after passes of increasing size with error= and time=. It doesn't change the
+    image, and its time counts toward time=. Both are called in the thread that called render().
+    An exception in them ends the render. Ctrl-C ends it, too, and returns the unfinished image with
+    stats["complete"] False.
     """
     if spp is not None:
-        spp = check.whole(spp, "spp", 1, MOST_SAMPLES)
+        spp = check.whole(spp, "spp", 1, MAX_SAMPLES)
     if variance is not None:
-        variance = check.whole(variance, "variance", 4, MOST_PARTS)
+        variance = check.whole(variance, "variance", 4, MAX_PARTS)
     time, error = (None if value is None else check.positive(value, name)
                    for value, name in ((time, "time"), (error, "error")))
     check.function(progress, "progress")
@@ -107,14 +107,14 @@ def render(scene, integrator=None, sensor=0, spp=None, seed=0, time=None, error=
         on_pass(Picture(array, channels, stats), stats["samples"])
     array, channels, stats = _editor(scene).render(
         _integrator(integrator), _sensor(sensor), spp or 0, _seed(seed), time or 0., error or 0.,
-        variance or 0, check.whole(threads, "threads", 0, MOST_THREADS), progress,
+        variance or 0, check.whole(threads, "threads", 0, MAX_THREADS), progress,
         None if on_pass is None else give)
     return Picture(array, channels, stats)
 
 
 def inspect(scene, x, y, integrator=None, sensor=0, seed=0):
-    """Where the light samples of the pixel at x, y go: for each set of light points a dict of the
-    place that is lit ("position", "normal"), its "clusters" and its "samples" (lists of dicts)."""
+    """Returns the light samples of the pixel at x, y. Each set of light points has a dict with the
+    surface point ("position", "normal"), "clusters" and "samples" (lists of dicts)."""
     return _editor(scene).inspect(_integrator(integrator), _sensor(sensor), check.real(x, "x"),
                                   check.real(y, "y"), _seed(seed))
 
@@ -124,45 +124,45 @@ def _known(path):
 
 
 def _are_same(a, b):
-    """Of values as the compiled module takes them."""
+    """Compares two values in the form of the compiled module."""
     if isinstance(a, tuple) and isinstance(b, tuple):
         return a[0] == b[0] and np.array_equal(a[1], b[1])
     return type(a) is type(b) and a == b
 
 
 class SceneParameters(collections.abc.MutableMapping):
-    """The parameters of a scene by their paths. Setting one is noted; update() makes it so.
+    """The parameters of a scene by their paths. update() applies the values that were set.
 
-    A dict of a texture takes the place of a value: {"type": "bitmap", "filename": "wood.png"}, or
-    {"type": "ref", "id": "wood"}. A dict of a BSDF, set at the path of a BSDF, is put around that,
-    as {"type": "normalmap", "normalmap": {"type": "bitmap", …}} is.
+    A value can be a dict of a texture: {"type": "bitmap", "filename": "wood.png"}, or {"type": "ref",
+    "id": "wood"}. A dict of a BSDF, set at the path of a BSDF, wraps that BSDF, for instance
+    {"type": "normalmap", "normalmap": {"type": "bitmap", …}}.
     """
 
     def __init__(self, scene):
         self._editor = _editor(scene)
 
     def objects(self):
-        """All objects that have paths: pairs of the path and the plugin, as "bsdf/diffuse"."""
+        """Returns all objects as pairs of their path and plugin, such as "bsdf/diffuse"."""
         return [(path, plugin) for path, plugin, _ in self._editor.objects()]
 
     def textures(self):
-        """The parameters that textures stand for, with the paths of those: a dict."""
+        """Returns a dict of the parameters whose value is a texture, with the path of the texture."""
         return dict(self._editor.textures())
 
     def unset(self, path):
-        """Has nothing said of a parameter: its default counts. Of a BSDF: what was put around it is
-        taken off. Noted for update()."""
+        """Removes a parameter, so that its default applies. For a BSDF, removes the map around it.
+        update() applies this."""
         self._editor.unset(_known(path))
 
     def revert(self, path):
-        """Has a parameter be again what the scene's file, or dict, says. Noted for update()."""
+        """Restores the parameter's value from the scene file or dict. update() applies this."""
         self._editor.revert(_known(path))
 
     def __getitem__(self, path):
         return to_python(self._editor.get(_known(path)))
 
     def get(self, path, default=None):
-        """The value, or `default` where there is no such parameter."""
+        """Returns the value, or `default` if there is no such parameter."""
         try:
             return self[path]
         except Error:
@@ -196,42 +196,42 @@ class SceneParameters(collections.abc.MutableMapping):
         return "\n".join(f"{path:<{width}}  {kind}, of {plugin}" for path, kind, plugin in rows)
 
     def parameters(self):
-        """All of them, with what is known of each."""
+        """Returns all parameters with their descriptions."""
         return [row._replace(value=to_python(row.value), default=to_python(row.default))
                 for row in self._rows()]
 
     def _rows(self):
-        """Values as the core has them."""
+        """Returns all parameters, with values in the form of the compiled module."""
         return [Parameter(*row) for row in self._editor.parameters()]
 
     def save(self, path):
-        """Writes the scene, as the last update made it, as an XML file that gives the same picture:
-        its own file with comments and all that wasn't edited as they were. Edited meshes, pixels and
-        includes are written beside it."""
+        """Writes the scene, as of the last update, as an XML file that renders the same image.
+        Comments and everything that wasn't edited stay as in the original file. Edited meshes,
+        pixels and includes are written beside it."""
         self._editor.save(check.path(path, "path"))
 
     def _to_set(self, values):
-        """Pairs of paths and values, without those that are there though nothing says them."""
-        pairs, unsaid, nothing = [], None, object()
+        """Returns pairs of paths and values, without values that equal a default in effect."""
+        pairs, defaults, nothing = [], None, object()
         for path, value in values.items():
-            now = self.get(path, nothing)  # nothing: a texture, or a mistake
+            now = self.get(path, nothing)  # `nothing` for a texture or an error
             if value is None and now is None:
                 continue
             new = self._core_value(path, value)
             is_there = now is not None and now is not nothing
             if is_there and _are_same(new, self._core_value(path, now)):
-                if unsaid is None:
-                    unsaid = {row.path for row in self._rows()
+                if defaults is None:
+                    defaults = {row.path for row in self._rows()
                               if not row.is_set and row.type != "array"}
-                if path in unsaid:
+                if path in defaults:
                     continue
             pairs.append((path, new))
         return pairs
 
     def update(self, values=None):
-        """Sets `values`, if any, then makes anew what depends on all that was set: a Changes. Where
-        that can't be, an Error, and the scene is as it was, with none of `values` noted. Defaults and
-        None stay unsaid where they are what is there: a whole dict of values can be given back."""
+        """Sets `values`, if any, then applies all edits and returns the Changes. If that fails,
+        raises Error, leaves the scene unchanged and discards `values`. Skips defaults and None that equal
+        the current value, so that a whole dict of values can be passed back."""
         takes = "a dict of values by their paths"
         check.instance(values, "values", (collections.abc.Mapping, type(None)), takes)
         if values:
@@ -240,5 +240,5 @@ class SceneParameters(collections.abc.MutableMapping):
 
 
 def traverse(scene):
-    """The scene's parameters, to look at and to set."""
+    """Returns the scene's parameters, which can be read and set."""
     return SceneParameters(scene)

@@ -1,4 +1,4 @@
-"""Places and directions: 4x4 matrices that are chained as in Mitsuba."""
+"""Transforms: 4x4 matrices that are chained as in Mitsuba."""
 import math
 
 import numpy as np
@@ -7,7 +7,7 @@ from . import _arguments as check
 
 
 def _numbers(value, name, *counts):
-    """A new array of so many numbers."""
+    """Returns a new array of finite numbers. Its size must be one of `counts`."""
     try:
         array = np.array(value, np.float64)
     except (TypeError, ValueError):
@@ -26,8 +26,8 @@ def _direction(vector, why_not):
 
 
 class Transform:
-    """An affine transform. Methods multiply from the right, so that the last one named is the first
-    to be applied: Transform().translate([0, 1, 0]).rotate([0, 1, 0], 90)."""
+    """An affine transform. Methods multiply from the right, so the last one is applied first:
+    Transform().translate([0, 1, 0]).rotate([0, 1, 0], 90) rotates, then translates."""
 
     def __init__(self, matrix=None):
         matrix = getattr(matrix, "matrix", matrix)
@@ -49,11 +49,12 @@ class Transform:
         return self @ step
 
     def scale(self, factor):
-        """By one factor, or by one for each axis."""
+        """Scales by one factor, or by a factor for each axis."""
         return self @ np.diag([*np.broadcast_to(_numbers(factor, "factor", 1, 3), 3), 1])
 
     def rotate(self, axis, angle):
-        """Around an axis through the origin; in degrees, counter-clockwise as seen against it."""
+        """Rotates around an axis through the origin, by an angle in degrees. Positive angles are
+        counter-clockwise when the axis points at the viewer."""
         x, y, z = _direction(_numbers(axis, "axis", 3), "axis is the zero vector")
         angle = check.real(angle, "angle")
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -63,7 +64,7 @@ class Transform:
         return self @ turned
 
     def look_at(self, origin, target, up):
-        """Of a camera at `origin`, which looks at `target`."""
+        """Places a camera at `origin` and points it at `target`."""
         origin, target, up = (_numbers(vector, name, 3) for vector, name in
                               ((origin, "origin"), (target, "target"), (up, "up")))
         forward = _direction(target - origin, "origin and target are the same point")
@@ -73,7 +74,7 @@ class Transform:
         return self @ camera
 
     def inverse(self):
-        """The transform that undoes this one."""
+        """Returns the inverse transform."""
         try:
             return Transform(np.linalg.inv(self.matrix))
         except np.linalg.LinAlgError:

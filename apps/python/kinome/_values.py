@@ -1,4 +1,4 @@
-"""Python's values, and what the compiled module takes in their place (see apps/python/src/values.h)."""
+"""Conversion of values between Python and the compiled module (see apps/python/src/values.h)."""
 import numpy as np
 
 from ._transform import Transform
@@ -7,7 +7,7 @@ FLOAT_ARRAYS = ("vertex_positions", "vertex_normals", "vertex_texcoords")
 
 
 def numbers(value):
-    """As an array of floats; None where it is something else."""
+    """Converts to an array of floats. Returns None if that is impossible."""
     try:
         return None if value is None else np.asarray(value, np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -15,8 +15,8 @@ def numbers(value):
 
 
 def pixels(value, where, raw=False):
-    """An image of floats. Integers are scaled to [0, 1] by the largest value of their type, as in
-    Mitsuba's Bitmap. Bytes (uint8) stand for sRGB-encoded values, unless they are `raw`."""
+    """Converts to an image of floats. Integers are scaled to [0, 1] by the largest value of their
+    type, as in Mitsuba's Bitmap. Bytes (uint8) are decoded from sRGB, unless `raw` is set."""
     image = np.asarray(value)
     if image.dtype.kind not in "fiu" or image.ndim not in (2, 3):
         raise TypeError(f"{where}: expected pixels, numbers of the shape (height, width) or "
@@ -35,18 +35,18 @@ def pixels(value, where, raw=False):
 
 
 def indices(value, where):
-    """Numbers of vertices. What numpy would round or wrap around is an error."""
+    """Converts to vertex indices. Raises an error for values that numpy would round or wrap."""
     array = np.asarray(value).ravel()
     limits = np.iinfo(np.uint32)
     is_fine = array.size == 0 or (np.issubdtype(array.dtype, np.integer) and
                                   array.min() >= limits.min and array.max() <= limits.max)
     if not is_fine:
-        raise ValueError(f"{where}: numbers of vertices are whole and from 0 to {limits.max}")
+        raise ValueError(f"{where}: vertex indices must be whole numbers from 0 to {limits.max}")
     return np.ascontiguousarray(array, np.uint32)
 
 
 def to_core(value, name, where, raw=False):
-    """`name`: of the parameter; `where`: for messages."""
+    """Converts a value of the parameter `name` for the compiled module. `where` is for messages."""
     if name in ("data", "bitmap"):
         return pixels(value, where, raw)
     if name == "faces":
@@ -60,7 +60,7 @@ def to_core(value, name, where, raw=False):
         return bool(value)
     if isinstance(value, (int, np.integer)):
         if not -2 ** 63 <= value < 2 ** 63:
-            raise ValueError(f"{where}: {value} is too large a number")
+            raise ValueError(f"{where}: {value} is too large")
         return int(value)
     if isinstance(value, str) or hasattr(value, "__fspath__"):
         return str(value)
@@ -73,12 +73,12 @@ def to_core(value, name, where, raw=False):
         return "vector", array.ravel().tolist()
     if array is not None and array.shape == (4, 4):
         return "transform", array.ravel().tolist()
-    raise TypeError(f"{where}: {type(value).__name__} is no value of a parameter: expected a "
-                    "number, a string, three numbers, a 4x4 matrix or a dict")
+    raise TypeError(f"{where}: expected a number, a string, three numbers, a 4x4 matrix or a dict, "
+                    f"got {type(value).__name__}")
 
 
 def to_python(value):
-    """The other way round."""
+    """Converts a value of the compiled module to Python."""
     if not isinstance(value, tuple):
         return value
     kind, what = value

@@ -1,4 +1,4 @@
-// The Python module kinome._kinome: what kinome/__init__.py is made of.
+// The compiled Python module kinome._kinome, on which kinome/__init__.py is built.
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
@@ -18,7 +18,7 @@
 namespace kinome::python {
 namespace {
 
-/// kinome.Error, once it is known.
+/// Returns kinome.Error, or None before set_up() is called.
 nb::object& error_class() {
   static nb::object* const found = new nb::object(nb::none());
   return *found;
@@ -43,7 +43,7 @@ void translate(const std::exception_ptr& thrown, void*) {
   }
 }
 
-/// One of the process, as plugins are never unloaded. Used by whoever has the mutex.
+/// The registry of the process, because plugins are never unloaded. Lock the mutex to use it.
 struct Plugins {
   std::mutex mutex;
   std::vector<std::string> folders;
@@ -60,7 +60,7 @@ Plugins& plugins() {
   return *all;
 }
 
-/// Waits for a mutex without the interpreter's lock, and keeps to that.
+/// Releases the interpreter's lock and locks a mutex, for its lifetime.
 class Turn {
  public:
   explicit Turn(std::mutex& mutex) : lock_(mutex) {}
@@ -70,7 +70,7 @@ class Turn {
   std::lock_guard<std::mutex> lock_;
 };
 
-/// A scene that is rendered or edited by one thread at a time.
+/// A scene that one thread at a time can render or edit.
 class Editor {
  public:
   Editor(const std::string& path, const std::map<std::string, std::string>& defines,
@@ -81,10 +81,10 @@ class Editor {
         plugins().get(), &stats_);
   }
   Editor(nb::handle description, const std::vector<std::string>& folders) {
-    const ObjectDescription said = to_description(description);
+    const ObjectDescription scene = to_description(description);
     const Turn turn(plugins().mutex);
     editor_ = std::make_unique<SceneEditor>(
-        said, LoadOptions{.defines = {}, .search_paths = folders}, plugins().get(), &stats_);
+        scene, LoadOptions{.defines = {}, .search_paths = folders}, plugins().get(), &stats_);
   }
 
   nb::list parameters() const {
@@ -108,7 +108,7 @@ class Editor {
     expect_no_update();
     editor_->set(path, to_value(value, Location{path}));
   }
-  /// Pairs of paths and values: all of them, or none.
+  /// Sets pairs of paths and values: all of them, or none if one is invalid.
   void set_all(const nb::list& pairs) {
     expect_no_update();
     std::vector<std::pair<std::string, EditedValue>> values;
@@ -156,7 +156,7 @@ class Editor {
     return nb::make_tuple(changes.made, changes.refitted, changes.has_new_structure);
   }
 
-  /// (array, names of channels, statistics)
+  /// Returns (array, names of channels, statistics).
   nb::tuple render(nb::object integrator, const std::string& sensor, uint32_t samples,
                    uint64_t seed, double seconds, double rel_mse, uint32_t lanes, unsigned threads,
                    nb::object progress, nb::object on_pass) {
@@ -168,18 +168,18 @@ class Editor {
     state_ = State::kRendering;
     RenderStats stats;
     Image image = render_for_python(request, stats);
-    nb::dict told;
-    told["complete"] = stats.complete;
-    told["samples"] = stats.samples;
-    told["seed"] = seed;
-    told["seconds"] = stats.render_seconds;
-    told["threads"] = stats.threads;
-    told["non_finite_samples"] = stats.non_finite_samples;
-    told["relmse"] = stats.rel_mse >= 0 ? nb::cast(stats.rel_mse) : nb::object(nb::none());
-    told["renders"] = stats.renders;
-    told["variance_of_mean"] = stats.variance_of_mean;
+    nb::dict result;
+    result["complete"] = stats.complete;
+    result["samples"] = stats.samples;
+    result["seed"] = seed;
+    result["seconds"] = stats.render_seconds;
+    result["threads"] = stats.threads;
+    result["non_finite_samples"] = stats.non_finite_samples;
+    result["relmse"] = stats.rel_mse >= 0 ? nb::cast(stats.rel_mse) : nb::object(nb::none());
+    result["renders"] = stats.renders;
+    result["variance_of_mean"] = stats.variance_of_mean;
     const std::vector<std::string> channels = image.channels;
-    return nb::make_tuple(picture_array(std::move(image)), channels, told);
+    return nb::make_tuple(picture_array(std::move(image)), channels, result);
   }
 
   nb::list inspect(nb::object integrator, const std::string& sensor, float x, float y,
@@ -201,11 +201,11 @@ class Editor {
   }
 
  private:
-  /// What is read and written while Python's lock is held, and so needs no other: a callback may
-  /// ask for it in the thread that renders.
+  /// Use of the scene. Python's lock protects it; another mutex could deadlock, because a callback
+  /// of the rendering thread can read it.
   enum class State { kFree, kUpdating, kRendering };
 
-  /// For as long as it lives nobody else may render or update.
+  /// Marks the scene as used, for its lifetime. Throws Error if the scene is in use already.
   class Use {
    public:
     explicit Use(Editor& editor) : editor_(editor) {
@@ -226,9 +226,9 @@ class Editor {
 
   std::shared_ptr<const Scene> scene_for(nb::handle integrator) {
     if (integrator.is_none()) return editor_->scene();
-    const ObjectDescription said = to_description(integrator);
+    const ObjectDescription description = to_description(integrator);
     const Turn turn(plugins().mutex);
-    return editor_->scene_with(said);
+    return editor_->scene_with(description);
   }
 
   static const Sensor& find_sensor(const Scene& scene, const std::string& wanted) {
@@ -241,10 +241,10 @@ class Editor {
 
   static nb::dict as_dict(const Inspection& one) {
     const auto triple = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
-    nb::dict told;
-    told["kind"] = one.kind == LightPoints::Kind::kDistant ? "distant" : "local";
-    told["position"] = triple(one.position);
-    told["normal"] = triple(one.normal);
+    nb::dict result;
+    result["kind"] = one.kind == LightPoints::Kind::kDistant ? "distant" : "local";
+    result["position"] = triple(one.position);
+    result["normal"] = triple(one.normal);
     nb::list clusters, samples;
     for (const InspectedCluster& c : one.clusters) {
       nb::dict row;
@@ -259,9 +259,9 @@ class Editor {
       row["position"] = triple(s.position), row["weight"] = s.weight, row["visible"] = s.visible;
       samples.append(row);
     }
-    told["clusters"] = clusters;
-    told["samples"] = samples;
-    return told;
+    result["clusters"] = clusters;
+    result["samples"] = samples;
+    return result;
   }
 
   RenderStats stats_;
@@ -272,11 +272,11 @@ class Editor {
 struct FoundPlugin {
   Category category;
   std::string name;
-  const PluginDescriptor* plugin;  ///< of its library, which is never unloaded
+  const PluginDescriptor* plugin;  ///< in the plugin's library, which is never unloaded
 };
 
-/// Another thread may be loading a scene: it is waited for without the interpreter's lock, and
-/// objects of Python are made only afterwards.
+/// Waits without the interpreter's lock, because another thread may be loading a scene. So it can't
+/// create Python objects.
 std::vector<FoundPlugin> find_plugins() {
   const Turn turn(plugins().mutex);
   PluginRegistry& registry = plugins().get();
@@ -316,7 +316,7 @@ nb::list list_plugins() {
   return all;
 }
 
-/// By category, without opening their libraries.
+/// Returns the plugins' names by category, without opening their libraries.
 std::map<std::string, std::vector<std::string>> plugin_names() {
   const Turn turn(plugins().mutex);
   std::map<std::string, std::vector<std::string>> all;
@@ -333,7 +333,7 @@ void write_picture(const std::string& path, nb::object array,
   const auto pixels = nb::cast<nb::ndarray<const float, nb::c_contig, nb::ndim<3>>>(array);
   if (pixels.shape(2) != channels.size()) {
     throw Error("a picture of " + std::to_string(pixels.shape(2)) +
-                " channels can't be written: it has names for " + std::to_string(channels.size()));
+                " channels must have as many names, got " + std::to_string(channels.size()));
   }
   Image image{static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), channels,
               std::vector<float>(pixels.data(), pixels.data() + pixels.size())};

@@ -16,10 +16,10 @@
 namespace kinome::python {
 namespace {
 
-/// How often it is looked for Ctrl-C, and progress is told.
-constexpr std::chrono::milliseconds kPatience{50};
+/// Time between two checks for Ctrl-C and reports of progress.
+constexpr std::chrono::milliseconds kPollInterval{50};
 
-/// What the thread that renders has for the one that waits.
+/// Passes progress and images from the rendering thread to the waiting one.
 class Exchange {
  public:
   struct Pass {
@@ -28,9 +28,9 @@ class Exchange {
     uint32_t renders;
     std::vector<double> variance_of_mean;
   };
-  void tell(double fraction) { fraction_ = fraction; }
+  void report(double fraction) { fraction_ = fraction; }
   double fraction() const { return fraction_; }
-  /// Waits until it has been seen to the end: its time is part of the render's.
+  /// Hands over a pass and waits for seen(). This time is part of the render's.
   void show(Pass pass) {
     std::unique_lock lock(mutex_);
     pass_ = std::move(pass);
@@ -42,10 +42,11 @@ class Exchange {
     is_done_ = true;
     changed_.notify_all();
   }
-  /// A pass that nobody has seen, which seen() is to follow; nullptr: there is none, or none yet.
+  /// Waits for a new pass, up to kPollInterval. Returns nullptr if there is none. The caller must
+  /// call seen() after using a pass.
   Pass* wait() {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, kPatience, [&] { return is_done_ || pass_.has_value(); });
+    changed_.wait_for(lock, kPollInterval, [&] { return is_done_ || pass_.has_value(); });
     return pass_ ? &*pass_ : nullptr;
   }
   void seen() {
@@ -66,9 +67,10 @@ class Exchange {
   bool is_done_ = false;
 };
 
-void call_back(const RenderRequest& request, double fraction, double& told, Exchange::Pass* pass) {
-  if (!request.progress.is_none() && fraction > told) {
-    told = fraction;
+void call_back(const RenderRequest& request, double fraction, double& reported,
+               Exchange::Pass* pass) {
+  if (!request.progress.is_none() && fraction > reported) {
+    reported = fraction;
     request.progress(fraction);
   }
   if (!pass) return;
@@ -82,17 +84,17 @@ void call_back(const RenderRequest& request, double fraction, double& told, Exch
   request.on_pass(picture_array(std::move(pass->picture)), channels, stats);
 }
 
-/// As Python's arguments are called.
+/// Names of the Python arguments, for messages.
 constexpr BudgetNames kNames{"time=", "error=", "render {}"};
 
-/// The sensor for the samples that are asked for, if any; nullptr: it is as it should be.
+/// Returns the sensor with the requested number of samples, or nullptr if no number is requested.
 std::unique_ptr<Sensor> with_samples(const RenderRequest& request) {
   if (request.samples == 0) return nullptr;
   auto sensor = request.sensor->with_sample_count(request.samples);
   const uint32_t count = sensor->sampler().sample_count();
   if (count != request.samples && !(request.seconds > 0) && !(request.rel_mse > 0)) {
     log_warn("spp=" + std::to_string(request.samples) + " is rounded up to " +
-             std::to_string(count) + ", as the sampler needs");
+             std::to_string(count) + ", a number that the sampler supports");
   }
   return sensor;
 }
@@ -104,7 +106,7 @@ Image render_in_this_thread(const RenderRequest& request, const std::atomic<bool
       {.threads = request.threads,
        .seed = request.seed,
        .cancel = &cancel,
-       .progress = [&](double fraction) { exchange.tell(fraction); },
+       .progress = [&](double fraction) { exchange.report(fraction); },
        .budget = {.seconds = request.seconds, .rel_mse = request.rel_mse, .lanes = request.lanes}});
   PassCallback on_pass;
   if (!request.on_pass.is_none()) {
@@ -137,7 +139,7 @@ Image render_for_python(const RenderRequest& request, RenderStats& stats) {
     if (!fault_of_python) fault_of_python = std::move(fault);
     cancel = true;
   };
-  double told = -1;
+  double reported = -1;
   for (bool is_done = false; !is_done;) {
     Exchange::Pass* pass = nullptr;
     {
@@ -147,11 +149,12 @@ Image render_for_python(const RenderRequest& request, RenderStats& stats) {
     }
     try {
       if (PyErr_CheckSignals() != 0) nb::raise_python_error();
-      // A render that failed has come to no end that could be told.
+      // A failed render must not report that it is finished.
       const bool has_failed = is_done && fault_of_render;
-      if (!cancel && !has_failed) call_back(request, is_done ? 1 : exchange.fraction(), told, pass);
+      if (!cancel && !has_failed)
+        call_back(request, is_done ? 1 : exchange.fraction(), reported, pass);
     } catch (const nb::python_error& error) {
-      // Ctrl-C ends the render alone, also in the midst of a callback.
+      // Ctrl-C ends only the render, even during a callback.
       if (error.matches(PyExc_KeyboardInterrupt)) {
         cancel = true;
       } else {

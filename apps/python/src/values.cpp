@@ -57,7 +57,7 @@ struct Maker {
   nb::object operator()(const T& value) const {
     return nb::cast(value);
   }
-  // What is no value is never got.
+  // SceneEditor::get() never returns these, because they are not values.
   nb::object operator()(const ObjectDescription&) const { return nb::none(); }
   nb::object operator()(const Unset&) const { return nb::none(); }
   nb::object operator()(const AsWritten&) const { return nb::none(); }
@@ -91,7 +91,7 @@ Properties::Value to_property(nb::handle value, const Location& where) {
         if constexpr (std::is_constructible_v<Properties::Value, decltype(edited)>) {
           return edited;
         } else {
-          throw Error(where, "an array is no value of a parameter");
+          throw Error(where, "a parameter's value can't be an array");
         }
       },
       to_value(value, where));
@@ -132,8 +132,8 @@ nb::object from_value(const EditedValue& value) {
   return std::visit(Maker{}, value);
 }
 
-ObjectDescription to_description(nb::handle said) {
-  const auto parts = nb::cast<nb::tuple>(said);
+ObjectDescription to_description(nb::handle description) {
+  const auto parts = nb::cast<nb::tuple>(description);
   ObjectDescription object;
   object.tag = nb::cast<std::string>(parts[0]);
   object.type = nb::cast<std::string>(parts[1]);

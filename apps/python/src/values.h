@@ -10,19 +10,21 @@ namespace kinome::python {
 
 namespace nb = nanobind;
 
-/// From what kinome/_values.py makes of a Python value: bool, int, float, str, or a pair of a word
-/// and what it is: ("rgb", [r, g, b]), ("vector", [x, y, z]), ("transform", 16 numbers by rows),
+/// Converts a value in the form that kinome/_values.py produces: bool, int, float, str, or a pair
+/// of a type and a value: ("rgb", [r, g, b]), ("vector", [x, y, z]), ("transform", 16 numbers by
+/// rows),
 /// ("image", float32 array (height, width, channels)), ("floats", float32 array), ("indices",
-/// uint32 array), ("object", as to_description() takes it).
+/// uint32 array), ("object", argument of to_description()).
 EditedValue to_value(nb::handle value, const Location& where);
-/// The other way round.
+/// Converts a value to the form that to_value() takes.
 nb::object from_value(const EditedValue& value);
 
-/// From what kinome/_describe.py makes of a dict: (tag, type, name, id, where, [(name, value,
-/// where), …], [part, …]).
-ObjectDescription to_description(nb::handle said);
+/// Converts a description in the form that kinome/_describe.py produces: (tag, type, name, id,
+/// where,
+/// [(name, value, where), …], [part, …]).
+ObjectDescription to_description(nb::handle description);
 
-/// An array over a picture's own memory, which lives as long as the array does.
+/// Returns an array that owns the image and shares its memory.
 nb::object picture_array(Image&& image);
 
 }  // namespace kinome::python
