@@ -121,10 +121,11 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
       shots_.push_back(member, cell, point.d, point.weight * factor);
     }
   }
-  if (!patch.is_described) ask_and_shoot(view, answers, rays);
+  if (!patch.is_described) evaluate_and_shoot(view, answers, rays);
 }
 
-void DiffuseStrata::ask_and_shoot(const GroupView& view, const Answers& answers, ShadowRays& rays) {
+void DiffuseStrata::evaluate_and_shoot(const GroupView& view, const Answers& answers,
+                                       ShadowRays& rays) {
   Shots& s = shots_;
   const size_t count = s.member.size();
   for (auto& v : s.f) v.resize(count);

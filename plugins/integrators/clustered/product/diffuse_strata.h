@@ -49,7 +49,7 @@ class DiffuseStrata {
     void clear();
     void push_back(uint32_t to_member, uint32_t to_cell, const Vec3& d, const Rgb& weight_of_f);
   };
-  void ask_and_shoot(const GroupView& group, const Answers& answers, ShadowRays& rays);
+  void evaluate_and_shoot(const GroupView& group, const Answers& answers, ShadowRays& rays);
 
   const CellLight& light_;
   PreparedPatches prepared_;

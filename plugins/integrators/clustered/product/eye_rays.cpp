@@ -29,7 +29,7 @@ constexpr uint32_t kEdgesBefore = 2;
 /// Random number derived from a tile's seed.
 constexpr uint32_t kTileBlock = 7;
 /// Throughput from which paths always survive roulette.
-constexpr float kSureThroughput = 0.5f;
+constexpr float kMinSureThroughput = 0.5f;
 /// Roughness below which every primary with a glossy lobe sends an eye ray.
 constexpr float kSharpAlpha = 0.1f;
 
@@ -382,7 +382,7 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
     const Rgb f = sample->weight * sample->pdf;
     throughput = eye.weight * eyes_part(ray, y, width, sample->wo, f, eye) / sample->pdf;
   }
-  const float survival = std::min(1.f, max_component(glm::abs(throughput)) / kSureThroughput);
+  const float survival = std::min(1.f, max_component(glm::abs(throughput)) / kMinSureThroughput);
   if (!(random_float(eye.seed, kSurvival) < survival)) return;
   EyePaths::Begin begin;
   begin.ray.d = y.frame.to_world(sample->wo);

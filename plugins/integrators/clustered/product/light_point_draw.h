@@ -168,7 +168,8 @@ struct LocalLight::Drawn {
   std::vector<LightWalk> walks;   ///< walks whose next edge isn't traced yet
   /// Parts of split walks that don't fit into `walks` yet, with their rays.
   std::vector<std::pair<LightWalk, Ray>> parts;
-  /// True if light of a surface or sky has hit a kMirroring lobe; the same for light of a lamp.
+  /// lamp_meets_mirroring: direct light of a lamp has hit a kMirroring lobe. meets_mirroring: other
+  /// light has.
   bool meets_mirroring = false, lamp_meets_mirroring = false;
   RenderCounters counters;
 };

@@ -72,8 +72,8 @@ void LobeValues::ask(const GroupView& group, Lobe lobes, const Directions& to, f
   }
 }
 
-void LobeValues::ask_with_density(const GroupView& group, Lobe lobes, const Directions& to,
-                                  const LobeColumns& out) {
+void LobeValues::evaluate_with_density(const GroupView& group, Lobe lobes, const Directions& to,
+                                       const LobeColumns& out) {
   simd::lobe_density(group.patch.lobe, group.points(), to.member, to.dx, to.dy, to.dz, to.count,
                      out.density);
   ask(group, lobes, to, out.f);
@@ -82,7 +82,7 @@ void LobeValues::ask_with_density(const GroupView& group, Lobe lobes, const Dire
 void LobeValues::glossy(const GroupView& group, const Directions& to, const LobeColumns& out) {
   const Patch& patch = group.patch;
   if (!patch.is_described || !is_microfacet(patch.form)) {
-    ask_with_density(group, Lobe::kGlossy, to, out);
+    evaluate_with_density(group, Lobe::kGlossy, to, out);
     return;
   }
   const BsdfForm& form = patch.form;
@@ -115,7 +115,7 @@ void LobeValues::all(const GroupView& group, const Directions& to, const LobeCol
                         group.points(), to.member, to.dx, to.dy, to.dz, to.count, out.f);
     }
   } else {
-    ask_with_density(group, Lobe::kDiffuse | Lobe::kGlossy, to, out);
+    evaluate_with_density(group, Lobe::kDiffuse | Lobe::kGlossy, to, out);
   }
   simd::mix_densities(share, group.points(), to.member, to.dx, to.dy, to.dz, to.count, out.density);
 }

@@ -45,8 +45,8 @@ class LobeValues {
   void ask(const GroupView& group, Lobe lobes, const Directions& directions, float* const f[3]);
 
  private:
-  void ask_with_density(const GroupView& group, Lobe lobes, const Directions& directions,
-                        const LobeColumns& out);
+  void evaluate_with_density(const GroupView& group, Lobe lobes, const Directions& directions,
+                             const LobeColumns& out);
 
   transport::Arena arena_;
   SurfaceBlock points_;  ///< copy of the surface point, for each direction

@@ -10,18 +10,19 @@
 namespace kinome {
 namespace {
 
-/// Share of the choice that goes by guided flux alone.
+/// Share of the rates that depends on guided flux alone.
 constexpr float kDefensive = 0.25f;
-/// Share of its importance that light keeps if it is believed to be hidden.
-constexpr float kLeastVisibility = 0.05f;
-/// Lamps: of what their flux says, at least this is believed, and so much is added to cosines,
-/// since a patch has more than one place.
-constexpr float kLeastOfFlux = 0.01f, kLampMargin = 0.05f;
-/// Number of lamps that a primary looks at. Where light bounces several times, most of the noise is
-/// in that, and half of the lamps do nearly as well.
+/// Minimum visibility that importance assumes, for light that seems hidden.
+constexpr float kMinVisibility = 0.05f;
+/// Minimum importance of a lamp, relative to that from its flux.
+constexpr float kMinFluxShare = 0.01f;
+/// Added to the cosine of a lamp, because a patch has more than one position.
+constexpr float kLampMargin = 0.05f;
+/// Number of lamps that a primary uses. If light bounces several times, reflected light causes most
+/// of the noise, and half of the lamps do nearly as well.
 constexpr uint32_t kLampBlockSize = 64, kLampBlockSizeOfDeepLight = 32;
 constexpr int kRateRounds = 4;
-/// Points are tried at this multiple of the rate at which they are taken.
+/// Number of points that are tried, relative to the number that is taken.
 constexpr double kTries = 1;
 
 simd::ReflectingPatch reflecting(const Patch& patch, const LocalLight& light) {
@@ -51,7 +52,7 @@ float squared_size(const Patch& patch) {
 
 }  // namespace
 
-/// By believed_.
+/// Adds the importance of all cells for a patch, given the visibility in assumed_visibility_.
 void LocalChoice::find_importance(const LocalLight& light, const simd::ReflectingPatch& patch) {
   const LocalCellColumns& cells = light.columns();
   const auto three = [](const std::vector<float>(&columns)[3], int k) { return columns[k].data(); };
@@ -62,31 +63,32 @@ void LocalChoice::find_importance(const LocalLight& light, const simd::Reflectin
        {three(cells.normal, 0), three(cells.normal, 1), three(cells.normal, 2)},
        cells.spread2.data(),
        cells.flux.data()},
-      believed_.data(), count, of_patch_.data());
-  if (light.lamps().size() > lamp_block_size(light)) look_at_lamps(light, patch);
+      assumed_visibility_.data(), count, of_patch_.data());
+  if (light.lamps().size() > lamp_block_size(light)) find_lamp_importance(light, patch);
   simd::add_normalized(of_patch_.data(), count, importance_.data());
 }
 
-/// The importance of cells of one lamp is what reaches the patch.
-void LocalChoice::look_at_lamps(const LocalLight& light, const simd::ReflectingPatch& patch) {
+/// Sets the importance of each cell with a single lamp to the light that the patch gets from it.
+void LocalChoice::find_lamp_importance(const LocalLight& light,
+                                       const simd::ReflectingPatch& patch) {
   const auto& first = light.lamp_first();
   const Vec3 position(patch.position[0], patch.position[1], patch.position[2]);
   const Vec3 normal(patch.normal[0], patch.normal[1], patch.normal[2]);
   for (uint32_t c = 0; c < light.lamp_cells(); ++c) {
     if (first[c + 1] - first[c] != 1) continue;
-    const float by_flux = of_patch_[c] * kLeastOfFlux;
+    const float by_flux = of_patch_[c] * kMinFluxShare;
     const auto lit = light.lamps()[first[c]]->sample_direct(position, Vec2(0.5f));
     float value = 0;
     if (lit && lit->pdf > 0) {
       const float arriving = glm::dot(normal, lit->d) + kLampMargin;
       value = simd::reflected_fraction(patch, &lit->d.x, arriving, 0) *
-              mean_of(glm::abs(lit->radiance)) / lit->pdf * believed_[c];
+              mean_of(glm::abs(lit->radiance)) / lit->pdf * assumed_visibility_[c];
     }
     of_patch_[c] = std::max(value, by_flux);
   }
 }
 
-/// Of the cells from `begin` to `end`, of which a primary is to look at `size` points.
+/// Computes the rates of cells [begin, end), from which a primary uses `size` points on average.
 void LocalChoice::find_rates(const LocalLight& light, uint32_t begin, uint32_t end, uint32_t size) {
   const auto& flux = light.columns().guided_flux;
   const auto& expected = light.columns().expected;
@@ -101,10 +103,10 @@ void LocalChoice::find_rates(const LocalLight& light, uint32_t begin, uint32_t e
     if (importance > 0) {
       share = kDefensive * share + (1 - kDefensive) * importance_[c] / importance;
     }
-    // A share so small that it would vanish leaves light out.
+    // A share that underflows to 0 would leave light out.
     shares_[c] = std::max(share, 1e-9);
   }
-  // Nobody looks at a point twice: what cells can't use is left to the others.
+  // Rates are at most 1. Cells without enough points leave the rest to other cells.
   double scale = size;
   for (int round = 0; round < kRateRounds; ++round) {
     double used = 0, left = 0;
@@ -144,13 +146,13 @@ void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
   const size_t count = light.padded_size();
   importance_.assign(count, 0.f);
   of_patch_.resize(count);
-  believed_.resize(count);
-  // Calls fn for each patch, with what is believed of its cells.
+  assumed_visibility_.resize(count);
+  // Calls fn for each patch after computing assumed_visibility_ for its cells.
   const auto for_each_patch = [&](const auto& fn) {
     for (size_t p = 0; p < patches.size(); ++p) {
       simd::believed_visibility(visibility[p].v.data() + first_cell,
-                                visibility[p].sigma.data() + first_cell, kLeastVisibility, count,
-                                believed_.data());
+                                visibility[p].sigma.data() + first_cell, kMinVisibility, count,
+                                assumed_visibility_.data());
       fn(patches[p], reflecting(patches[p], light));
     }
   };
@@ -162,7 +164,7 @@ void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
   try_points(light, points, random_float(seed, 2));
   if (!tried_.empty()) {
     for_each_patch([&](const Patch& patch, const simd::ReflectingPatch& reflects) {
-      tried_.add_patch(reflects, squared_size(patch), believed_.data());
+      tried_.add_patch(reflects, squared_size(patch), assumed_visibility_.data());
     });
   }
   picks_.clear();
@@ -172,8 +174,8 @@ void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
 
 namespace {
 
-/// Calls pick(c, k) for elements k of cells [begin, end), each with probability `rate(c)`, by one
-/// comb over all of them.
+/// Selects elements k of cells [begin, end), each with probability rate(c), by one comb over all
+/// cells. Calls pick(c, k) for each.
 template <class Count, class Rate, class Pick>
 void comb_cells(uint32_t begin, uint32_t end, double offset, const Count& count, const Rate& rate,
                 const Pick& pick) {
@@ -213,7 +215,7 @@ void LocalChoice::pick_lamps(const LocalLight& light, double offset) {
   lamp_first_.push_back(static_cast<uint32_t>(lamps_.size()));
 }
 
-/// Each point at most once.
+/// Preselects points to try, each at most once.
 void LocalChoice::try_points(const LocalLight& light, const LocalPoints& points, double offset) {
   tried_.begin(points);
   const auto& first = points.first;
@@ -266,8 +268,9 @@ void LocalChoice::pick_points(const LocalPoints& points) {
 
 namespace {
 
-/// Blocks beside one another hold points beside one another: any few numbers in a row get blocks
-/// that are far apart. `count` is a power of two, and an odd factor takes all turns.
+/// Permutes block indices so that consecutive indices get blocks that are far apart, because
+/// neighbouring blocks have neighbouring points. `count` is a power of two, so that multiplication
+/// by an odd number is a permutation.
 uint32_t spread(uint32_t index, uint32_t count) {
   return (index * (scaled(kGolden, count) | 1)) & (count - 1);
 }
@@ -276,7 +279,7 @@ uint32_t spread(uint32_t index, uint32_t count) {
 
 LocalChoice::Block LocalChoice::block(uint32_t index) const {
   const uint32_t b = spread(index, blocks_), at = block_first_[b];
-  // Blocks may be empty, and the columns with them.
+  // Pointer arithmetic instead of indexing, because blocks and columns may be empty.
   const auto column = [&](int k) { return columns_[k].data() + at; };
   Block block;
   for (int axis = 0; axis < 3; ++axis) {

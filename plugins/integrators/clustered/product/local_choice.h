@@ -64,7 +64,7 @@ class LocalChoice {
 
  private:
   void find_importance(const LocalLight& light, const simd::ReflectingPatch& patch);
-  void look_at_lamps(const LocalLight& light, const simd::ReflectingPatch& patch);
+  void find_lamp_importance(const LocalLight& light, const simd::ReflectingPatch& patch);
   void find_rates(const LocalLight& light);
   void find_rates(const LocalLight& light, uint32_t begin, uint32_t end, uint32_t size);
   void try_points(const LocalLight& light, const LocalPoints& points, double offset);
@@ -72,7 +72,7 @@ class LocalChoice {
   void pick_lamps(const LocalLight& light, double offset);
 
   std::vector<float> importance_;  ///< for each cell, summed over patches; padded
-  std::vector<float> of_patch_, believed_;
+  std::vector<float> of_patch_, assumed_visibility_;
   std::vector<double> shares_;
   std::vector<float> rates_;
   TriedPoints tried_;

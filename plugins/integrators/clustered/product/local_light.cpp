@@ -10,35 +10,36 @@
 namespace kinome {
 namespace {
 
-constexpr uint32_t kMostSurfacePoints = 1u << 17;
+constexpr uint32_t kMaxSurfacePoints = 1u << 17;
 constexpr uint32_t kPointsOfSurface = 4, kCellsOfSurface = 2;
-constexpr uint32_t kSurfaceCells = 256, kMostSurfaceCells = 4096;
-constexpr uint32_t kMostLampCells = 2048;
-/// Share of the ratio that densities suggest for eye paths against deep light points. It bounds the
-/// weight of a point that is very near. Less than 1 because eye paths know less than light points
-/// do of where light after several bounces comes from. Measured at 32 samples: errors by 0.1 and 1,
-/// relative to 0.4, are 1.44 and 0.79 in the diffuse material preview, 1.35 and 1.1 in a Cornell
-/// box, 1.08 and 1 for a bunny in a box; by 3, 2 in the Cornell box.
+constexpr uint32_t kSurfaceCells = 256, kMaxSurfaceCells = 4096;
+constexpr uint32_t kMaxLampCells = 2048;
+/// Factor of the density ratio of eye paths to deep light points. It bounds the weight of a very
+/// near point. It is below 1 because eye paths sample light after several bounces less well than
+/// light points do. Errors at 32 samples, relative to those with 0.4: with 0.1 and 1, 1.44 and 0.79
+/// in the diffuse material preview, 1.35 and 1.1 in a Cornell box, 1.08 and 1 for a bunny in a box;
+/// with 3, 2 in the Cornell box.
 constexpr double kEyeShare = 0.4;
-/// Ratio for cells about which nothing is known. Eye rays and paths find all of their light, so
-/// that light points that a pass draws by chance can't stand out.
+/// Ratio for cells without samples. Eye rays and paths then find nearly all of their light, so that
+/// light points that a pass draws by chance don't become fireflies.
 constexpr float kUnknownRatio = 1e10f;
-/// Cells are taken to have at least this share of the mean area.
-constexpr double kLeastArea = 0.1;
-/// Draws that tell a source's flux.
-constexpr uint32_t kFluxDraws = 64, kFluxDrawsOfMany = 8, kMany = 256;
-/// Of the mean flux, what each source is taken to have at least.
-constexpr double kLeastFlux = 1e-3;
-/// Of all lights. Beyond it powers of points, which are of single precision, might overflow: they
-/// are flux / density.
-constexpr double kMostFlux = 1e34;
+/// Minimum assumed area of a cell, relative to the mean area.
+constexpr double kMinArea = 0.1;
+/// Number of draws for the estimate of a source's flux; kFluxDrawsOfMany if there are more than
+/// kManySources sources.
+constexpr uint32_t kFluxDraws = 64, kFluxDrawsOfMany = 8, kManySources = 256;
+/// Amount added to the flux of each source, relative to the mean flux.
+constexpr double kMinFlux = 1e-3;
+/// Maximum flux of all sources. Above it, powers of points (flux / density) could overflow single
+/// precision.
+constexpr double kMaxFlux = 1e34;
 enum Seed : uint64_t { kSeedOfCells = 0x63656c6c, kSeedOfFlux = 0x666c7578 };
 
 float importance_of(const Rgb& c) {
   return mean_of(glm::abs(c));
 }
 
-/// Of what leaves the emitter, from a few draws; infinite where it can't be told.
+/// Estimates the flux of an emitter from a few draws. Not finite if the estimate overflows.
 double flux_of(const Emitter& emitter, uint32_t draws, const LightNumbers& numbers) {
   double flux = 0;
   for (uint32_t i = 0; i < draws; ++i) {
@@ -48,7 +49,8 @@ double flux_of(const Emitter& emitter, uint32_t draws, const LightNumbers& numbe
   return flux;
 }
 
-/// Of a surface about as large as the box.
+/// Returns the product of the two longest sides of a box, as an estimate of the area of the surface
+/// in it.
 double area_of(const Aabb& box) {
   const Vec3 extent = box.extent();
   const auto longest = static_cast<double>(max_component(extent));
@@ -59,14 +61,14 @@ double area_of(const Aabb& box) {
 
 }  // namespace
 
-/// What columns are made of.
+/// Sums over the points of a cell, from which add_column() computes the columns.
 struct CellSums {
   double weight = 0, flux = 0;
   glm::dvec3 position{0.}, squares{0.}, normal{0.};
   uint32_t count = 0;
   Aabb box;
   void add(const Vec3& p, const Vec3& n, double power) {
-    // Points of no light still say where the cell is; beside any light they don't.
+    // If all points are black, they still determine the position of the cell.
     const double w = power + 1e-200;
     const glm::dvec3 at(p);
     weight += w;
@@ -80,15 +82,15 @@ struct CellSums {
 };
 
 bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
-  const uint32_t draws = scene.emitters().size() > kMany ? 1 : kFluxDrawsOfMany;
+  const uint32_t draws = scene.emitters().size() > kManySources ? 1 : kFluxDrawsOfMany;
   double flux = 0;
   for (const Emitter* const emitter : scene.emitters()) {
-    // Light that doesn't bounce is drawn where it leaves the emitter of surfaces alone.
+    // Without bounces, only emitting surfaces have light points.
     if (max_depth < kBounceDepth && !emitter->is_surface()) continue;
     if (!emitter->is_surface() && !emitter->emission_density(Vec3(0, 0, 1))) return false;
     flux += flux_of(*emitter, draws, LightNumbers(kSeedOfFlux));
   }
-  return flux < kMostFlux;
+  return flux < kMaxFlux;
 }
 
 LocalLight::LocalLight(const Scene& scene, const Settings& settings,
@@ -108,10 +110,10 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
         static_cast<uint32_t>(std::count_if(sources_.begin(), sources_.end(), [](const Source& s) {
           return s.kind == Kind::kSurface;
         }));
-    // Beside the noise of light that bounces, that of direct light is small.
+    // If light bounces, the noise of direct light is small compared to that of reflected light.
     const uint32_t least = bounce_ends_.empty() ? settings.points : settings.points / 4;
-    surface_count_ = std::clamp(surfaces * kPointsOfSurface, least, kMostSurfacePoints);
-    make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMostSurfaceCells),
+    surface_count_ = std::clamp(surfaces * kPointsOfSurface, least, kMaxSurfacePoints);
+    make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMaxSurfaceCells),
                learn_guide(false, surface_count_, seen, own, context), 1);
     surface_cells_ = size_ - lamp_cells_;
   }
@@ -150,7 +152,7 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
 }
 
 uint32_t LocalLight::draws_of_flux() const {
-  return scene_.emitters().size() > kMany ? kFluxDrawsOfMany : kFluxDraws;
+  return scene_.emitters().size() > kManySources ? kFluxDrawsOfMany : kFluxDraws;
 }
 
 void LocalLight::find_sources(uint64_t seed) {
@@ -160,7 +162,7 @@ void LocalLight::find_sources(uint64_t seed) {
     Source source{emitter, Kind::kLamp};
     if (emitter->is_surface()) source.kind = Kind::kSurface;
     if (emitter->is_environment()) source.kind = Kind::kEnvironment;
-    // A sky's may overflow, and isn't followed unless it bounces.
+    // The flux of a sky may overflow, and is needed only if light bounces.
     if (max_depth() >= kBounceDepth || !emitter->is_environment()) {
       source.flux =
           flux_of(*emitter, draws, LightNumbers(hash_words(seed, kSeedOfFlux, sources_.size())));
@@ -171,7 +173,7 @@ void LocalLight::find_sources(uint64_t seed) {
     total += source.flux;
   }
   const double least =
-      sources_.empty() ? 0 : kLeastFlux * total / static_cast<double>(sources_.size());
+      sources_.empty() ? 0 : kMinFlux * total / static_cast<double>(sources_.size());
   double surfaces = 0, all = 0;
   for (Source& source : sources_) {
     source.flux = total > 0 ? source.flux + least : 1;
@@ -200,7 +202,7 @@ void LocalLight::find_sources(uint64_t seed) {
   arrivals_ = SourceChoice(emitters, fluxes, glm::length(scene_.bounds().extent()) / 2);
 }
 
-/// Each lamp its own cell, unless there are very many.
+/// Makes one cell for each lamp, or kMaxLampCells cells if there are more lamps.
 void LocalLight::make_lamp_cells() {
   std::vector<uint32_t> lamps;
   std::vector<OrientedPoint> places;
@@ -209,14 +211,14 @@ void LocalLight::make_lamp_cells() {
     if (sources_[s].kind != Kind::kLamp) continue;
     lamps.push_back(s);
     const auto sample = sources_[s].emitter->sample_emission(Vec2(0.5f), Vec2(0.5f));
-    // Where parallel light starts is of no consequence.
+    // The position of parallel light is irrelevant.
     const bool stands = sample && sample->pdf_position == 0;
     places.push_back({stands ? sample->o : scene_.bounds().centre(), Vec3(0.f)});
     flux.push_back(static_cast<float>(sources_[s].flux));
   }
   if (lamps.empty()) return;
-  const bool each = lamps.size() <= kMostLampCells;
-  const PointPartition partition(places, flux, each ? 1 : kMostLampCells);
+  const bool each = lamps.size() <= kMaxLampCells;
+  const PointPartition partition(places, flux, each ? 1 : kMaxLampCells);
   lamp_cells_ = each ? static_cast<uint32_t>(lamps.size()) : partition.size();
   std::vector<std::vector<uint32_t>> of(lamp_cells_);
   for (uint32_t k = 0; k < lamps.size(); ++k)
@@ -249,14 +251,14 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected, 
       static_cast<float>(expected > 0 ? flux * expected / useless : flux));
   columns_.expected.push_back(static_cast<float>(expected));
   eye_factors_.push_back(static_cast<float>(factor));
-  // Points leave a margin, as wide as they are apart.
+  // The margin is about the distance between points.
   const Vec3 margin =
       sums.count > 1 ? sums.box.extent() / static_cast<float>(sums.count - 1) : Vec3(0.f);
   boxes_.push_back({sums.box.lo - margin, sums.box.hi + margin});
   ++size_;
 }
 
-/// Of points that are drawn as those of passes are, but are none of theirs.
+/// The draws have the density of a pass's points, but don't contribute to any pass.
 void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn,
                             double repeated) {
   std::vector<OrientedPoint> places;
@@ -275,7 +277,7 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
     }
   }
   const bool is_unknown = places.empty();
-  if (is_unknown) {  // light that so few points don't find is still looked for
+  if (is_unknown) {  // passes may still find light that these draws missed
     places.push_back({scene_.bounds().centre(), Vec3(0.f)});
     flux.push_back(0);
     guided_flux.push_back(0);
@@ -303,8 +305,8 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
     areas.push_back(area_of(boxes_.back()));
     all_areas += areas.back();
   }
-  // A cell of few points may be larger than they tell.
-  const double least = kLeastArea * all_areas / partition.size();
+  // A cell with few points may be larger than their bounds.
+  const double least = kMinArea * all_areas / partition.size();
   for (auto* const ratios : {&deep_ratios_, &third_ratios_}) {
     ratios->resize(size_ - partition.size());
   }

@@ -182,7 +182,7 @@ class LocalLight {
   /// those of reflected light.
   uint32_t lamp_cells() const { return lamp_cells_; }
   bool has_bounce() const { return !bounce_ends_.empty(); }
-  /// True if mirrors or kMirroring lobes may reflect light of emitting surfaces or the sky to other
+  /// True if mirrors or kMirroring lobes may reflect light of the sky or of surfaces to other
   /// surfaces. Only eye rays find it.
   bool needs_eye_rays() const { return needs_eye_rays_; }
   bool has_surfaces() const { return !surface_ends_.empty(); }

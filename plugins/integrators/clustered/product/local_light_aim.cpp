@@ -1,4 +1,4 @@
-// The part of LocalLight that aims light walks at what the camera sees the effect of.
+// The part of LocalLight that aims light walks at the region whose light contributes to the image.
 #include <algorithm>
 #include <cmath>
 
@@ -9,14 +9,14 @@
 namespace kinome {
 namespace {
 
-/// Share of the choice of sources that depends on all of their flux; the rest depends on the part
-/// that is emitted toward the spheres.
+/// Share of the probability of sources that depends on their total flux. The rest depends on the
+/// part that is emitted toward the spheres.
 constexpr double kByAllFlux = 0.5;
 /// Lower limit of estimates of this part.
 constexpr double kMinPart = 1e-12;
-/// Minimum number of lit points from which the light of points counts.
+/// Minimum number of lit points for weights to depend on light.
 constexpr size_t kMinLit = 16;
-/// Random numbers of an eye point. Those of its own rays come before.
+/// Random numbers of an eye point, after those of its rays.
 enum Number : uint32_t { kSource = 16, kPlace };
 enum Seed : uint64_t { kSeedOfRegion = 0x72656769, kSeedOfFlux = 0x61696d66 };
 
@@ -158,7 +158,7 @@ float LocalLight::aim(const Source& source, int aimed, const Vec2& position, con
   return gain;
 }
 
-/// Flux that is emitted toward the largest of the spheres, from a few draws.
+/// Estimates the flux that is emitted toward the largest sphere, from a few draws.
 double LocalLight::flux_to_aims(const Source& source, uint64_t seed) const {
   const uint32_t draws = draws_of_flux();
   const LightNumbers numbers(seed);

@@ -1,4 +1,4 @@
-// The part of LocalLight that learns which light is of use to what the camera sees.
+// The part of LocalLight that learns the guides: which light contributes to the image.
 #include <algorithm>
 #include <cmath>
 
@@ -13,16 +13,18 @@
 namespace kinome {
 namespace {
 
-/// So many draws of equal use are enough: as many as a tile of the fewest blocks looks at.
-constexpr double kEnough = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
-/// Minimum number of draws of equal use that a guide is learned from: fewer may miss most of the
+/// Effective sample size of a round from which its draws are used: the minimum number of points
+/// that a tile uses.
+constexpr double kMinEffectiveDrawsOfRound = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
+/// Minimum effective sample size from which a guide is learned. Fewer draws may miss most of the
 /// light.
-constexpr double kMinKnown = 64;
-/// Number from which on no more draws are made to improve a guide.
-constexpr double kWellKnown = 1024;
-/// Each round is guided by the one before, and so sees more of what is of use.
-constexpr uint64_t kMostRounds = 5;
-/// Each place looks at so many of the points, and sends rays to some of these.
+constexpr double kMinEffectiveDraws = 64;
+/// Effective sample size from which on a guide isn't improved any more.
+constexpr double kMaxEffectiveDraws = 1024;
+/// Maximum number of rounds that learn. Each uses the guide of the previous rounds, and so finds
+/// more useful light.
+constexpr uint64_t kMaxRounds = 5;
+/// Number of points that each seen position evaluates, and number of rays that it sends to them.
 constexpr uint32_t kLooks = 64, kRays = 4;
 constexpr size_t kViewsOfChunk = 64;
 enum Seed : uint64_t {
@@ -33,10 +35,10 @@ enum Seed : uint64_t {
 
 struct FlatPoint {
   const LightPoint* point;
-  const Reflection* reflection;  ///< nullptr: Lambertian
+  const Reflection* reflection;  ///< nullptr if the surface is Lambertian
 };
 
-/// Rays from some places of those that are seen, and what each point was worth to them.
+/// Sends rays from seen positions to light points, and finds the contribution of each point.
 class UsePilot {
  public:
   UsePilot(const Scene& scene, const transport::SceneTable* passing,
@@ -48,6 +50,7 @@ class UsePilot {
     float use;
   };
 
+  /// Appends the points that the positions `views` see, with their shares of the light there.
   void look(std::span<const SurfaceInteraction> views, size_t first_view, RenderCounters& counters,
             std::vector<Found>& out) {
     shots_.clear();
@@ -56,7 +59,7 @@ class UsePilot {
       aim(views[v], hash_words(seed_, first_view + v), static_cast<uint32_t>(v));
     }
     const std::vector<float> shares = arriving_shares(scene_, passing_, rays_, counters);
-    // Dark places count as much as bright ones.
+    // Dark positions have the same weight as bright ones.
     for (size_t begin = 0, end = 0; begin < shots_.size(); begin = end) {
       float sum = 0;
       for (; end < shots_.size() && shots_[end].view == shots_[begin].view; ++end) {
@@ -76,7 +79,7 @@ class UsePilot {
     float light;
   };
 
-  /// About the light of a point, at a surface that reflects it to all sides alike.
+  /// Returns the approximate unshadowed light of a point that arrives at a surface, times cosine.
   float light_of(const SurfaceInteraction& si, const FlatPoint& at) const {
     const Vec3 to = at.point->position - si.p;
     const float squared = glm::dot(to, to);
@@ -93,6 +96,7 @@ class UsePilot {
     return std::isfinite(light) ? light : 0;
   }
 
+  /// Makes rays from one position to points, selected by light_of().
   void aim(const SurfaceInteraction& si, uint64_t seed, uint32_t view) {
     const auto count = static_cast<uint32_t>(points_.size());
     const uint32_t looks = std::min(kLooks, count);
@@ -133,7 +137,8 @@ class UsePilot {
   std::vector<Ray> rays_;
 };
 
-/// Of so many draws of equal use, the sum would be as uncertain.
+/// Returns the effective sample size: the number of draws of equal use whose sum would be as
+/// uncertain.
 double effective_number(std::span<const LightGuide::Use> uses) {
   double sum = 0, squares = 0;
   for (const LightGuide::Use& use : uses) {
@@ -169,7 +174,7 @@ std::vector<SurfaceInteraction> places_seen(const Scene& scene, const Sensor& se
   return places;
 }
 
-/// What the draws were of use for.
+/// Returns the contributions of the draws to the seen positions.
 std::vector<LightGuide::Use> LocalLight::find_uses(const std::vector<Drawn>& chunks,
                                                    std::span<const SurfaceInteraction> seen,
                                                    uint64_t seed, RenderContext& context) const {
@@ -215,18 +220,19 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t cou
     const uint64_t own = hash_words(seed, kSeedOfRounds, round);
     std::vector<Drawn> drawn;
     draw_part(bounce, count, own, context, drawn);
-    // Of all rounds: those that are guided know of no use for light that only mirrors send on.
+    // Checked in all rounds, because guided rounds avoid light that only mirrors reflect.
     for (const Drawn& chunk : drawn) {
       needs_eye_rays_ = needs_eye_rays_ || chunk.meets_mirroring;
       has_glossy_caustics_ = has_glossy_caustics_ || chunk.lamp_meets_mirroring;
     }
-    if (seen.empty() || round == kMostRounds) return drawn;
+    if (seen.empty() || round == kMaxRounds) return drawn;
     auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfLooks), context);
     const double number = effective_number(uses);
-    if (guide.empty() ? number >= kWellKnown : number >= kEnough && known >= kWellKnown) {
+    if (guide.empty() ? number >= kMaxEffectiveDraws
+                      : number >= kMinEffectiveDrawsOfRound && known >= kMaxEffectiveDraws) {
       return drawn;
     }
-    // Each round counts by the number of draws that it is worth.
+    // The weight of each round is its effective sample size.
     double sum = 0;
     for (const LightGuide::Use& use : uses) sum += static_cast<double>(use.use);
     for (LightGuide::Use& use : uses) {
@@ -236,7 +242,7 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t cou
     }
     known += number;
     draws += count;
-    if (known >= kMinKnown) guide = LightGuide(shares, all, draws);
+    if (known >= kMinEffectiveDraws) guide = LightGuide(shares, all, draws);
   }
 }
 

@@ -1,4 +1,4 @@
-// The part of LocalLight that sorts points and meets light that rays find.
+// The part of LocalLight that sorts points and evaluates light that rays find.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +14,7 @@ namespace {
 /// Number of cells that a thread sorts together.
 constexpr uint32_t kCellsOfPart = 16;
 
-/// Of a place in the unit cube: 10 bits of each coordinate, in turn.
+/// Returns the Morton code of a position in the unit cube, with 10 bits per coordinate.
 uint32_t morton_code(const Vec3& at) {
   uint32_t code = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -28,11 +28,12 @@ uint32_t morton_code(const Vec3& at) {
   return code;
 }
 
-/// Light is the eye rays' alone, and still a number when multiplied by a density of 0.
+/// Maximum eye_ratio. It leaves nearly all light to eye rays, and gives 0, not NaN, when multiplied
+/// by a density of 0.
 constexpr float kMostEyeRatio = 1e25f;
 
-/// Densities of the reflected direction, seen along the normal, from which a lobe is narrow and
-/// from which it nearly mirrors [1/sr]: of GGX with an alpha of .28 and of .0126.
+/// Minimum density of the reflected direction, at normal incidence [1/sr], of a narrow lobe and of
+/// a lobe that nearly mirrors. They correspond to GGX with an alpha of 0.28 and 0.0126.
 constexpr float kNarrowDensity = 1, kMirroringDensity = 500;
 
 simd::LightPointRow row_of(const LightPoint& p) {
@@ -49,7 +50,8 @@ simd::LightPointRow row_of(const LightPoint& p) {
 
 }  // namespace
 
-/// Within a cell along a Morton curve through its places: every so many of them are spread over it.
+/// Sorts points by cell, and along a Morton curve within a cell, so that every nth point is spread
+/// over the cell.
 LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, RenderContext& context) const {
   LocalPoints all;
   std::vector<Aabb> boxes(size_);
@@ -91,7 +93,7 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, RenderContext& 
     const auto first_cell = static_cast<uint32_t>(part) * kCellsOfPart;
     const uint32_t last_cell = std::min(first_cell + kCellsOfPart, size_);
     for (uint32_t c = first_cell; c < last_cell; ++c) {
-      // Points of one place keep the order in which they were drawn, whichever sort this is.
+      // A stable sort is used so that the result doesn't depend on the standard library.
       std::stable_sort(keys.begin() + all.first[c], keys.begin() + all.first[c + 1]);
     }
     for (uint32_t i = all.first[first_cell]; i < all.first[last_cell]; ++i) {
@@ -172,7 +174,7 @@ float LocalLight::eye_ratio(const Source& source, float probability, const Surfa
       ratio = 1 / (count * at * cosine);
     }
   }
-  // At the rim of a cone, rounding may put a ray that was drawn where none is.
+  // At the rim of a cone, rounding can give a density of 0 to a direction that was drawn.
   return ratio < kMostEyeRatio ? ratio : kMostEyeRatio;
 }
 

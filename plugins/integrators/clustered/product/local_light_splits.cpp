@@ -10,7 +10,8 @@
 namespace kinome {
 namespace {
 
-/// Number of cells that the later use of walks is learned for.
+/// Number of cells for which the later use of walks is learned: the contribution to the image of
+/// the points that a walk leaves after the current one.
 constexpr uint32_t kSplitCells = 256;
 /// Weight of power in the partition into these cells; the rest is later use.
 constexpr double kByPower = 0.01;
@@ -19,8 +20,8 @@ constexpr float kMaxParts = 32;
 constexpr double kTypical = 0.5;
 /// Maximum number of additional parts, relative to the number of light points.
 constexpr double kMaxExtra = 0.25;
-/// Walks are split if at least kMinShare of their later use belongs to walks that would have at least
-/// kMinParts parts. Elsewhere, the power of walks is even enough.
+/// Walks are split only if at least kMinShare of the later use belongs to walks with at least
+/// kMinParts parts. Otherwise, the use of walks is even enough.
 constexpr double kMinShare = 0.1;
 constexpr float kMinParts = 4;
 constexpr int kUnitRounds = 40;
@@ -34,7 +35,8 @@ float parts_of(float value) {
   return std::floor(std::clamp(value, 1.f, kMaxParts));
 }
 
-/// The later use that one part should have. `expected`: later use of each walk that goes on, sorted.
+/// Returns the later use that one part should have, or infinity if walks should not be split.
+/// `expected` has the expected later use at each point, sorted.
 float use_of_part(std::span<const float> expected, double max_extra) {
   double all = 0, below = 0;
   for (const float value : expected) all += value;
@@ -71,7 +73,7 @@ bool LocalLight::learn_splits(const std::vector<Drawn>& drawn,
   if (max_depth() <= kBounceDepth || seen.empty()) return false;
   const std::vector<LightGuide::Use> uses = find_uses(drawn, seen, seed, context);
   std::vector<OrientedPoint> places;
-  std::vector<float> powers, later;  // `later`: use of the points that the walk leaves after this
+  std::vector<float> powers, later;  // `later`: use of the points that the walk leaves afterwards
   double all_power = 0, all_later = 0;
   for (const Drawn& chunk : drawn) {
     const size_t first = later.size();

@@ -1,4 +1,4 @@
-// The part of LocalLight that follows light from its sources and leaves points where it comes to.
+// The part of LocalLight that traces light paths from the sources and leaves points where they hit.
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -22,8 +22,8 @@ constexpr uint64_t kSeedOfWalks = 0x77616c6b;
 constexpr uint32_t kChunk = 1024;
 /// Random numbers of a walk at a surface.
 enum Number : uint32_t { kLobe, kDirection, kSurvival = kDirection + 2 };
-/// A path that loses nothing ends by roulette all the same.
-constexpr float kMostSurvival = 0.95f;
+/// Maximum survival probability of roulette, so that lossless paths end.
+constexpr float kMaxSurvival = 0.95f;
 
 }  // namespace
 
@@ -31,15 +31,16 @@ constexpr float kMostSurvival = 0.95f;
 struct LocalLight::Walker {
   transport::Arena per_draw{kChunk}, per_point;
   Columns2 position, direction;  ///< random numbers of draws of one source
-  std::vector<int> aimed;        ///< what each of the draws is aimed at, as by pick_aim()
+  std::vector<int> aimed;        ///< sphere at which each draw is aimed; see pick_aim()
   SurfaceBlock leaving;          ///< points of an emitting surface
-  RayHit16* rays;                ///< of the walks
-  float* distance;               ///< of the points that the walks have met, along their rays
+  RayHit16* rays;                ///< current ray of each walk
+  float* distance;               ///< distance of each hit along the ray
   transport::Surfaces met;
   float* u1;
   Columns2 u2;
   transport::AdjointSamples next;
-  /// Walks before their next edge, and memory for those of a chunk: large, and slow to get anew.
+  /// Walks before their next edge, and reused memory for the walks of a chunk, which is slow to
+  /// allocate.
   std::vector<LightWalk> walks, spare;
 
   explicit Walker(const transport::SceneTable& table)
@@ -64,7 +65,7 @@ struct LocalLight::Walker {
   }
 };
 
-/// Workers that threads take and give back.
+/// Pool of Walkers for threads.
 class LocalLight::Walkers {
  public:
   explicit Walkers(const transport::SceneTable& table) : table_(table) {}
@@ -138,7 +139,7 @@ void LocalLight::sample_source(std::span<const LightOrigin> origins, Walker& wal
   shape.sample_surface_block(walker.position, walker.leaving.part(0, origins.size()));
 }
 
-/// Adds a light point of the surface of the source for each origin.
+/// Adds a light point on the surface of the source for each origin.
 void LocalLight::add_surface_points(std::span<const LightOrigin> origins, Walker& walker,
                                     Drawn& out) const {
   const Source& source = sources_[origins[0].source];
@@ -166,8 +167,8 @@ void LocalLight::add_surface_points(std::span<const LightOrigin> origins, Walker
   }
 }
 
-/// Sends a walk from the source for each origin. `seed` and the number of the draw make the seed of
-/// the walk.
+/// Starts a walk from the source for each origin. The walk's seed depends on `seed` and on the
+/// index of the draw.
 void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint32_t first_draw,
                        Walker& walker, Drawn& out) const {
   const Source& source = sources_[origins[0].source];
@@ -217,8 +218,7 @@ void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint
   }
 }
 
-/// Adds parts of split walks that are still to be traced to the walks. Returns false if there are no
-/// walks left.
+/// Moves waiting parts of split walks to out.walks. Returns false if there are no walks left.
 bool LocalLight::take_parts(Walker& walker, Drawn& out) const {
   while (!out.parts.empty() && out.walks.size() < kChunk) {
     const auto& [walk, ray] = out.parts.back();
@@ -229,8 +229,8 @@ bool LocalLight::take_parts(Walker& walker, Drawn& out) const {
   return !out.walks.empty();
 }
 
-/// Traces the next edge of all walks. Leaves the walks that go on in their place; the other parts of
-/// split walks wait.
+/// Traces the next edge of all walks. Replaces them by the walks that continue. Further parts of
+/// split walks go to out.parts.
 void LocalLight::walk_on(Walker& walker, Drawn& out) const {
   const size_t count = out.walks.size();
   for (size_t k = count; k < padded(count); ++k) {
@@ -249,7 +249,8 @@ void LocalLight::walk_on(Walker& walker, Drawn& out) const {
     const uint32_t k = ray[i];
     walker.distance[i] = walks[k].before + walker.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
   }
-  // With the next edge, that to the eye's surface point and the one to the camera.
+  // The path will have three more edges: the next one, that to the eye's surface point, and that to
+  // the camera.
   const auto may_go_on = [&](const LightWalk& walk) { return walk.edges + 3 <= max_depth(); };
   const bool any_may = std::any_of(walks.begin(), walks.end(), may_go_on);
   const BsdfAnswer* const next = any_may ? &sample_next(walks, walker) : nullptr;
@@ -289,7 +290,7 @@ void LocalLight::add_part(const LightWalk& walk, const SurfaceInteraction& si, f
   if (const auto to = go_on(part, si, *sample, distance)) out.parts.emplace_back(part, *to);
 }
 
-/// Samples where walks go on from the points that they have met.
+/// Samples the next directions of walks at their hits.
 const BsdfAnswer& LocalLight::sample_next(std::span<const LightWalk> walks, Walker& walker) const {
   const uint32_t* const ray = walker.met.points().ray;
   for (size_t i = 0; i < walker.met.reflecting(); ++i) {
@@ -301,8 +302,9 @@ const BsdfAnswer& LocalLight::sample_next(std::span<const LightWalk> walks, Walk
   return walker.next.sample(walker.met, walker.u1, walker.u2);
 }
 
-/// Moves a walk on to its next edge and returns its ray, or nullopt if the walk ends. Roulette takes
-/// what the surface absorbs, so that all points of a source have about the same power.
+/// Moves a walk to its next edge and returns its ray, or nullopt if the walk ends. The survival
+/// probability of roulette is the reflectance, so that all points of a source have about the same
+/// power.
 std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& si,
                                      const transport::AdjointSample& sample,
                                      float distance) const {
@@ -319,8 +321,8 @@ std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& 
     ++walk.edges;
     return to;
   }
-  const float survival = std::min(
-      kMostSurvival, max_component(walk.power * sample.weight) / max_component(walk.power));
+  const float survival =
+      std::min(kMaxSurvival, max_component(walk.power * sample.weight) / max_component(walk.power));
   if (!(random_float(hash_words(walk.seed, walk.edges), kSurvival) < survival)) return std::nullopt;
   const bool is_first = walk.is_direct;
   walk.is_shown = is_first ? sample.is_delta && !is_lamps : walk.is_shown;
@@ -334,6 +336,7 @@ std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& 
   return to;
 }
 
+/// Leaves a light point at the hit of a walk.
 void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float distance,
                       Drawn& out) const {
   const Bsdf& bsdf = si.shape->bsdf();
@@ -349,7 +352,7 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
   reflection.to_light = si.wi;
   reflection.incident = walk.power / (count * cosine);
   const float side = si.wi.z >= 0 ? 1.f : -1.f;
-  // Draws that only guides and cells are made from do without what the points of passes need.
+  // False for draws that guides and cells are made from. These need no cells and eye ratios.
   const bool has_cells = bounce_partition_.size() > 0;
   std::optional<LobeWidth> found_width;
   const auto width_of_lobe = [&] {
@@ -361,7 +364,7 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
     if (!found_probability) found_probability = asked_at(si, side).probability(walk.origin.source);
     return *found_probability;
   };
-  // The reflectance that is seen from the light's side.
+  // The reflectance is evaluated for a viewer on the light's side.
   reflection.si.wi = Vec3(0, 0, side);
   LightPoint point;
   if (bsdf.is_lambertian()) {
@@ -369,7 +372,7 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
         bsdf.eval_pdf(reflection.si, Lobe::kDiffuse, reflection.to_light).f * reflection.incident;
   } else {
     const Vec3 normal = bsdf.reflection_frame(si).n;
-    // The back of a surface that has but one side.
+    // The light hits the back of a one-sided surface.
     if (!(glm::dot(normal, -walk.d) > 0)) return;
     const bool is_lamp = source.kind == Kind::kLamp && !is_deep;
     const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : width_of_lobe();
@@ -403,7 +406,8 @@ void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float
   point.edges = walk.edges;
   point.is_plain = has_cells && is_plain(si, width_of_lobe());
   point.is_shown = walk.is_shown;
-  // Off the surface: a ray that comes along it would else meet it just before its end.
+  // The point is off the surface, because a ray at grazing angle would hit the surface just before
+  // its end otherwise.
   point.position = si.ray_origin(-walk.d);
   point.normal = si.frame.n * side;
   point.geometric = glm::dot(si.n, walk.d) > 0 ? -si.n : si.n;

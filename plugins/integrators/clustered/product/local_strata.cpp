@@ -6,13 +6,14 @@
 namespace kinome {
 namespace {
 
-/// Eye rays of a primary: in proportion to the share of the light that they would account for if
-/// every primary sent one, within these bounds. The least of them bounds what a light point that is
-/// very near can weigh.
-constexpr float kEyeRayFactor = 12, kLeastEyeRays = 1 / 8.f;
-/// And in proportion to the share of the light points that glossy surfaces have: where one of these
-/// shows a lamp, a ray that happens to meet the place finds light as bright as none that the pilot
-/// has seen.
+/// Eye rays per primary, relative to the share of light that they would find if every primary sent
+/// one.
+constexpr float kEyeRayFactor = 12;
+/// Minimum number of eye rays per primary. It bounds the weight of a very near light point.
+constexpr float kLeastEyeRays = 1 / 8.f;
+/// Additional eye rays per primary, relative to the share of light from points that aren't
+/// Lambertian. If such a surface reflects a lamp, an eye ray may find light far brighter than any
+/// that the pilot has seen.
 constexpr float kLobeEyeRayFactor = 10;
 
 }  // namespace
@@ -25,13 +26,13 @@ void LocalStrata::Columns::resize(size_t size) {
   eye_ratio.resize(member.size());
 }
 
-/// The light point that a candidate is about; nullptr: it is a lamp.
+/// Returns the light point of a candidate; nullptr for a lamp.
 const LightPoint* LocalStrata::point_of(size_t i) const {
   const uint32_t point = candidates_.point[i];
   return point == LightPoint::kLambertian ? nullptr : &light_.local_points.points[point];
 }
 
-/// Candidates toward a block of the tile's points for each member.
+/// Adds candidates toward a block of the tile's light points for each member.
 void LocalStrata::connect_points(const GroupView& group, uint32_t first_block) {
   Columns& c = candidates_;
   for (uint32_t j = 0; j < group.group.count; ++j) {
@@ -53,7 +54,8 @@ void LocalStrata::connect_points(const GroupView& group, uint32_t first_block) {
   }
 }
 
-/// Of candidates from `first` on, which are a block, those toward points that aren't Lambertian.
+/// Sets radiance and eye_ratio of candidates toward points that aren't Lambertian. The block's
+/// candidates start at `first`.
 void LocalStrata::add_reflections(const LocalChoice::Block& block, size_t first) {
   Columns& c = candidates_;
   for (size_t i = first; i < c.size(); ++i) {
@@ -67,7 +69,7 @@ void LocalStrata::add_reflections(const LocalChoice::Block& block, size_t first)
   }
 }
 
-/// Candidates toward the lamps that the tile looks at.
+/// Adds candidates toward a block of the tile's lamps for each member.
 void LocalStrata::connect_lamps(const GroupView& group, const Numbers& numbers) {
   Columns& c = candidates_;
   for (uint32_t j = 0; j < group.group.count; ++j) {
@@ -95,7 +97,7 @@ void LocalStrata::connect_lamps(const GroupView& group, const Numbers& numbers) 
   }
 }
 
-/// By lamps without light.
+/// Pads the group's candidates with black lamps.
 void LocalStrata::pad(const GroupView& group) {
   Columns& c = candidates_;
   const Vec3& n = group.normal(0);
@@ -142,7 +144,7 @@ void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan
   for (size_t i = first_; i < c.size(); ++i) {
     const double w = mean_of(c.weight_of(i));
     sum += w;
-    // No eye ray finds a lamp.
+    // Eye rays can't find lamps.
     if (i < end_points_) all += w * (1. + c.lobe_density[i] * c.eye_ratio[i]);
     if (i < end_points_ && point_of(i)->reflection != LightPoint::kLambertian) of_lobes += w;
     if (i >= end_points_) {
@@ -176,7 +178,7 @@ void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan
   }
 }
 
-/// Of a shadow ray to a light point, or to a lamp.
+/// Number of surfaces that a shadow ray to this light point may pass straight; 0 for a lamp.
 uint32_t LocalStrata::max_passes(uint32_t point) const {
   if (point == LightPoint::kLambertian) return 0;
   return passes_left(light_.local->max_depth(), 2 + light_.local_points.points[point].edges);
