@@ -314,7 +314,7 @@ TEST(LightLeftOut, IsToldAsItIs) {
     if (text.empty()) return text;
     EXPECT_EQ(text.find("kinome: warning: test.xml:1:"), 0u) << text;
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
-    const size_t from = text.find("light after"), to = text.find(" of the picture");
+    const size_t from = text.find("light after"), to = text.find(" of the image");
     EXPECT_LT(from, to) << text;
     return text.substr(from, to - from);
   };

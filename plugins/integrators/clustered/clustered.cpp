@@ -1,21 +1,21 @@
 // clustered: light after any number of bounces by clustered importance sampling (Åkerlund 2008).
 //
-// `importance` = product, the default, is what the method has become: see PRODUCT.md. What follows
-// is of joint, luminance and brdf, the thesis's own: direct light, and one bounce of it.
+// The default `importance`, product, is described in PRODUCT.md. The following is about joint,
+// luminance and brdf, which are the thesis's method: direct light, and one bounce of it.
 //
-// Light is a set of points (3.4), on the sphere of directions for an environment, on the scene's
-// surfaces for light after a bounce (`max_depth` 3 and more), in a complete binary tree (3.3). A
-// cut through the tree (4.2.1) gives clusters; for each shading point an importance function over
-// them combines their light, the BRDF and the form factor (3.1, 4.2.2; see LightCut::build).
-// `emitter_samples` points are drawn, first a cluster (eq. 3.2), then one of its points, all alike
-// (4.3.3); each gets a shadow ray.
+// Light is a set of points (3.4) in a complete binary tree (3.3). The points of an environment are
+// on the sphere of directions; those of light after a bounce (`max_depth` 3 and more) are on the
+// scene's surfaces. A cut through the tree (4.2.1) gives clusters. For each shading point, an
+// importance function over the clusters combines their light, the BRDF and the form factor (3.1,
+// 4.2.2; see LightCut::build). `emitter_samples` points are drawn: first a cluster (eq. 3.2), then
+// one of its points, uniformly (4.3.3). Each drawn point gets a shadow ray.
 //
-// Unbiased with respect to the point set: the expectation is what `groundtruth` renders. The set
-// itself approximates the emitters by `light_samples` points. Lights that offer no points (lamps,
-// as seen directly) get one light sample each.
+// Unbiased with respect to the point set: the expectation is the image of `groundtruth`. The set
+// itself approximates the emitters by `light_samples` points. Emitters without light points (lamps,
+// as seen directly) get one emitter sample each.
 //
-// Deviations beside those of LightCut: points drawn more than once share one shadow ray; any
-// sampler may be used, not only pseudo-random numbers (4.2.3, 6.1.1).
+// Deviations beside those of LightCut: points that are drawn more than once share one shadow ray;
+// any sampler may be used, not only pseudo-random numbers (4.2.3, 6.1.1).
 //
 //   <integrator type="clustered"> <integer name="max_depth" value="3"/> </integrator>
 #include <memory>
@@ -37,63 +37,64 @@ constexpr const char* kCriteria[] = {"variance", "luminance"};
 
 constexpr Parameter kParameters[] = {
     choice_of("importance", kImportances, "product",
-              "What light is chosen by: 'product' (light x BRDF x learned visibility, of the "
-              "environment itself), or as in the thesis, of light points, 'joint' (light, BRDF and "
-              "form factor), 'luminance' or 'brdf'. Where an emitter doesn't offer what 'product' "
-              "needs, as all of Kinome's own do, or light points are asked for that are to be some "
-              "emitters' alone or bounded (max_geometry_term), 'product' is 'joint'."),
+              "Criterion for choosing light: 'product' (light x BRDF x learned visibility), or "
+              "criteria of the thesis, for light points: 'joint' (light, BRDF and form factor), "
+              "'luminance' or 'brdf'. 'product' becomes 'joint' if an emitter lacks functions that "
+              "'product' requires (Kinome's own have all), if indirect emitters are restricted to "
+              "some emitters, or with max_geometry_term."),
     {"rays_per_pixel", ParameterType::kFloat, "0",
-     "'product': rays of all kinds that a pixel gets on average; 0: three for each of the "
-     "sampler's samples, which is what 'direct' takes."},
+     "'product': mean number of rays of all kinds per pixel; 0: three for each of the sampler's "
+     "samples, as 'direct' takes."},
     {"diagnostics", ParameterType::kBoolean, "false",
-     "'product': also channels samples (camera rays of a pixel), cost (its rays of all kinds) and "
-     "visibility (what is learned of it)."},
+     "'product': add the channels samples (camera rays of a pixel), cost (its rays of all kinds) "
+     "and visibility (as learned)."},
     {"control_variate", ParameterType::kBoolean, "true",
-     "'product': add what is known of visible light without rays."},
+     "'product': compute expected visible light without rays; shadow rays correct it."},
     {"learned_sigma", ParameterType::kBoolean, "true",
-     "'product': send rays where visibility is uncertain."},
+     "'product': trace rays where visibility is uncertain."},
     {"checked_sigma", ParameterType::kBoolean, "true",
-     "'product': learn from the pilot how uncertain the visibility is that it predicts."},
+     "'product': learn from the pilot how uncertain its predictions of visibility are."},
     {"adaptive", ParameterType::kBoolean, "true",
-     "'product': give rays to the pixels that need them."},
+     "'product': assign more rays to pixels that need them."},
     {"smooth_plan", ParameterType::kBoolean, "true",
-     "'product': also heed the pixels around each, where the pilot knows little of it."},
+     "'product': also use the neighbours of a pixel for which the pilot has little data."},
     {"horizon_terms", ParameterType::kBoolean, "true",
-     "'product': add what is known of light at the horizon of flat surfaces, too."},
+     "'product': use the control variate also for light at the horizon of flat surfaces."},
     {"shared_candidates", ParameterType::kBoolean, "true",
-     "'product': pixels share unshadowed directions where they reflect alike."},
+     "'product': share candidates among pixels that reflect light similarly."},
     {"fewer_cells", ParameterType::kBoolean, "true",
-     "'product': divide light from far away into half as many cells (cut_size) below 40 rays a "
-     "pixel, but in plain scenes and by --time and --error."},
+     "'product': divide the environment into half as many cells (cut_size) below 40 rays per "
+     "pixel, except in scenes of few primitives and with --time or --error."},
     {"light_guide", ParameterType::kBoolean, "true",
-     "'product': draw light points where what they light is seen."},
+     "'product': draw light points where they contribute to the image."},
     {"trial", ParameterType::kBoolean, "true",
-     "'product': leave images to `path` if a trial on some tiles finds that it takes less work to "
-     "the same error, or if the render is short. Not for light that `path` doesn't find."},
+     "'product': render with 'path' if a trial on some tiles finds that it takes less work for the "
+     "same error, or if the render is short. Never if 'path' can't find some of the light."},
     {"rr_depth", ParameterType::kInteger, "5",
-     "'product': Russian roulette ends paths from the camera from this many surface points on."},
+     "'product': Russian roulette ends paths from the camera after this many surface points."},
     KINOME_POINT_LIGHT_PARAMETERS,
-    {"cut_size", ParameterType::kInteger, "512", "Clusters in the cut."},
+    {"cut_size", ParameterType::kInteger, "512",
+     "Number of clusters in the cut; for 'product', of cells of the environment."},
     choice_of("cut_criterion", kCriteria, "variance",
-              "Which cell of the tree is split next: that of the highest 'variance' or 'luminance'."),
+              "Criterion for splitting clusters: highest 'variance' or highest 'luminance' first."),
     {"emitter_samples", ParameterType::kInteger, "128",
-     "Light points drawn for each camera ray; rounded up as the sampler needs."},
+     "Number of light points drawn for each camera ray; rounded up as the sampler requires."},
     {"brdf_samples", ParameterType::kInteger, "32",
-     "Lobe rays that estimate the BRDF in each cluster; none are sent where nothing is glossy."},
+     "Number of lobe rays that estimate the BRDF in each cluster; 0 if no surface is glossy."},
 };
 
-constexpr double kMostRays = 1e12;
+constexpr double kMaxRaysPerPixel = 1e12;
 
-/// The thesis's method, with the light points of all emitters that offer some.
+/// The thesis's method, with the light points of all emitters that have some.
 class PointMethod final : public ClusteredMethod {
  public:
-  /// lacks_diagnostics: they were asked for, and are for another method to know.
+  /// `lacks_diagnostics`: diagnostics were requested, but only another method has them.
   PointMethod(const PointLightSettings& points, const ThesisSettings& settings,
               bool lacks_diagnostics)
       : points_(points), thesis_(settings), lacks_diagnostics_(lacks_diagnostics) {}
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (lacks_diagnostics_) {
-      context.skip("diagnostics", "the scene isn't one for importance 'product'");
+      context.skip("diagnostics", "the scene isn't rendered by importance 'product'");
     }
     if (render_without_surfaces(points_, scene, sensor, context)) return;
     thesis_.render(gather(points_, scene, context), scene, sensor, context);
@@ -128,7 +129,7 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   settings.max_geometry_term = options.max_geometry_term;
   ProductSettings& sampling = settings.sampling;
   sampling.rays_per_pixel = props.real("rays_per_pixel");
-  if (!(sampling.rays_per_pixel >= 0 && sampling.rays_per_pixel <= kMostRays)) {
+  if (!(sampling.rays_per_pixel >= 0 && sampling.rays_per_pixel <= kMaxRaysPerPixel)) {
     throw props.error("rays_per_pixel",
                       "must be from 0 to 1e12, got " + std::to_string(sampling.rays_per_pixel));
   }
@@ -159,7 +160,7 @@ class Clustered final : public Integrator {
                              is_product ? Importance::kJoint : static_cast<Importance>(importance));
     const ProductMethod::Settings product = read_product_settings(props, points_.options);
     if (product.sampling.diagnostics && !is_product) {
-      throw props.error("diagnostics", "are those of importance 'product'");
+      throw props.error("diagnostics", "requires importance 'product'");
     }
     if (is_product) product_ = product;
   }
@@ -179,7 +180,7 @@ class Clustered final : public Integrator {
 
   void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
                               RenderContext& context) const override {
-    // What light points render, by `product`'s stand-in or as asked for, ends after one bounce.
+    // Renders by light points end after one bounce.
     const bool has_all =
         product_ && points_.options.local && ProductMethod::serves(*product_, scene);
     if (!has_all) kinome::warn_of_light_left_out(points_, scene, sensor, context);
@@ -187,7 +188,7 @@ class Clustered final : public Integrator {
 
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                 double seconds) const override {
-    // By time or error, passes are as large as these allow: cells are not fewer.
+    // With a budget of time or error, the number of rays is unknown: cells are not reduced.
     auto passes = method(scene, kInfinity, context)->begin(scene, sensor, context, seconds);
     return passes ? std::move(passes) : Integrator::begin(scene, sensor, context, seconds);
   }
@@ -199,7 +200,7 @@ class Clustered final : public Integrator {
   std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                   const Vec2& film_position) const override {
     if (points_.options.max_depth < 2) {
-      throw Error(points_.where, "there is no light to choose where max_depth is less than 2");
+      throw Error(points_.where, "cannot inspect: max_depth must be at least 2, or -1");
     }
     return method(scene, rays_per_pixel(sensor), context)
         ->inspect(scene, sensor, context, static_cast<int>(film_position.x),
@@ -224,7 +225,7 @@ class Clustered final : public Integrator {
 
   PointLightSettings points_;
   ThesisSettings thesis_;
-  std::optional<ProductMethod::Settings> product_;  ///< where importance is 'product'
+  std::optional<ProductMethod::Settings> product_;  ///< nullopt unless importance is 'product'
 };
 
 }  // namespace

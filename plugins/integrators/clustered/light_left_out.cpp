@@ -12,12 +12,13 @@
 namespace kinome {
 namespace {
 
-/// 4096 paths tell a share of 10 % to some tenths of itself at worst. Batches tell how well.
+/// 4096 paths measure a share of 10 % with a relative error of some tenths at worst. The batches
+/// give the standard error.
 constexpr uint32_t kBatches = 32;
 constexpr uint32_t kBatchPaths = 128;
-/// A share that is less than this, or than so many standard errors, is not told.
-constexpr double kLeastShare = 1e-3;
-constexpr double kLeastErrors = 2;
+/// No warning is given for smaller shares, or for less than kMinErrors standard errors.
+constexpr double kMinShare = 1e-3;
+constexpr double kMinErrors = 2;
 
 /// Luminances, summed over the paths of a batch.
 struct BatchSums {
@@ -25,8 +26,9 @@ struct BatchSums {
   double beyond = 0;
 };
 
-/// Samples of pixels all over the picture; of all of its pixels where it is small. Two in one pixel
-/// have distinct random numbers there; in a large picture, where they are rare, the same.
+/// Samples of pixels distributed over the image, or of all pixels if the image is small. In a small
+/// image, samples of one pixel have distinct random numbers. In a large image, two samples rarely
+/// have the same pixel; they then have the same random numbers.
 struct Places {
   uint32_t x[kBatchPaths], y[kBatchPaths];
   PixelSamples samples;
@@ -59,7 +61,7 @@ BatchSums trace_batch(const PathSettings& settings, uint32_t longest,
   transport::Paths paths(scene, sensor.sampler(), settings, kBatchPaths);
   transport::Arena arena(kBatchPaths);
   const Columns3 radiance = arena.three(), beyond = arena.three();
-  RenderCounters counters;  // of no one's interest
+  RenderCounters counters;  // ignored
   camera.trace(samples, counters);
   camera.set_seen_light(radiance);
   paths.add(samples, camera.surfaces(), {radiance, beyond, longest}, counters);
@@ -98,7 +100,7 @@ LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longe
   LightLeftOut left_out;
   if (!(sums.all > 0) || !std::isfinite(sums.all)) return left_out;
   left_out.share = sums.beyond / sums.all;
-  double squares = 0;  // of a ratio's residuals
+  double squares = 0;  // of the ratio's residuals
   for (const BatchSums& batch : batches) {
     squares += std::pow(batch.beyond - left_out.share * batch.all, 2);
   }
@@ -111,10 +113,10 @@ void warn_of_light_left_out(const Location& where, const PathSettings& asked, ui
   if (longest >= asked.length.max_depth || log_level() == LogLevel::kQuiet) return;
   const StageTimer timer(context.stats().counters.stage_seconds["light left out"]);
   const LightLeftOut found = measure_light_left_out(asked, longest, scene, sensor, context);
-  if (found.share < kLeastShare || found.share < kLeastErrors * found.error) return;
+  if (found.share < kMinShare || found.share < kMinErrors * found.error) return;
   log_warn(Error(where, std::string("light after ") + (longest == 3 ? "two bounces" : "a bounce") +
                             " and more is left out: about " + percent(found.share) +
-                            " of the picture ('path' renders all of it)")
+                            " of the image ('path' renders all of it)")
                .what());
 }
 

@@ -6,21 +6,21 @@
 
 namespace kinome {
 
-/// What longer paths than an integrator renders would add to a picture.
+/// Light of paths that are longer than those an integrator renders.
 struct LightLeftOut {
-  double share = 0;  ///< of the mean luminance of the picture with them
+  double share = 0;  ///< share of the mean luminance of the image with this light
   double error = 0;  ///< standard error of `share`
 };
 
-/// Traces some thousand paths of up to PathSettings::length, and counts as left out what those of
-/// more than `longest` edges bring. Takes some milliseconds to tens of them; depends on the seed,
-/// not on the number of threads. Rays are not counted in the context's stats.
+/// Traces some thousand paths of up to PathSettings::length, and measures the share of light from
+/// paths of more than `longest` edges. Takes milliseconds to tens of milliseconds. The result
+/// depends on the seed, not on the number of threads. Rays are not counted in the context's stats.
 LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longest,
                                     const Scene& scene, const Sensor& sensor,
                                     RenderContext& context);
 
-/// A warning where paths of up to `asked` edges are asked for, those of more than `longest` are
-/// left out, and that shows. `where` is the integrator's place in the scene file.
+/// Warns if paths of up to `asked` edges are requested, those of more than `longest` edges are left
+/// out, and their light is significant. `where`: location of the integrator in the scene file.
 void warn_of_light_left_out(const Location& where, const PathSettings& asked, uint32_t longest,
                             const Scene& scene, const Sensor& sensor, RenderContext& context);
 

@@ -8,18 +8,18 @@
 
 namespace kinome {
 
-/// A way to choose the light that rays ask for, prepared for one scene, which must outlive it: what
-/// the `clustered` integrator renders with. Functions are those of Integrator.
+/// Method by which the `clustered` integrator chooses light. It is prepared for one scene, which
+/// must outlive it. The functions are those of Integrator.
 class ClusteredMethod {
  public:
   virtual ~ClusteredMethod() = default;
   virtual void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const = 0;
-  /// nullptr: passes have nothing in common, and each is a render() of its own.
+  /// Returns nullptr if passes share nothing, so that each can be a separate render().
   virtual std::unique_ptr<Passes> begin(const Scene& /*scene*/, const Sensor& /*sensor*/,
                                         RenderContext& /*context*/, double /*seconds*/) const {
     return nullptr;
   }
-  /// Of pixel (x, y).
+  /// Inspects pixel (x, y).
   virtual std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor,
                                           RenderContext& context, int x, int y) const = 0;
 };

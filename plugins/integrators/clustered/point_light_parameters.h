@@ -7,40 +7,40 @@
 #include "kinome/plugin.h"
 #include "transport/render_paths.h"
 
-/// What `clustered` and `groundtruth` have in common.
+/// Parameters and functions that `clustered` and `groundtruth` share.
 namespace kinome {
 
 inline constexpr const char* kModes[] = {"auto", "distant", "local", "both"};
 
 #define KINOME_POINT_LIGHT_PARAMETERS                                                             \
   {"max_depth", ParameterType::kInteger, "-1",                                                    \
-   "Longest path, in edges: 1 is emission alone, 2 direct light, 3 one bounce; -1: no limit. "    \
-   "Of light points ('groundtruth', and 'clustered' unless importance is 'product'), 3 is the "   \
-   "most: a warning tells how much light is left out beyond."},                                   \
+   "Maximum edges of a path: 1 is emission alone, 2 direct light, 3 one bounce; -1: no limit. "   \
+   "With light points ('groundtruth', and 'clustered' unless importance is 'product'), longer "   \
+   "paths than 3 are left out; a warning estimates their light."},                                \
       choice_of("mode", kModes, "auto",                                                           \
-                "Light that is made of points: 'distant' (environments), 'local' (a bounce, and " \
-                "emitters within the scene that offer points), 'both', or 'auto': all that the "  \
-                "scene has. Without 'local' there is no indirect light."),                        \
+                "Light that is represented by light points: 'distant' (environments), 'local' "   \
+                "(one bounce, and emitters in the scene that have light points), 'both', or "     \
+                "'auto': all of the scene's. Without 'local' there is no indirect light."),       \
       {"light_samples", ParameterType::kInteger, "32768",                                         \
-       "Points that an environment's light is made of, all of them lit; and places on surfaces "  \
-       "that a 'vpl' without light_samples of its own tries, of which those that light reaches "  \
-       "are its points. At least 1."},                                                            \
+       "Number of light points of an environment. Also the number of positions on surfaces that " \
+       "a 'vpl' without light_samples samples; those that light reaches become light points. "    \
+       "At least 1."},                                                                            \
       {"max_geometry_term", ParameterType::kFloat, "0",                                           \
-       "Bound on cos cos'/d² between surfaces [1/area], which loses light in corners; 0: none."}, \
+       "Limit of cos cos'/d² between surfaces [1/area]; loses light in corners. 0: no limit."},   \
   {                                                                                               \
     "hide_emitters", ParameterType::kBoolean, "false",                                            \
         "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is "   \
         "black, also behind masks and panes."                                                     \
   }
 
-/// Of the paths that are rendered, in edges.
+/// Maximum number of edges of paths over light points.
 inline constexpr uint32_t kLongestPath = 3;
 
 struct PointLightSettings {
   uint32_t light_samples = 0;
-  PointLightOptions options;  ///< of max_depth, what is rendered
-  PathSettings asked;         ///< the paths that max_depth asks for
-  Location where;             ///< of the integrator in the scene file
+  PointLightOptions options;  ///< max_depth is at most kLongestPath
+  PathSettings asked;         ///< paths requested by max_depth
+  Location where;             ///< location of the integrator in the scene file
 };
 
 inline PointLightSettings read_point_light_parameters(const Properties& props) {
@@ -63,13 +63,13 @@ inline PointLightSettings read_point_light_parameters(const Properties& props) {
   return settings;
 }
 
-/// What a scene without indirect emitters gets.
+/// Returns the default for Integrator::default_indirect_emitter().
 inline const char* indirect_emitter(const PointLightSettings& settings) {
   return settings.options.max_depth >= 3 && settings.options.local ? "vpl" : nullptr;
 }
 
-/// Paths of max_depth 0 and 1 come to no surface that light is to be chosen for: true where that is
-/// all that is asked for, and it is rendered, as `path` does it.
+/// Renders paths of max_depth 0 or 1 as `path` does, because no light is chosen for them. Returns
+/// true if it has rendered.
 inline bool render_without_surfaces(const PointLightSettings& settings, const Scene& scene,
                                     const Sensor& sensor, RenderContext& context) {
   if (settings.options.max_depth >= 2) return false;
@@ -77,8 +77,8 @@ inline bool render_without_surfaces(const PointLightSettings& settings, const Sc
   return true;
 }
 
-/// Integrator::warn_of_light_left_out, where more is asked for than this integrator renders at
-/// best.
+/// Implements Integrator::warn_of_light_left_out. Warns only if longer paths are requested than
+/// kLongestPath.
 inline void warn_of_light_left_out(const PointLightSettings& settings, const Scene& scene,
                                    const Sensor& sensor, RenderContext& context) {
   if (settings.asked.length.max_depth <= kLongestPath) return;

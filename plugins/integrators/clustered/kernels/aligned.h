@@ -8,7 +8,7 @@
 
 namespace kinome {
 
-/// For vectors whose values are columns (columns.h).
+/// Allocator for vectors that are columns (columns.h).
 template <class T>
 struct ColumnAllocator {
   using value_type = T;

@@ -21,13 +21,13 @@ KINOME_WIDE void store(const Vec3& value, float* const columns[3], size_t i) {
   value.z.store(columns[2] + i);
 }
 
-/// Of a vector of candidates.
+/// Weights of one vector of candidates.
 struct Weighed {
   Vec3 weight;
   Float sigma;
 };
-/// Stores weights and uncertainties of candidates, which values(the first of a vector, control)
-/// tells, which also adds their control terms.
+/// Stores weights and uncertainties of candidates. values(i, sums) returns those of the vector that
+/// begins at i, and adds its control terms to `sums`.
 template <class Values>
 void weigh(float* const weight[3], float* uncertainty, size_t count, float control[3],
            float* block_sums, const Values& values) {
@@ -47,7 +47,8 @@ void weigh(float* const weight[3], float* uncertainty, size_t count, float contr
   for (int k = 0; k < 3; ++k) control[k] += sum(sums[k]);
 }
 
-/// weight = f x radiance x factor(first candidate of a vector, their cells), with control terms.
+/// Sets weight = f x radiance x factor(first candidate of a vector, their cells), and adds control
+/// terms.
 template <class Factor>
 void weigh_by(const WeightColumns& c, const CellKnowledgeColumns& cells, size_t count,
               float control[3], float* block_sums, const Factor& factor) {
@@ -60,8 +61,8 @@ void weigh_by(const WeightColumns& c, const CellKnowledgeColumns& cells, size_t 
   });
 }
 
-/// Points of the query over the density of both draws, of candidates from i on. `from_cell`: that
-/// of the draw from the cells alone.
+/// Returns the query's number of points / density of both draws, for a vector of candidates.
+/// `from_cell`: density of draws from the cells.
 KINOME_WIDE Float points_over_density(const CandidateQuery& query, Float from_cell, Float from_lobe) {
   const Float density = query.from_cells * from_cell + query.from_lobe * from_lobe;
   return select(density > 0.f, query.points / max(density, 1e-37f));

@@ -14,22 +14,24 @@ using wide::Mask;
 using wide::Uint;
 using wide::Vec3;
 
-/// What a mixed cell may count of its flux where its mean says less, per cosine of its highest
-/// point; and the least of that cosine.
+/// Minimum light of a mixed cell, as a share of its flux, per cosine of its highest point; and the
+/// minimum of this cosine.
 constexpr float kMixedShare = 0.4f;
-constexpr float kLeastCosine = 0.02f;
-/// The least that a cell counts, as a share of its flux: its importance flux may point elsewhere.
-constexpr float kLeastShare = 1e-3f;
-/// The least that a straddling cell counts of what it would without a control term.
+constexpr float kMinCosine = 0.02f;
+/// Minimum light of a cell, as a share of its flux, because its importance flux may point
+/// elsewhere.
+constexpr float kMinShare = 1e-3f;
+/// Minimum stratum of a straddling cell, as a share of its stratum without a control term.
 constexpr float kStraddlingShare = 0.02f;
-/// Rounding of the bounds.
+/// Rounding error of the bounds.
 constexpr float kRounding = 1e-6f;
 
 KINOME_WIDE Vec3 load(const float* x, const float* y, const float* z, size_t i) {
   return {Float::load(x + i), Float::load(y + i), Float::load(z + i)};
 }
 
-/// Over the values from `first` on, sum(first value of a vector) -> Float, kCellLanes of them.
+/// Returns the sum of kCellLanes values from `first` on. values(i) returns the vector that begins
+/// at i.
 template <class Function>
 KINOME_WIDE float sum_block(size_t first, const Function& values) {
   Float total = 0.f;
@@ -41,10 +43,10 @@ struct Range {
   Float lo, hi;
 };
 
-/// The smallest and largest cosine between a normal n and the directions of a rectangle in
+/// Returns the minimum and maximum cosine between a normal n and the directions of a rectangle in
 /// latitude and longitude, d = (sin phi sin theta, cos theta, -cos phi sin theta): exact up to
-/// rounding. Along phi the cosine is a sine curve (its extremes lie at the ends or where the slope
-/// changes its sign in between), along theta again one.
+/// rounding. Along phi, the cosine is a sine curve: its extremes are at the ends, or in between
+/// where the slope changes its sign. Along theta, it is a sine curve, too.
 template <class Column>
 KINOME_WIDE Range cosine_range(const float n[3], const Column& edge) {
   const Float nx = n[0], ny = n[1], nz = n[2];
@@ -58,7 +60,7 @@ KINOME_WIDE Range cosine_range(const float n[3], const Column& edge) {
   const Float high = select(slope0 > 0.f && slope1 < 0.f, amplitude, max(g0, g1));
 
   const Float cos0 = edge(4), sin0 = edge(5), cos1 = edge(6), sin1 = edge(7);
-  // Of g sin theta + ny cos theta: values at both ends, and slopes.
+  // Values and slopes of g sin theta + ny cos theta.
   const auto at = [&](Float g, Float sine, Float cosine) { return mul_add(g, sine, ny * cosine); };
   const auto slope = [&](Float g, Float sine, Float cosine) {
     return neg_mul_add(ny, sine, g * cosine);
@@ -73,7 +75,7 @@ KINOME_WIDE Range cosine_range(const float n[3], const Column& edge) {
 }  // namespace
 
 void PatchCells::reserve(size_t padded_cells) {
-  // A compressed store writes a whole vector, and mixed ids lie behind those above.
+  // A compressed store writes a whole vector, and mixed ids are behind those above.
   const size_t needed = padded_cells + 2 * kCellLanes;
   if (stride_ >= needed) return;
   stride_ = needed;
@@ -90,7 +92,7 @@ void classify_cells(const CellColumns& cells, std::span<const uint32_t> blocks,
   for (Float& c : control) c = 0.f;
   size_t above = 0, mixed = 0;
   uint32_t* const ids = patch.ids();
-  // Mixed ids are kept behind all that could be above, and moved up in the end.
+  // Mixed ids are stored behind the space for all ids above, and moved up in the end.
   uint32_t* const mixed_ids = ids + cells.count + kCellLanes;
   wide::for_lanes_of_blocks(blocks, [&](size_t i) {
     const auto of = [&](const float* column) { return Float::load(column + i); };
@@ -111,7 +113,7 @@ void classify_cells(const CellColumns& cells, std::span<const uint32_t> blocks,
       for (int axis = 0; axis < 3; ++axis) {
         put(PatchCells::kSigmaX + axis, sigma * of(cells.importance_flux[axis]));
       }
-      put(PatchCells::kLeast, sigma * kLeastShare * flux);
+      put(PatchCells::kLeast, sigma * kMinShare * flux);
       above += store_selected(is_above, id, ids + above);
     }
     if (any(is_mixed)) {
@@ -175,7 +177,7 @@ float diffuse_strata(const PatchCells& patch, const GroupNormal& normal, float s
       const Mask is_above = range.lo >= above_limit, is_below = range.hi <= below_limit;
       const Vec3 flux(column(PatchCells::kFluxX), column(PatchCells::kFluxY),
                       column(PatchCells::kFluxZ));
-      const Float least = select(is_above, kLeastShare, kMixedShare * max(range.hi, kLeastCosine));
+      const Float least = select(is_above, kMinShare, kMixedShare * max(range.hi, kMinCosine));
       const Float sigma =
           select(is_above, column(PatchCells::kSigma), column(PatchCells::kSigmaMixed));
       const Float mean = max(dot(n, flux), column(PatchCells::kFlux) * least);
@@ -215,7 +217,7 @@ float glossy_importance(const CellColumns& cells, const GlossyQuery& query, floa
       const Vec3 c = load(cells.axis[0], cells.axis[1], cells.axis[2], k), h = viewer + c;
       const Float cosine2 = max(sqr(dot(n, h)) / max(dot(h, h), 1e-12f), 1e-4f);
       const Float radius = Float::load(cells.radius + k);
-      // A cell of radius r turns the half vector by about r / 2; half of that squared is its share.
+      // A cell of radius r turns the half vector by about r / 2; half of its square is added to a2.
       const Float a2 = min(radius * radius * 0.125f + width, 1.f);
       const Float lobe = a2 / sqr(mul_add(cosine2, a2 - 1.f, 1.f));
       const Mask is_visible = dot(n, c) + (radius + slack) > 0.f;

@@ -5,8 +5,8 @@
 #include "clustered/kernels/cluster_kernels.h"
 #include "kinome/wide/vectors.h"
 
-/// What cluster_importance and local_cluster_importance compute, over numbers F: wide::Float, or
-/// float, one cluster after the other, with which tests compare.
+/// Formulas of cluster_importance and local_cluster_importance. F is wide::Float, or float for a
+/// scalar reference in tests.
 namespace kinome::simd {
 inline namespace HWY_NAMESPACE {
 
@@ -30,33 +30,33 @@ KINOME_WIDE void store_number(wide::Float value, float* p) {
   value.store(p);
 }
 
-/// Share of the best corner's cosine that a cluster's form factor has at least.
+/// Minimum form factor of a cluster, as a share of the best corner's cosine.
 inline constexpr float kCornerShare = 0.25f;
 
-/// How likely clusters are, and whether they can contribute at all.
+/// Importances of clusters, and whether they can contribute at all.
 template <class F>
 struct Importances {
   F value;
   MaskOf<F> can_contribute;
 };
 
-/// Distant light: directions. G is the cosine at the shading point alone.
+/// Distant light: directions. The form factor G is the cosine at the shading point.
 template <class F>
 struct DistantImportance {
   const ClusterColumns& c;
   const ImportanceQuery& q;
 
   Importances<F> operator()(size_t i) const {
-    // A cluster's largest cosine is over the corners of its box (4.2.2: "as soon as one corner is
-    // above the horizon"): separable, since each axis picks its corner alone.
+    // Maximum cosine over the corners of the cluster's box (4.2.2: "as soon as one corner is above
+    // the horizon"). It is separable, because each axis chooses its corner by itself.
     F corner = 0.f, cosine = 0.f;
     for (int axis = 0; axis < 3; ++axis) {
       const float n = q.normal[axis];
       corner += max(n * load_number<F>(c.lo[axis] + i), n * load_number<F>(c.hi[axis] + i));
       cosine += n * load_number<F>(c.mean[axis] + i);
     }
-    // The average direction may lie below the horizon while a part of the cluster is above; the
-    // best corner then bounds the form factor.
+    // The mean direction may be below the horizon while a part of the cluster is above. The best
+    // corner then bounds the form factor.
     const F form_factor = max(cosine, kCornerShare * corner);
     F brdf = q.diffuse + q.glossy_floor;
     if (q.hits != nullptr) {
@@ -67,9 +67,9 @@ struct DistantImportance {
   }
 };
 
-/// Local light: positions with a cone of normals. G = cos cos' / r² (thesis 2.2), where each cosine
-/// is that of the average, but no less than a share of the best that the box and the cone allow,
-/// and r no less than half the box's radius: a cluster around the shading point stays finite.
+/// Local light: positions with a cone of normals. G = cos cos' / r² (thesis 2.2). Each cosine is
+/// that of the mean, but at least a share of the maximum in the box and the cone. r is at least
+/// half the box's radius, so that a cluster around the shading point stays finite.
 template <class F>
 struct LocalImportance {
   const ClusterColumns& c;
@@ -88,12 +88,12 @@ struct LocalImportance {
     }
     const F softened = max(distance2, load_number<F>(l.least_distance2 + i));
     const F inverse = 1.f / sqrt(min(softened, F(1e36f)));
-    const F distance = softened * inverse;  // no less than that of the mean
-    // Rounding must not hide what is just above.
+    const F distance = softened * inverse;  // at least that of the mean
+    // Rounding must not hide points just above the horizon.
     const F rounding = 1e-5f * distance;
     const F best_above = above + box_above + rounding;
-    // Some normal of the cone faces the shading point from somewhere in the box, or not: v is on
-    // the cone's side where axis . v > -sine |v|.
+    // Positive if any normal of the cone faces the shading point from any position in the box: some
+    // normal faces along v if axis . v > -sine |v|.
     const F sine = load_number<F>(l.cone_sine + i);
     const F best_toward =
         mul_add(sine, distance, load_number<F>(l.reach + i)) + (toward + rounding);
@@ -107,7 +107,7 @@ struct LocalImportance {
     const F form_factor = cosine * light * (inverse * inverse * q.unit_area);
     F value = form_factor * (q.diffuse + q.glossy_floor);
     if (q.hits != nullptr) {
-      // Eq. 4.4 divides by the cluster's solid angle A cos' / r², and so cancels G's.
+      // Eq. 4.4 divides by the cluster's solid angle A cos' / r², which cancels that of G.
       const F density = load_number<F>(q.hits + i) * load_number<F>(c.inverse_extent + i);
       value = mul_add(q.glossy_hit * density, cosine, value);
     }
@@ -115,13 +115,13 @@ struct LocalImportance {
   }
 };
 
-/// Running sums over all clusters of what `importance_of` says, and in `lane_sums` each lane's;
-/// returns the total.
+/// Writes running sums of `importance_of` over all clusters, down each lane, and the sum of each
+/// lane to `lane_sums`. Returns the total.
 template <class F, class ImportanceOf>
 float sum_importances(const ImportanceOf& importance_of, size_t rows, float* columns,
                       float* lane_sums) {
-  // Weights are normalised: nothing above the horizon may vanish by underflow.
-  constexpr float kSmallest = 1e-37f;
+  // Weights are normalised. Clusters above the horizon must not vanish by underflow.
+  constexpr float kMinImportance = 1e-37f;
   float total = 0;
   size_t active = 0;
   for (size_t lane = 0; lane < kBlockLanes; lane += kLanesOf<F>) {
@@ -129,7 +129,7 @@ float sum_importances(const ImportanceOf& importance_of, size_t rows, float* col
     for (size_t row = 0; row < rows; ++row) {
       const size_t i = row * kBlockLanes + lane;
       const auto [value, can_contribute] = importance_of(i);
-      const F importance = select(can_contribute, max(value, F(kSmallest)));
+      const F importance = select(can_contribute, max(value, F(kMinImportance)));
       active += count(can_contribute);
       store_number(importance, columns + i);
       sum += importance;

@@ -13,7 +13,7 @@ struct RaySlabs {
   float origin[3];
   float t_min, t_max;
   float inverse[3];
-  size_t near[3];  ///< offset in a group of the bounds that the ray meets first
+  size_t near[3];  ///< offset in a group of the bounds that the ray reaches first
   size_t far[3];
 };
 
@@ -34,9 +34,9 @@ RaySlabs make_slabs(const LobeRays& rays, size_t i) {
   return ray;
 }
 
-/// Numbers of the group's boxes that the ray meets, of which the first is `first`, to `met`, which
-/// has room for all and one more vector. Bounds are ordered by the direction's sign, so that an
-/// inverted box is never met.
+/// Writes the indices of the group's boxes that the ray intersects to `met`, and returns their
+/// number. `first` is the index of the group's first box. `met` needs space for all boxes and one
+/// more vector. Bounds are ordered by the direction's sign, so that inverted boxes are never hit.
 size_t find_met(const float* group, const RaySlabs& ray, uint32_t first, uint32_t* met) {
   size_t count = 0;
   for (size_t k = 0; k < kFanOut; k += kLanes) {
@@ -72,7 +72,7 @@ void count_box_hits(const BoxTree& tree, const LobeRays& rays, const uint32_t* p
   struct Entry {
     uint32_t level, group;
   };
-  // Depth-first: at most kFanOut - 1 siblings wait on each level, and 8 levels hold 2^32 boxes.
+  // Depth first: at most kFanOut - 1 siblings wait on each level, and 8 levels hold 2^32 boxes.
   Entry stack[8 * kFanOut];
   const auto top = static_cast<uint32_t>(tree.level_start.size() - 1);
   for (size_t i = 0; i < rays.count; ++i) {

@@ -5,25 +5,26 @@
 #include "clustered/kernels/lobe_kernels.h"
 #include "kinome/wide/textures.h"
 
-// Part of the kernels: values of the members of a group that directions are at. They are found
-// once, each in a column by members, and each direction picks its own.
+// Part of the kernels: values of a group's members. They are computed once, as columns by member;
+// each direction then picks its member's values.
 namespace kinome::simd {
 
-/// From columns that fit one vector, or a few, permutations pick faster than gathering does.
+/// Ways to pick values from a column. If it fits one vector or a few, permutations are faster than
+/// gathering.
 enum class Picking { kFromOne, kFromFew, kGathered };
 
 template <Picking kPicking>
 class GroupMembers {
  public:
   explicit GroupMembers(const PointGroup& group)
-      : group_(group), size_(size_of(group.count)), memory_(kMostColumns, size_) {}
+      : group_(group), size_(size_of(group.count)), memory_(kMaxColumns, size_) {}
 
-  /// What columns hold: an even number of vectors, if not one; behind the last member, the first
-  /// again.
+  /// Size of columns: one vector or an even number of vectors. Values behind the last member are
+  /// those of the first.
   size_t size() const { return size_; }
-  /// Memory for one of at most kMostColumns, for as long as this lives.
+  /// Returns memory for one of at most kMaxColumns columns, valid for the lifetime of this object.
   float* column() const { return memory_[columns_++]; }
-  /// Numbers of the points that members i, i + 1 ... are.
+  /// Indices of the points of members i, i + 1 ...
   KINOME_WIDE wide::Int points(size_t i) const {
     if (i + wide::kLanes <= group_.count) return wide::Int::load(group_.points + i);
     uint32_t points[wide::kLanes];
@@ -34,7 +35,7 @@ class GroupMembers {
   }
 
  private:
-  static constexpr size_t kMostColumns = 16;
+  static constexpr size_t kMaxColumns = 16;
   static size_t size_of(size_t count) {
     constexpr size_t two = 2 * wide::kLanes;
     return kPicking == Picking::kFromOne ? wide::kLanes : (count + two - 1) / two * two;
@@ -49,19 +50,19 @@ template <Picking kPicking>
 class MemberColumn {
  public:
   using Members = GroupMembers<kPicking>;
-  /// Of points' values.
+  /// Gathers the members' values from those of points.
   KINOME_WIDE MemberColumn(const Members& members, const Column<float>& of_points)
       : MemberColumn(members,
                      [&](size_t i) { return gather(of_points.data(), members.points(i)); }) {}
-  /// Of what of_members says of members i, i + 1 ...
+  /// Computes the values by of_members(i), for members i, i + 1 ...
   template <class Function>
   KINOME_WIDE MemberColumn(const Members& members, const Function& of_members)
       : size_(members.size()), values_(members.column()) {
     wide::for_lanes(size_, [&](size_t i) { of_members(i).store(values_ + i); });
   }
-  /// Of members i, i + 1 ...
+  /// Values of members i, i + 1 ...
   KINOME_WIDE wide::Float vector(size_t i) const { return wide::Float::load(values_ + i); }
-  /// Of each direction's member.
+  /// Values of each direction's member.
   KINOME_WIDE wide::Float operator[](wide::Int member) const {
     if constexpr (kPicking == Picking::kFromOne) {
       return pick(vector(0), member);
@@ -84,7 +85,7 @@ class MemberColumn {
   float* values_;
 };
 
-/// Of vectors.
+/// Three columns: vectors of members.
 template <Picking kPicking>
 class MemberColumns3 {
  public:
@@ -102,7 +103,7 @@ class MemberColumns3 {
   MemberColumn<kPicking> x_, y_, z_;
 };
 
-/// fn(GroupMembers) with what suits the group.
+/// Calls fn(GroupMembers) with the fastest way of picking for this group.
 template <class Function>
 void with_members(const PointGroup& group, const Function& fn) {
   constexpr size_t kFewVectors = 8;

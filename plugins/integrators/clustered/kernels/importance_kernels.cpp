@@ -18,7 +18,7 @@ using wide::VecOf;
 constexpr float kMargin = 0.05f;
 /// Fraction of the reflected light that a glossy lobe adds in all directions.
 constexpr float kLobeFloor = 0.05f;
-/// The same for light that is sent on, and the least cosines there.
+/// The same fraction for light that is reflected to other surfaces, and the minimum cosines there.
 constexpr float kSentFloor = 0.02f;
 
 KINOME_WIDE Vec3 load(const float* const (&columns)[3], size_t i) {
@@ -33,7 +33,7 @@ VecOf<F> vector_of(const float (&v)[3]) {
 template <class F>
 struct Response {
   F fraction;  ///< see reflected_fraction
-  F density;   ///< of rays that the patch sends by its BSDF, per solid angle
+  F density;   ///< density of eye rays, per solid angle
 };
 /// The lobe is a GGX distribution of half vectors without masking.
 template <class F>
@@ -52,17 +52,17 @@ Response<F> response_of(const ReflectingPatch& patch, const VecOf<F>& d, const F
   return {diffuse + glossy, lerp(lobe, by_cosine, F(patch.diffuse_share))};
 }
 
-/// Of light at `to`, relative to the patch, that leaves around `normal`. `size2`: squared extent of
-/// the light and the patch.
 struct Connection {
   Response<Float> response;
   Float geometry;
 };
+/// Connects a patch to light at `to`, relative to the patch, that leaves around `normal`. `size2`:
+/// squared extent of the light and the patch.
 KINOME_WIDE Connection connect(const ReflectingPatch& patch, Vec3 to, Vec3 normal, Float size2) {
   const Float squared = dot(to, to) + 1e-30f;
   const Float softened = squared + size2, spread2 = size2 / softened, spread = sqrt(spread2);
   const Vec3 d = to * (1.f / sqrt(squared));
-  // Cells whose normals differ emit to more sides.
+  // Cells with different normals emit in more directions.
   const Float leaving = 1.f - length(normal) - dot(normal, d) + spread;
   const Float arriving = dot(d, vector_of<Float>(patch.normal)) + spread + kMargin;
   return {response_of<Float>(patch, d, arriving, spread2),
@@ -87,8 +87,8 @@ F sent_of(const SentLobeOf<F>& lobe, const VecOf<F>& d, const F& spread2) {
   const F density = alpha2 * kInvPi / (t * t);
   const auto root = [&](const F& c) { return sqrt(alpha2 + (1.f - alpha2) * c * c); };
   const F masked = 0.5f / (out * root(in) + in * root(out));  // Heitz 2014, eq. 99
-  // Schlick's approximation: materials that hardly reflect along the normal are mirrors at grazing
-  // angles. The cosine with the half vector is half of the length of the sum.
+  // Schlick's approximation: at grazing angles, materials that hardly reflect along the normal are
+  // mirrors. The cosine with the half vector is half the length of the sum.
   const F grazing = 1.f - min(0.5f * sqrt(length2), F(1.f)), grazing2 = grazing * grazing;
   const F fresnel = lerp(lobe.glossy, F(1.f), grazing2 * grazing2 * grazing);
   return in * (lobe.diffuse * kInvPi + density * masked * fresnel +

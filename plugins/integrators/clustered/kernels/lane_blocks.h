@@ -9,7 +9,7 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
-/// As for_lanes, over the values of these blocks of kBlockLanes each.
+/// Like for_lanes, over the values of the given blocks of kBlockLanes values.
 template <class Function>
 KINOME_WIDE void for_lanes_of_blocks(std::span<const uint32_t> blocks, const Function& fn) {
   for (const uint32_t block : blocks) {

@@ -27,7 +27,7 @@ KINOME_WIDE Vec3 gather(const Column<float> (&from)[3], Int k) {
           wide::gather(from[2].data(), k)};
 }
 
-/// Numbers of the points that members are.
+/// Indices of the members' points.
 KINOME_WIDE Int points_of(const PointGroup& group, const uint32_t* member) {
   return as_int(wide::gather(group.points, Int::load(member)));
 }
@@ -36,9 +36,9 @@ KINOME_WIDE Float unit_floats(const uint32_t* numbers, uint32_t shift) {
   return to_unit_float(Uint::load(numbers) ^ Uint(shift));
 }
 
-/// What microfacets know of v beside its cosine, see Microfacet::over_alpha2; `tangent` is asked
-/// only where the roughness has a direction. There, both coordinates are needed: what |v|² leaves
-/// of the second one would be lost in rounding where the lobe is sharp.
+/// Returns the tangential part of v for Microfacet::over_alpha2. `tangent` is called only for
+/// anisotropic roughness. Then both coordinates are computed: if the second one were computed from
+/// |v|², rounding would lose it for sharp lobes.
 template <bool is_isotropic, class Tangent>
 KINOME_WIDE auto tangential(Vec3 normal, const Tangent& tangent, Vec3 v) {
   if constexpr (is_isotropic) {
@@ -73,7 +73,7 @@ void sample_lobe_of(const HalfVectorLobe& lobe, const PointFrames& frames,
                                              unit_floats(numbers.u1 + i, numbers.shift[0])});
     const Vec3 h = mul_add(local.x, t, mul_add(local.y, cross(n, t), n));
     const Vec3 d = mirrored_along(viewer[at], h);
-    // A unit vector but for rounding: one step of Newton's toward 1 / |d|.
+    // A unit vector except for rounding: one Newton step toward 1 / |d|.
     const Vec3 unit = d * (1.5f - 0.5f * dot(d, d));
     unit.x.store(dx + i);
     unit.y.store(dy + i);
@@ -86,7 +86,7 @@ KINOME_WIDE Float factor_at(const TurnedPoints& turned, Int point, Vec3 d) {
                        wide::gather(turned.bump_alpha2.data(), point));
 }
 
-/// What evaluate_microfacets is told of its points.
+/// Arguments of evaluate_microfacets that describe its points.
 struct Surface {
   const MicrofacetKind& kind;
   const FirstMicrofacet& first;

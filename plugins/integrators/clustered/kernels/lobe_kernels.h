@@ -7,7 +7,7 @@
 #include "clustered/kernels/aligned.h"
 
 /// Kernels over directions at the points of a group. Arrays of directions are padded to kLobeLanes
-/// values, which are read and written; the padding's are directions at member 0.
+/// values; the padding, which has directions at member 0, is read and written.
 namespace kinome::simd {
 
 inline constexpr size_t kLobeLanes = kBlockLanes;
@@ -25,45 +25,45 @@ struct PointFrames {
   }
 };
 
-/// Points that share directions: member i is points[i] of the frames, 0 <= i < count. Groups of no
-/// more members than eight vectors have lanes (128 with AVX-512) take less time for each direction.
+/// Points that share directions: member i has index points[i] in `frames`, 0 <= i < count. Groups
+/// whose members fit eight vectors (128 with AVX-512) take less time for each direction.
 struct PointGroup {
   const PointFrames& frames;
   const uint32_t* points;
   size_t count;
 };
 
-/// A glossy lobe as of the GGX distribution of half vectors, with a roughness along the tangent and
+/// A glossy lobe with the GGX distribution of half vectors, with a roughness along the tangent and
 /// one across.
 struct HalfVectorLobe {
   float alpha_u;
   float alpha_v;
 };
 
-/// Random numbers in [0, 1) as integers of 32 bits, each to be XORed by `shift`.
+/// Random numbers in [0, 1) as 32-bit integers. Each is XORed with `shift`.
 struct ShiftedNumbers {
   const uint32_t* u1;
   const uint32_t* u2;
   uint32_t shift[2];
 };
 
-/// Mirrors the viewer at half vectors h of density D(h) cos(h): directions may lie below the
-/// horizon. `member`: of the group, for each direction.
+/// Samples directions by reflecting the viewer at half vectors h of density D(h) cos(h). Directions
+/// may be below the horizon. `member`: member of the group for each direction.
 void sample_lobe(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
                  const ShiftedNumbers& numbers, size_t count, float* dx, float* dy, float* dz);
 
-/// Density of sample_lobe for each direction, per solid angle.
+/// Computes the density of sample_lobe for each direction, per solid angle.
 void lobe_density(const HalfVectorLobe& lobe, const PointGroup& group, const uint32_t* member,
                   const float* dx, const float* dy, const float* dz, size_t count, float* density);
 
-/// Microfacet lobes of one kind, as BsdfForm has them.
+/// Properties that microfacet lobes of several points share; see BsdfForm.
 struct MicrofacetKind {
   bool is_ggx = false;
   bool is_conductor = false;
   float eta[3] = {1, 1, 1};
   float k[3] = {};
 };
-/// What differs from point to point.
+/// Properties that may differ between points.
 struct MicrofacetPoints {
   Column<float> alpha_u, alpha_v;
   Column<float> specular[3];
@@ -73,8 +73,6 @@ struct MicrofacetPoints {
     for (auto& v : specular) v.resize(points);
   }
 };
-/// f cos of each direction, three channels, and the density of sample_lobe. `varying` is nullptr
-/// where all points are as `first` says.
 struct MicrofacetValues {
   float* f[3];
   float* density;
@@ -83,13 +81,15 @@ struct FirstMicrofacet {
   float alpha_u, alpha_v;
   float specular[3];
 };
+/// Computes f cos of each direction, three channels, and the density of sample_lobe. `varying` is
+/// nullptr if all points have the properties of `first`.
 void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& first,
                           const MicrofacetPoints* varying, const HalfVectorLobe& lobe,
                           const PointGroup& group, const uint32_t* member, const float* dx,
                           const float* dy, const float* dz, size_t count,
                           const MicrofacetValues& out);
 
-/// Surface normals of points whose normal was turned away from them, and the roughness of bumps:
+/// Surface normals of points whose shading normal differs from them, and the roughness of bumps:
 /// see wide::turned_factor.
 struct TurnedPoints {
   Column<float> normal[3];
@@ -99,23 +99,23 @@ struct TurnedPoints {
     bump_alpha2.resize(points);
   }
 };
-/// Multiplies f, three channels, by wide::turned_factor.
+/// Multiplies the three channels of f by wide::turned_factor.
 void multiply_turned_factors(const TurnedPoints& points, const PointGroup& group,
                              const uint32_t* member, const float* dx, const float* dy,
                              const float* dz, size_t count, float* const f[3]);
 
-/// Diffuse lobes, as BsdfForm has them.
+/// Diffuse lobes; see BsdfForm.
 struct DiffusePoints {
   const Column<float> (&diffuse)[3];
-  const float* transmittance;  ///< or nullptr
-  const TurnedPoints* turned;  ///< nullptr where no normal is turned
+  const float* transmittance;  ///< nullptr: 1
+  const TurnedPoints* turned;  ///< nullptr if no normal is turned
 };
-/// Adds f cos, three channels, of each direction.
+/// Adds f cos of each direction to the three channels of f.
 void add_diffuse(const DiffusePoints& points, const PointGroup& group, const uint32_t* member,
                  const float* dx, const float* dy, const float* dz, size_t count,
                  float* const f[3]);
 
-/// density = share x that of directions that go by the cosine + (1 - share) x density.
+/// Sets density = share x density of cosine-distributed directions + (1 - share) x density.
 void mix_densities(float share, const PointGroup& group, const uint32_t* member, const float* dx,
                    const float* dy, const float* dz, size_t count, float* density);
 

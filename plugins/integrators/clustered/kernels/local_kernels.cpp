@@ -21,7 +21,7 @@ constexpr size_t kEyeRatio = offsetof(LightPointRow, eye_ratio) / sizeof(float);
 
 void gather_points(const LightPointRow* rows, const PickedRows& picks, size_t count,
                    float* const (&columns)[kLightPointNumbers]) {
-  if (count == 0) return;  // Then there may be no row either.
+  if (count == 0) return;  // There may be no rows.
   const float* const numbers = rows->position;
   wide::for_lanes(count, [&](size_t i) {
     const wide::Int first = wide::Int::load(picks.index + i) * static_cast<int32_t>(kRow);

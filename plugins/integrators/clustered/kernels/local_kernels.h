@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Kernels over light points as one surface point sees them. Arrays are padded to kLobeLanes values
-/// (lobe_kernels.h), which are read and written; padding is points of no power.
+/// Kernels over light points as seen from one surface point. Arrays are padded to kLobeLanes values
+/// (lobe_kernels.h). The padding is read and written; it has points without power.
 namespace kinome::simd {
 
 /// Light points (see LightPoint), as structure of arrays.
@@ -16,7 +16,7 @@ struct LightPointColumns {
   const float* eye_ratio;
 };
 
-/// The numbers of one light point beside one another, in a line of the cache.
+/// The values of one light point as a row, in one cache line.
 struct alignas(64) LightPointRow {
   float position[3];
   float normal[3];
@@ -25,13 +25,13 @@ struct alignas(64) LightPointRow {
   float eye_ratio;
 };
 inline constexpr size_t kLightPointNumbers = 13;
-/// Rows `index` of some rows, and factors of their powers and eye ratios.
+/// Selected rows, and factors of their powers and eye ratios.
 struct PickedRows {
   const uint32_t* index;
   const float* weight;
   const float* eye_weight;
 };
-/// Writes the picked rows as columns, in the order of a row's numbers.
+/// Writes the picked rows as columns, in the order of a row's values.
 void gather_points(const LightPointRow* rows, const PickedRows& picks, size_t count,
                    float* const (&columns)[kLightPointNumbers]);
 
@@ -41,15 +41,15 @@ struct SurfacePoint {
   float error;         ///< bound on the distance of the position from the surface
 };
 
-/// What a surface point sees of light points.
+/// Light points as seen from a surface point.
 struct ConnectionColumns {
   float *dx, *dy, *dz;  ///< unit
   float* distance;
-  float* radiance;   ///< power x |cos'| / distance², r, g, b interleaved; 0 behind the point
-  float* eye_ratio;  ///< the points' x |cos'| / distance²
+  float* radiance;   ///< power x |cos'| / distance², r, g, b interleaved; 0 behind the light point
+  float* eye_ratio;  ///< eye ratio of the light point x |cos'| / distance²
 };
-/// A point in the plane of the surface sends nothing to it: as rounding has moved both, that is all
-/// that can be known of points that are no higher than the error.
+/// Connects a surface point to light points. Light points within the error of the surface's plane
+/// send nothing: due to rounding, they can't be distinguished from points in the plane.
 void connect_points(const LightPointColumns& points, const SurfacePoint& from, size_t count,
                     const ConnectionColumns& out);
 
