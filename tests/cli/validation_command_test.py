@@ -70,13 +70,13 @@ class Command(unittest.TestCase):
         self.assertIn("clustered luminance =", page)
         status, said = self.run_command("report", "spot", "--quick")
         self.assertEqual(status, 2)
-        self.assertIn("nothing to report of spot: run correctness or benchmark of it first", said)
+        self.assertIn("nothing to report for spot: run correctness or benchmark for it first", said)
 
         path = self.folder / "build/validation/quick/correctness.json"
         path.write_text(path.read_text("utf-8").replace('"passed": true', '"passed": false', 1))
         status, said = self.run_command("report", "--quick")
         self.assertEqual(status, 1, said)
-        self.assertIn("at least one comparison is red", said)
+        self.assertIn("at least one comparison failed", said)
         self.assertIn("- red: diffuse_area, direct", self.summary())
 
     def test_groups_stand_for_their_scenes(self):
@@ -95,7 +95,7 @@ class Command(unittest.TestCase):
             self.assertEqual(scene.envmap, has_parameter, scene.name)
 
     def test_bad_words(self):
-        self.assertIn('no mode or scene "nowhere"', self.run_command("report", "nowhere")[1])
+        self.assertIn('unknown mode or scene "nowhere"', self.run_command("report", "nowhere")[1])
         status, said = self.run_command("report")
         self.assertEqual(status, 2)
         self.assertIn("nothing to report: run correctness or benchmark first", said)
@@ -115,11 +115,11 @@ class Command(unittest.TestCase):
     def test_nothing_is_installed_or_built_for_a_wrong_word(self):
         a_file = self.folder / "a_file"
         a_file.touch()
-        for words, message in ((["correctnes"], 'no mode or scene "correctnes"'),
+        for words, message in ((["correctnes"], 'unknown mode or scene "correctnes"'),
                                (["--ouput", "x"], "--ouput"), (["--hel"], "--hel"),
-                               (["benchmark", "spot"], "no benchmark of spot"),
-                               (["correctness", "benchmark"], "one mode at most"),
-                               (["report", "--fresh"], "--fresh is for what measures"),
+                               (["benchmark", "spot"], "benchmark doesn't support spot"),
+                               (["correctness", "benchmark"], "only one mode"),
+                               (["report", "--fresh"], "--fresh is only for modes that measure"),
                                (["--output", str(a_file)], f"{a_file} isn't a folder")):
             result = self.run_script(*words)
             self.assertEqual(result.returncode, 2, result.stderr)
@@ -163,7 +163,7 @@ class Command(unittest.TestCase):
         store.put(key, {"passed": True})
         status, said = self.run_command("correctness", "diffuse_area", "--quick", "--fresh")
         self.assertEqual(status, 2)
-        self.assertIn("Mitsuba isn't installed: what was measured before is kept", said)
+        self.assertIn("Mitsuba isn't installed: --fresh is ignored", said)
         self.assertIsNotNone(Store(store.path).get(key))
 
     def test_fresh_forgets_no_more_than_it_measures(self):
@@ -208,7 +208,7 @@ class Command(unittest.TestCase):
             process.send_signal(number)
             said += process.communicate(timeout=60)[1]
             self.assertEqual(process.returncode, status, said)
-            self.assertIn("interrupted; the same command without --fresh goes on from here", said)
+            self.assertIn("interrupted; run the same command without --fresh to continue", said)
             self.assertNotIn("Traceback", said)
         store = Store(self.build / "validation/measurements.jsonl")
         self.assertGreaterEqual(len(store.values), 1)

@@ -269,7 +269,7 @@ class Turns(unittest.TestCase):
         self.engine().run(wanted[1:], 1e9)
         rows = self.engine().run(wanted, 0)
         self.assertEqual([one["scene"] for one in rows], ["spot"])
-        self.assertRegex(self.log.problems[0], "^time is up: 1 of 2 measurements are missing; the")
+        self.assertRegex(self.log.problems[0], "^time is up: 1 of 2 measurements are missing; run")
 
     def test_parts_and_scenes(self):
         options = arguments.parse(["engine", "direct", "hebe", "--scenes", "spot,ball", "--quick"])

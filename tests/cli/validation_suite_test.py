@@ -312,7 +312,7 @@ class TimeAgainstError(InFolder):
     def test_pictures_of_another_size_are_said(self):
         entry = self.benchmark("other size")
         self.assertEqual(entry["tried"], [])
-        self.assertIn("the picture is 24x19, the reference 24x18", self.log.problems[0])
+        self.assertIn("the image is 24x19, the reference 24x18", self.log.problems[0])
         with self.assertRaisesRegex(Problem, "hebe: the reference is 18x24"):
             self.benchmark(references=FakeReferences((24, 18, 3)))
 

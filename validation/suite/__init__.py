@@ -1,1 +1,1 @@
-"""The comparison with other renderers: see validation/run.sh and validation/README.md."""
+"""Comparison with other renderers: see validation/run.sh and validation/README.md."""

@@ -1,22 +1,21 @@
-"""What follows from times and errors. Only arithmetic: no files, no renderers."""
+"""Computes results from times and errors. Uses no files and no renderers."""
 import math
 import statistics
 
 TARGETS = (1e-2, 1e-3, 1e-4)
-# No larger counts are rendered of who is well below the least target: peers; ours, whose slope is
-# wanted farther.
+# Errors below which larger sample counts are skipped. Our curves are measured further, for their slopes.
 ENOUGH = {"peer": TARGETS[-1] / 3, "ours": 5e-6}
-BEHIND = 1.5  # times the best peer's seconds, to every target: such a peer is not among the first
-# A curve flatter than this has stopped to converge: what lies beyond its end is never reached.
+BEHIND = 1.5  # a peer is behind if it needs this many times the best peer's seconds for every target
+# A curve with a flatter slope has stopped converging. It never reaches targets beyond its end.
 FLAT = -0.25
-REACH = 10  # how many times longer than the last point a curve may be drawn on
-# A peer that doesn't learn goes on as it began. Beyond REACH it is given a slope of -1 or its own,
-# whichever is steeper: what that tells of its time is, if anything, too short.
+REACH = 10  # maximum extrapolated time, relative to that of the last point
+# The same for peers, which don't learn and so keep converging. Beyond REACH they get their own slope or -1,
+# whichever is steeper. This tends to underestimate their times.
 PEER_REACH = 100
 
 
 def quartiles(values):
-    """(first quartile, median, third)"""
+    """Returns (first quartile, median, third quartile)."""
     ordered = sorted(values)
     if len(ordered) == 1:
         return ordered[0], ordered[0], ordered[0]
@@ -25,8 +24,8 @@ def quartiles(values):
 
 
 def curve(points, measure="relmse"):
-    """Of [{"samples", "runs": [{"seconds", measure}]}]: medians and quartiles, by samples.
-    `measure` may also be "trimmed"; the result calls it "relmse" all the same."""
+    """Returns medians and quartiles by samples, from [{"samples", "runs": [{"seconds", measure}]}].
+    `measure` may also be "trimmed", which is called "relmse" in the result."""
     found = []
     for point in points:
         seconds = quartiles([run["seconds"] for run in point["runs"]])
@@ -38,7 +37,8 @@ def curve(points, measure="relmse"):
 
 
 def can_tell(error, own_error):
-    """Can a reference of that noise tell a picture of this error from a perfect one?"""
+    """Returns whether an image with this error can be distinguished from a perfect image. `own_error`: error
+    of the reference."""
     return error > least(own_error)
 
 
@@ -47,20 +47,21 @@ def least(own_error):
 
 
 def trusted(points, own_error):
-    """Without those that the reference can't tell from a perfect picture."""
+    """Returns the points that can be distinguished from a perfect image."""
     return [p for p in points if can_tell(p["relmse"], own_error) and p["seconds"] > 0]
 
 
 def bounded(points, own_error):
-    """Those that are trusted, and the first after them with the most that its error can be: by then
-    all targets that the reference can tell are met."""
+    """Returns the trusted points, and the first point after them with the upper bound of its error. At that
+    point, all distinguishable targets are reached."""
     good = trusted(points, own_error)
     after = [p for p in points if good and p["seconds"] > good[-1]["seconds"]]
     return good + [p | {"relmse": least(own_error)} for p in after[:1] if own_error > 0]
 
 
 def slope(points):
-    """Of log relMSE against log seconds by least squares over all points; None of fewer than 2."""
+    """Returns the slope of log relMSE over log seconds by least squares, or None for fewer than 2
+    points."""
     if len(points) < 2:
         return None
     x = [math.log(p["seconds"]) for p in points]
@@ -73,10 +74,15 @@ def slope(points):
 
 
 def seconds_to(points, target, reach=REACH):
-    """(seconds, kind): kind is "measured" between two points, "extrapolated" beyond the last (along
-    the last three; farther than REACH with a slope of at least -1), "at most" before the first.
-    Seconds are None where the curve has gone flat ("never"), would take more than `reach` times the
-    last point's ("beyond"), or has too few points ("unknown")."""
+    """Returns (seconds, kind) of the time to reach `target`. These are the kinds:
+
+    measured: between two points.
+    extrapolated: beyond the last point, along the last three. Beyond REACH, the slope is -1 or steeper.
+    at most: the first point already reaches the target.
+    never: the curve is flat; seconds are None.
+    beyond: more than `reach` times the seconds of the last point; seconds are None.
+    unknown: too few points; seconds are None.
+    """
     if not points:
         return None, "unknown"
     if points[0]["relmse"] <= target:
@@ -103,19 +109,19 @@ def seconds_to(points, target, reach=REACH):
 
 
 def along(a, b, target):
-    """Seconds at that error on the line through two points, in logarithms."""
+    """Returns the seconds at error `target` on the line through two points, in logarithms."""
     share = math.log(target / a["relmse"]) / math.log(b["relmse"] / a["relmse"])
     return math.exp(math.log(a["seconds"]) + share * math.log(b["seconds"] / a["seconds"]))
 
 
 def work(row):
-    """relMSE x seconds, without the worst 0.1 % of the values, or else a bright pixel decides. An
-    error below what can be told (zero or less) counts as a billionth."""
+    """Returns relMSE x seconds. Uses the trimmed relMSE because single bright pixels would dominate the
+    other. Errors of zero or less, which are below the reference's noise, count as 1e-9."""
     return max(row["trimmed"], 1e-9) * row["seconds"]
 
 
 def efficiency(points):
-    """1 / (relMSE x seconds) of the point that took longest."""
+    """Returns 1 / (relMSE x seconds) of the point with the longest time."""
     last = max(points, key=lambda p: p["seconds"], default=None)
     return None if last is None else 1 / (last["relmse"] * last["seconds"])
 
@@ -125,7 +131,7 @@ def geometric_mean(values):
 
 
 def summary(entry, measure="relmse"):
-    """All figures of one scene: {renderer: {...}} of its curves. For `measure` see curve."""
+    """Returns all results of a scene as {renderer: {...}}. For `measure` see curve()."""
     own = entry["reference"]["own_error"]
     found = {}
     for name, renderer in entry["curves"].items():
@@ -145,7 +151,7 @@ def summary(entry, measure="relmse"):
 
 
 def best(found, kind, target):
-    """(renderer, seconds, kind of time) that gets there first, or None."""
+    """Returns (renderer, seconds, kind of time) of the fastest renderer, or None."""
     reached = [(r["seconds_to"][target][0], name) for name, r in found.items()
                if r["kind"] == kind and r["seconds_to"][target][0] is not None]
     if not reached:
@@ -155,13 +161,13 @@ def best(found, kind, target):
 
 
 def enough(kind, own_error):
-    """The error below which who is of that kind needs no larger counts."""
+    """Returns the error below which larger sample counts are skipped, for renderers of that kind."""
     return max(ENOUGH[kind], least(own_error))
 
 
 def behind(entry):
-    """Names of the peers that BEHIND is true of, by what is measured so far, without the worst
-    0.1 % of the values. `entry`: as summary takes it."""
+    """Returns the names of the peers that are behind in all trimmed measurements so far, see BEHIND.
+    `entry`: as for summary()."""
     peers = {name: one["seconds_to"] for name, one in summary(entry, "trimmed").items()
              if one["kind"] == "peer"}
     first = set()
@@ -173,10 +179,12 @@ def behind(entry):
 
 
 def ratio(ours, peer):
-    """How many times sooner ours is there: (ratio, kind), each of the two given as seconds_to gives
-    it. kind is "measured", "extrapolated" (or of two bounds), "at most" or "at least" where one of
-    the two is there by its fewest samples already; with None, who gets there at all: "ours only",
-    "peer only" or "neither"."""
+    """Returns (peer's seconds / our seconds, kind). Both arguments are results of seconds_to().
+
+    kind is "measured", or "extrapolated", also for two bounds. It is "at most" or "at least" if one of the
+    two reaches the target with its first point. If the ratio is None, kind says who reaches the
+    target: "ours only", "peer only" or "neither".
+    """
     if ours[0] is None or peer[0] is None:
         return None, ("ours only" if ours[0] is not None else
                       "peer only" if peer[0] is not None else "neither")
@@ -191,8 +199,8 @@ def ratio(ours, peer):
 
 
 def ratios(scenes, target):
-    """Each of ours against the best peer: {renderer: {scene: what ratio() says}}. `scenes`: {name:
-    summary}."""
+    """Compares each of our renderers with the best peer. Returns {renderer: {scene: result of ratio()}}.
+    `scenes`: {name: summary}."""
     table = {}
     for scene, found in scenes.items():
         peer = best(found, "peer", target)
@@ -204,11 +212,12 @@ def ratios(scenes, target):
 
 
 def finalists(tried, count, biased=()):
-    """Names of the configurations to measure in full: the best `count` at the most samples that
-    were tried, the best at each other number of samples (what is slow to start may win only in the
-    long run), and the best whose sampler isn't one of the `biased`, whose error ends in a floor.
+    """Returns the names of the configurations to measure in full, selected by work().
 
-    By their work."""
+    They are the best `count` at the largest tried sample count, and the best at each other sample count,
+    because a configuration with a slow start may win later. The best configuration without one of the
+    `biased` samplers is included because the error of the others doesn't fall below their bias.
+    """
     ranked = sorted(tried, key=work)
     names = []
     for samples in sorted({row["samples"] for row in tried}, reverse=True):

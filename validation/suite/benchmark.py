@@ -1,4 +1,4 @@
-"""Time against error: Mitsuba's fastest configuration is sought, then it and ours take turns."""
+"""Error over time: searches Mitsuba's fastest configurations, then measures them and ours in turns."""
 import contextlib
 import dataclasses
 import math
@@ -23,20 +23,20 @@ from .store import digest, hash_of_files
 from .tables import BIASED_SAMPLERS, BOUNCE, DEEP, METHODS, ROOT, THREADS
 from .truth import own_error
 
-FINALISTS = 2  # the least number of Mitsuba's configurations that are measured in full
+FINALISTS = 2  # minimum number of Mitsuba's configurations that are measured in full
 FIRST_SEED = 1
-FEWEST_COUNTS = 3  # of samples, which make a slope; up to these a render may take longer,
-GRACE = 4  # by this factor
-SLOWER = 2  # times: a configuration whose variant is that much slower isn't tried any further
-FAR_SLOWER = 2.5  # times: its variant isn't tried with other samplers, either
-# Times the least work (relMSE x seconds) so far: such a configuration isn't tried any further. By
-# few samples, none that won in the end had more than 2.3 times, on 26 scenes.
+MIN_COUNTS = 3  # number of sample counts for a slope; up to these the time limit of a render is higher
+GRACE = 4  # factor of that limit
+SLOWER = 2  # a configuration is tried no further if its variant is this many times slower than the other
+FAR_SLOWER = 2.5  # the variant isn't even tried with other samplers if it is this many times slower
+# A configuration is tried no further if its work (relMSE x seconds) is this many times the least work so
+# far. On 26 scenes, with few samples, the final winner never had more than 2.3 times the least work.
 WORSE = {"few": 3, "many": 2}
 
 
 class Benchmark:
     def __init__(self, kinome, mitsuba, cycles_python, references, effort, store, folder, log):
-        """`folder`: for pictures."""
+        """`folder`: for images."""
         self.kinome, self.mitsuba, self.references = kinome, mitsuba, references
         self.cycles_python = cycles_python
         self.effort, self.store, self.folder, self.log = effort, store, folder, log
@@ -45,18 +45,18 @@ class Benchmark:
         (folder / "pictures").mkdir(parents=True, exist_ok=True)
 
     def scene(self, scene):
-        """Everything about one scene. Raises Problem if there is no reference."""
+        """Measures one scene; returns its entry. Raises Problem if there is no reference."""
         clock = Clock()
         size = self.effort.timed_size(scene)
         truth, description = self.references.load(scene, size, timed=True)
         if truth.mean.shape[:2] != (size[1], size[0]):
             raise Problem(f"{scene.name}: the reference is {truth.mean.shape[1]}x"
-                          f"{truth.mean.shape[0]}, the pictures are {size[0]}x{size[1]}")
+                          f"{truth.mean.shape[0]}, the images are {size[0]}x{size[1]}")
         self.common = {"scene": scene_hash(scene.path), "name": scene.name, "size": size,
                        "reference": description["hash"], "machine": self.machine["processor"],
                        "cores": self.machine["cores"], "threads": THREADS,
                        "errors": hash_of_files([ROOT / "validation/compare/errors.py"]),
-                       "others": 1}  # what a measurement says of them, the first form of it
+                       "others": 1}  # version of the values on other processes
         clock.lap("reference")
         tried = self.search(scene, size, truth)
         clock.lap("search")
@@ -69,8 +69,8 @@ class Benchmark:
         others = cores_of_others([run for curve in curves.values() for point in curve["points"]
                                   for run in point["runs"]])
         if others > BUSY * self.machine["cores"]:
-            self.log.say(f"{scene.name}: other processes had {others:.1f} of "
-                         f"{self.machine['cores']} cores meanwhile, which spoils the times")
+            self.log.say(f"{scene.name}: other processes used {others:.1f} of "
+                         f"{self.machine['cores']} cores meanwhile, so the times are too long")
         startup = self.startup(scene, size, renderers, curves, finalists)
         clock.lap("startup")
         self.schedule.note(scene, clock.laps)
@@ -80,9 +80,9 @@ class Benchmark:
                 "tried": tried, "curves": curves, "startup": startup}
 
     def measure(self, renderer, samples, seed, truth, warm=None, **part):
-        """{"seconds", "relmse", …} of one render, from the store or made now. `part`: what of the
-        run it is for; the times of one part are no good for another. `warm`: of Mitsuba's, whether
-        its time is without what the first of its kind takes."""
+        """Returns {"seconds", "relmse", …} of one render, from the store or measured now. `part`: name of the
+        part of the measurement, because times can't be used for other parts. `warm`: for Mitsuba, whether
+        to render once before the timed render."""
         key = {**self.common, "renderer": renderer.name, **renderer.key, "samples": samples,
                "seed": seed, **part}
 
@@ -98,13 +98,13 @@ class Benchmark:
         return self.store.recall(key, now) | {"seed": seed, "picture": digest(key)}
 
     def search(self, scene, size, truth):
-        """Rows of all of Mitsuba's configurations that could be measured, by the number of samples.
-        Those that are left behind are tried at the fewest samples alone, or not at all: see SLOWER,
-        FAR_SLOWER and WORSE. A variant that is much slower makes the same estimate, and what costs
-        by the render rather than by the sample was against the other, which is tried at all."""
+        """Returns a row for each configuration of Mitsuba and sample count that could be measured.
+        Configurations that are behind are tried only with the fewest samples, or not at all: see SLOWER,
+        FAR_SLOWER and WORSE. A slower variant computes the same estimate, so it can't win with more samples.
+        The first variant, which is always tried, has the higher fixed costs."""
         rows, given = [], [s for s in self.effort.search_samples if s <= self.effort.most_samples]
-        fastest = {}  # seconds by configuration but for the variant
-        least = {}  # work by the number of samples
+        fastest = {}  # least seconds, by configuration without its variant
+        least = {}  # least work, by number of samples
         too_slow = set()  # (variant, integrator)
         for configuration in configurations(scene):
             same = dataclasses.replace(configuration, variant="")
@@ -136,9 +136,9 @@ class Benchmark:
         return rows
 
     def trial(self, renderer, samples, truth, least, few):
-        """Means over the first seeds; by the first alone of what is WORSE than the least work. Of
-        many samples the first seed is rendered without a warm-up, which would take as long, and the
-        least time counts."""
+        """Returns means over the first seeds, or over one seed if the work is WORSE than the least work. With
+        many samples, the first seed is rendered without a warm-up, which would take as long. The seconds are
+        then the minimum."""
         runs = []
         for i in range(self.effort.search_seeds):
             runs.append(self.measure(renderer, samples, FIRST_SEED + i, truth, part="search",
@@ -154,10 +154,10 @@ class Benchmark:
                 "samples": runs[0]["samples"], "left_behind": left_behind, **row}
 
     def renderers(self, scene, size, finalists, truth, ending):
-        """Who takes turns. What has to be closed is left to `ending`."""
+        """Returns the renderers that take turns. `ending` closes them."""
         found = [Ours(self.kinome, m, scene, size) for m in methods_timed(scene)]
-        # Each with a process of its own, or else its scene would be loaded anew before each turn,
-        # and the first render after that takes longer.
+        # Each configuration gets its own process. Otherwise, its scene would be loaded again before each turn,
+        # and the first render after loading takes longer.
         self.mitsuba.close()
         for configuration in configurations(scene):
             if configuration.name in finalists:
@@ -175,8 +175,8 @@ class Benchmark:
         return found
 
     def compete(self, scene, renderers, truth):
-        """Curves by renderer. Seed by seed and count by count all take turns, so that what else the
-        machine does meets all of them."""
+        """Measures and returns the curves by renderer. All renderers take turns for each seed and sample
+        count, so that other load of the machine affects all of them."""
         runs = {r.name: {} for r in renderers}
         limit = {r.name: self.effort.most_samples for r in renderers}
 
@@ -198,11 +198,11 @@ class Benchmark:
         return curves()
 
     def leave_behind(self, scene, renderers, truth, curves, runs, limit):
-        """Mitsuba's configurations that are first nowhere take no more turns, and are not shown."""
+        """Removes Mitsuba's configurations that are behind for all targets. They aren't shown."""
         behind = analysis.behind({"reference": {"own_error": own_error(truth)}, "curves": curves})
         for renderer in renderers:
             if renderer.name in behind and isinstance(renderer, Theirs):
-                self.log.say(f"{scene.name}: {renderer.name} is left behind")
+                self.log.say(f"{scene.name}: {renderer.name} is behind and measured no further")
                 limit.pop(renderer.name, None)
                 runs[renderer.name].clear()
 
@@ -216,23 +216,23 @@ class Benchmark:
             self.log.problem(f"{reason} (at {samples} samples; more are not tried)")
             limit[renderer.name] = samples - 1
             return
-        # By the count that was used: two that are rounded to the same are one.
+        # Uses the actual sample count, because two counts may be rounded to the same one.
         point = runs[renderer.name].setdefault(found["samples"], [])
         if all(run["seed"] != seed for run in point):
             point.append(found)
-        # Decided once, so that every count has all seeds or none.
+        # Only the first seed decides, so that every count has all seeds or none.
         if seed == FIRST_SEED and step + 1 < len(renderer.samples):
             following = renderer.samples[step + 1]
             budget = self.effort.budget if renderer.claimed else self.effort.budget_of_others
-            if step + 1 < FEWEST_COUNTS:
+            if step + 1 < MIN_COUNTS:
                 budget *= GRACE
             if (found["seconds"] * following / samples > budget
                     or found["relmse"] < analysis.enough(renderer.kind, own_error(truth))):
                 limit[renderer.name] = min(limit[renderer.name], samples)
 
     def startup(self, scene, size, renderers, curves, finalists):
-        """Seconds before the first sample, and to compile: rows {"renderer", "when", "seconds"} of
-        ours, and of the first of Mitsuba's finalists."""
+        """Returns the seconds of start-up and compilation, as rows {"renderer", "when", "seconds"}, for our
+        renderers and for the first of Mitsuba's finalists."""
         rows, first = [], next((name for name in finalists if name in curves), None)
         for renderer in renderers:
             if renderer.kind == "ours" and renderer.name in curves:
@@ -253,7 +253,7 @@ class Benchmark:
         return rows
 
     def measure_startup(self, renderer, scene, size):
-        """Of a new process: with an empty cache of kernels, and with one that is filled."""
+        """Returns the start-up seconds of a new process with an empty kernel cache, and with a filled one."""
         with tempfile.TemporaryDirectory() as cache:
             return [self.one_startup(renderer.configuration, scene, size, cache) for _ in range(2)]
 
@@ -270,22 +270,22 @@ class Benchmark:
 
 
 def methods_timed(scene):
-    """Those of ours that are timed. What converges to its light points, as the thesis's modes do,
-    is followed on the scenes that everybody runs, and in thesis/, not on the many others; nor is
-    `path`, where `direct` does the same in less time."""
+    """Returns our methods that are timed on a scene. Methods that converge to their light points, such as
+    those of the thesis, are timed only on the default scenes and in thesis/. `path` is left out on the
+    other scenes where `direct` renders the same in less time."""
     return [m for m in METHODS if m.serves(scene) and not (scene.asked and (
         m.truth == "groundtruth" or m.name == "path" and scene.truth == "direct"))]
 
 
 def errors(image, truth, name):
-    """Against the reference, whose own noise is subtracted."""
+    """Returns the errors against the reference, whose own noise is subtracted."""
     if image.shape != truth.mean.shape:
-        raise Problem(f"{name}: the picture is {image.shape[1]}x{image.shape[0]}, the reference "
+        raise Problem(f"{name}: the image is {image.shape[1]}x{image.shape[0]}, the reference "
                       f"{truth.mean.shape[1]}x{truth.mean.shape[0]}")
     broken = ~np.isfinite(image).all(axis=2)
     count = int((broken & ~truth.masked).sum())
     if (broken | truth.masked).all():
-        raise Problem(f"{name}: the picture has no finite pixel")
+        raise Problem(f"{name}: the image has no finite pixel")
     found = Errors.of(np.where(broken[:, :, None], 0, image), truth, truth.masked | broken)
     return {"relmse": found.relmse, "trimmed": found.trimmed, "maximum": found.maximum,
             "not_finite": count}

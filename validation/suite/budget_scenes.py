@@ -1,7 +1,8 @@
 """Scenes of `validation/run.sh budgets`: any scene file, with integrator, samples and size set.
 
-Scene files differ in what -D can set, if anything. So a copy is written in which includes are replaced
-by their contents, and the values are set. It is rendered with `-a` and the folders of the originals.
+Scene files differ in the parameters that -D can set, if any. So this module writes a copy in which includes
+are replaced by their contents, and the values are set. The copy is rendered with `-a` and the folders of the
+originals.
 """
 import dataclasses
 import pathlib
@@ -11,7 +12,7 @@ from .problems import Problem
 from .store import hash_of_files
 from .tables import SCENES
 
-MAX_INCLUDES = 8  # one inside another
+MAX_INCLUDES = 8  # nesting depth
 SAMPLE_COUNTS = ("sample_count", "sampleCount")
 CROP = ("crop_width", "crop_height", "crop_offset_x", "crop_offset_y", "cropWidth", "cropHeight",
         "cropOffsetX", "cropOffsetY")
@@ -23,15 +24,17 @@ class BudgetScene:
     path: pathlib.Path
 
     def hash(self):
-        """Of the file and its neighbours, which it may include. Larger files count by their size."""
+        """Returns a hash of the file and its neighbours, which it may include. Of files other than XML, only
+        the names and sizes are hashed."""
         files = [path for path in self.path.parent.glob("[!.]*") if path.is_file()]
         sizes = " ".join(f"{path.name} {path.stat().st_size}" for path in sorted(files))
         return hash_of_files([path for path in files if path.suffix == ".xml"], sizes)
 
 
 def scenes_of(words, cornell):
-    """Scenes for names of tables.SCENES, scene files and folders, in which each file that has a sensor
-    counts; without any, all of SCENES and the boxes that `cornell` makes (bounces.scene_of)."""
+    """Returns the scenes for words: names of tables.SCENES, scene files, and folders, of which each file with
+    a sensor is a scene. Without words, returns all of SCENES and the boxes of `cornell`
+    (bounces.scene_of)."""
     known = {scene.name: BudgetScene(scene.name, scene.path) for scene in SCENES}
     found = []
     for word in words:
@@ -49,7 +52,8 @@ def scenes_of(words, cornell):
 
 
 def name_of(path):
-    """The file's name with its folder's, where that is not the same."""
+    """Returns the names of the folder and the file, or only that of the folder if the file has the same name
+    or is scene.xml."""
     folder = path.resolve().parent.name
     return folder if path.stem in (folder, "scene") else f"{folder}/{path.stem}"
 
@@ -62,7 +66,7 @@ def has_sensor(path):
 
 
 def derived(scene, folder, integrator, samples, size):
-    """Writes the copy; returns its path and the program's option for the folders of the originals."""
+    """Writes the copy; returns its path, and the option of the program for the folders of the originals."""
     folders = []
     root = parsed(scene.path, folders)
     defaults = {one.get("name"): one.get("value") for one in root.iter("default")}
@@ -99,7 +103,7 @@ def parsed(path, folders):
 
 
 def inline(root, path, defaults, folders, depth):
-    """Replaces includes by what they hold; integrators of the children are left out by `derived`."""
+    """Replaces includes by their contents. `derived` later removes their integrators."""
     if depth > MAX_INCLUDES:
         raise Problem(f"{path.name}: includes are nested too deeply")
     for place, one in reversed(list(enumerate(root))):

@@ -1,9 +1,9 @@
-"""`validation/run.sh budgets`: is `clustered` worse than `path` or `ptracer` on any scene, by any budget?
+"""`validation/run.sh budgets`: is `clustered` worse than `path` or `ptracer` on any scene, with any budget?
 
-All three take all bounces (max_depth -1). Error is the variance between seeds, as in bounces.py, and
-time is processor time less that of a tiny render, so that other programs on the machine matter little.
-What `path` would have in the time that `clustered` took is read off its own curve; where `clustered` has a
-time to keep, off a render of `path` that has the same.
+All three use any number of bounces (max_depth -1). The error is the variance between seeds, as in bounces.py.
+Time is processor time minus that of a tiny render, so other programs on the machine have little effect. The
+error of `path` at the time of `clustered` is interpolated on its own curve. For budgets of seconds, it is
+that of a render by `path` with the same budget.
 """
 import dataclasses
 import math
@@ -19,24 +19,24 @@ from .store import digest
 from .budget_scenes import derived
 
 SIZE = (160, 120)
-# Samples, seconds (--time) and errors (--error) of `clustered`, and samples of the others.
+# Budgets of `clustered`: samples, seconds (--time) and errors (--error). Samples of the others.
 SAMPLES, SECONDS, ERRORS = (2, 8, 32, 128), (1, 5, 30), (1e-2, 1e-3)
 PATH_SAMPLES, PTRACER_SAMPLES = (4, 8, 32, 128), (32,)
 # Short renders are made with more seeds than asked for, since few seeds seldom show rare bright
 # samples: as many as fit this processor time, up to a maximum. By --time, with as many as asked for.
 SECONDS_OF_SEEDS, MAX_SEEDS = 5, 16
-MAX_SECONDS = 6  # of processor time, of a render of `path`: beyond, its errors are extrapolated
-MAX_SECONDS_OF_ERROR = 15  # of a render of `clustered` by --error: beyond, it is not made
+MAX_SECONDS = 6  # processor time of a render by `path`; beyond it, its errors are extrapolated
+MAX_SECONDS_OF_ERROR = 15  # estimated processor time of a render by --error; longer ones are skipped
 LIMIT = 0.9
-# `ptracer` counts if the mean of its image is that of `path` but for so much, or for four standard
-# errors: it does not find what mirrors and glass show.
+# `ptracer` is used if the mean of its image differs from that of `path` by at most this share, or by at most
+# four standard errors. It doesn't find light that is seen by mirrors or through glass.
 SAME_MEAN, SAME_ERRORS = 0.01, 4
-STARTS = 3  # renders that say how long start-up and loading take
+STARTS = 3  # number of renders that measure start-up and loading
 
 
 @dataclasses.dataclass(frozen=True)
 class Budget:
-    """Of samples, of seconds, or of an error."""
+    """Budget of a render: samples, seconds or an error."""
 
     samples: int | None = None
     seconds: float | None = None
@@ -49,7 +49,7 @@ class Budget:
         return f"{self.seconds:g} s" if self.seconds else f"relMSE {self.error:g}"
 
     def options(self):
-        """Of the program."""
+        """Returns the options of the program."""
         if self.samples:
             return ()
         return ("--time", str(self.seconds)) if self.seconds else ("--error", str(self.error))
@@ -60,7 +60,7 @@ BUDGETS = (*(Budget(samples=n) for n in SAMPLES), *(Budget(seconds=s) for s in S
 
 
 def scale_of(size):
-    """Pixels in units of those of SIZE."""
+    """Returns the number of pixels, relative to that of SIZE."""
     return size[0] * size[1] / (SIZE[0] * SIZE[1])
 
 
@@ -72,7 +72,7 @@ class Budgets:
         (folder / "pictures").mkdir(parents=True, exist_ok=True)
 
     def measure(self, scene, integrator, budget, seed):
-        """{"processor", "samples", "why"} and the image, from the store or made now."""
+        """Returns {"processor", "samples", "why", "image"} from the store, or renders if it is missing."""
         key = {"budgets": scene.name, "scene": scene.hash(), "size": self.size, "who": integrator,
                "program": self.kinome.program, "budget": budget.name, "seed": seed,
                "threads": self.options.threads, "machine": machine()["processor"]}
@@ -93,7 +93,7 @@ class Budgets:
                 "why": why[0] if why else ""}, made.image
 
     def start(self, scene):
-        """Processor time of a render that hardly renders, from the store or measured now."""
+        """Returns the processor time of a tiny render, from the store or measured now."""
         def measure():
             return {"processor": statistics.median(
                 self.render(scene, "path", Budget(samples=1), seed, (16, 12))[0]["processor"]
@@ -104,9 +104,9 @@ class Budgets:
         return self.store.recall(key, measure)["processor"]
 
     def runs(self, scene, integrator, budgets):
-        """{budget: renders of all seeds}. Larger numbers of samples are left out if they would take
-        longer than MAX_SECONDS times the square root of the image's size relative to SIZE. For
-        `clustered`, they are left out only in images larger than SIZE."""
+        """Returns {budget: renders of all seeds}. Skips larger sample counts that would take longer than
+        MAX_SECONDS times the square root of the image's size relative to SIZE. For `clustered`, skips them
+        only in images larger than SIZE."""
         limit = MAX_SECONDS * math.sqrt(scale_of(self.size))
         is_limited = integrator != "clustered" or scale_of(self.size) > 1
         found = {}
@@ -120,15 +120,15 @@ class Budgets:
         return found
 
     def seeds(self, budget, first):
-        """Number of seeds, by the processor time of the first render."""
+        """Returns the number of seeds, by the processor time of the first render."""
         if budget.seconds:
             return self.options.seeds
         fit = int(SECONDS_OF_SEEDS / max(first["processor"], 1e-3))
         return max(self.options.seeds, min(fit, MAX_SEEDS))
 
     def runs_to_errors(self, scene, found):
-        """The same of `clustered` by --error, if that takes less than MAX_SECONDS_OF_ERROR by the
-        errors that numbers of samples have."""
+        """Returns the same for `clustered` with --error. Skips renders that would take longer than
+        MAX_SECONDS_OF_ERROR, estimated from the errors by number of samples."""
         mean = weighted_mean([best(found)])
         points = [point(budget, renders, mean, 0) for budget, renders in found.items()]
         last = max(points, key=seconds_of)
@@ -137,7 +137,7 @@ class Budgets:
             if seconds_of(last) * last["relmse"] / error < MAX_SECONDS_OF_ERROR])
 
     def scene(self, scene):
-        """What the page has of it."""
+        """Measures a scene; returns its entry for the page."""
         start = self.start(scene)
         runs = {"path": self.runs(scene, "path", [Budget(samples=n) for n in PATH_SAMPLES])}
         times = [Budget(seconds=s) for s in self.options.seconds]
@@ -162,13 +162,13 @@ class Budgets:
 
 
 def best(found):
-    """The images of the most expensive budget."""
+    """Returns the images of the most expensive budget."""
     dearest = max(found.values(), key=lambda renders: renders[0]["processor"])
     return [render["image"] for render in dearest]
 
 
 def means(found):
-    """Mean of the images of the dearest budget, and its standard error."""
+    """Returns the mean of the images of the most expensive budget, and its standard error."""
     values = [float(image.mean()) for image in best(found)]
     return statistics.fmean(values), statistics.stdev(values) / math.sqrt(len(values))
 
@@ -178,7 +178,7 @@ def is_same(a, b):
 
 
 def weighted_mean(stacks):
-    """Of stacks of images, each by the inverse of its variance."""
+    """Returns the mean of stacks of images, weighted by the inverse of their variances."""
     weights = [len(stack) / max(np.var(stack, axis=0, ddof=1).mean(), 1e-30) for stack in stacks]
     return np.average([np.mean(stack, axis=0) for stack in stacks], axis=0, weights=weights)
 
@@ -196,8 +196,8 @@ def seconds_of(one):
 
 
 def error_at(curve, seconds, budget=""):
-    """relMSE after so many seconds: between measured points along a line in both logarithms, beyond
-    them by 1 / time. By the point of that budget alone if it is one of seconds and was measured."""
+    """Returns the relMSE after `seconds`. Interpolates between measured points in logarithms, and extrapolates
+    as 1 / time. If `budget` is one of seconds and was measured, uses only its point."""
     is_timed = {one["budget"]: one["budget"].endswith(" s") for one in curve}
     same = [one for one in curve if one["budget"] == budget and is_timed[budget]]
     points = sorted((seconds_of(one), one["relmse"]) for one in curve
@@ -213,8 +213,8 @@ def error_at(curve, seconds, budget=""):
 
 
 def ratios(entry):
-    """[{budget, seconds, relmse, peer, peer_relmse, ratio}]: the error of the better peer at the time of
-    `clustered`, over that of `clustered`."""
+    """Returns [{budget, seconds, relmse, peer, peer_relmse, ratio, …}]. The ratio is the error of the better
+    peer at the time of `clustered`, divided by that of `clustered`."""
     rows = []
     for one in entry["curves"]["clustered"]:
         seconds = seconds_of(one)

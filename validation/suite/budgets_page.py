@@ -1,4 +1,4 @@
-"""validation/budgets/: the plot of all ratios, a table, and the raw figures."""
+"""validation/budgets/: plot of all ratios, table, and raw values."""
 
 import matplotlib
 
@@ -14,7 +14,7 @@ COLOURS = ("#0b4f8a", "#4361ee", "#2a9d8f", "#6a994e", "#e8590c", "#b30000", "#7
 
 
 def by_worst(scenes):
-    """Pairs of a name and its rows, the worst scene first."""
+    """Returns pairs of a name and its rows, worst scene first."""
     found = [(name, ratios(entry)) for name, entry in scenes.items()]
     return sorted(((name, rows) for name, rows in found if rows),
                   key=lambda pair: min(row["ratio"] for row in pair[1]))
@@ -85,7 +85,7 @@ def measurements(scenes):
 
 
 def plot(scenes):
-    """A column for each scene, a mark for each budget; the bytes of a PNG."""
+    """Draws a column for each scene and a mark for each budget; returns the bytes of a PNG."""
     found = by_worst(scenes)
     figure, axis = pyplot.subplots(figsize=(max(7, 0.34 * len(found) + 2), 6))
     for index, budget in enumerate(BUDGETS):

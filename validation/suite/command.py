@@ -1,4 +1,4 @@
-"""The command behind validation/run.sh."""
+"""Command of validation/run.sh."""
 import importlib.util
 import signal
 import sys
@@ -30,22 +30,23 @@ class Session:
         self.results = self.folder / ("quick" if options.quick else "full")
         self.python = self.folder / "mitsuba/bin/python"
         self.red = False
-        self.told = 0  # problems that an earlier mode has written down
+        self.told = 0  # number of problems that earlier modes have saved
 
     def prepare(self):
         self.kinome = Kinome(self.options.build, self.folder / "renders")
         self.store = Store(self.folder / "measurements.jsonl")
         if self.store.torn:
-            self.log.say("a measurement that an interruption cut off is made again")
+            self.log.say("an incomplete measurement of an interrupted run is repeated")
         if self.options.fresh:
             if self.python.is_file():
                 self.store.forget(self.concerned())
             else:
-                self.log.problem("Mitsuba isn't installed: what was measured before is kept")
+                self.log.problem("Mitsuba isn't installed: --fresh is ignored, and earlier measurements are "
+                                 "kept")
         self.references = References(self.python, self.folder / "references", self.effort, self.log)
 
     def concerned(self):
-        """Tells which keys of the store this run measures, by whichever program."""
+        """Returns a function of a key of the store: whether this run measures it, with any program."""
         words, modes = self.options.words, self.options.modes
         checks = plan(self.effort, words) if "correctness" in modes else []
         alpha, compared = alpha_for(self.effort, checks), {check.scene for check in checks}
@@ -67,7 +68,7 @@ class Session:
         return is_concerned
 
     def run(self, mode):
-        """One mode; what was left out is written down for the page, which may be made later."""
+        """Runs one mode. Saves the problems for the page, which may be made later."""
         path = self.results / "problems.json"
         getattr(self, mode)()
         if mode != "report":
@@ -80,7 +81,7 @@ class Session:
 
     def correctness(self):
         if importlib.util.find_spec("flip_evaluator") is None:
-            self.log.problem("flip-evaluator isn't installed: the column HDR-FLIP is empty")
+            self.log.problem("flip-evaluator isn't installed, so the column HDR-FLIP is empty")
         checks = plan(self.effort, self.options.words)
         work = Correctness(self.kinome, self.references, self.effort, self.store,
                            self.folder / "red", self.log)
@@ -181,7 +182,7 @@ class Session:
         for done, scene in enumerate(scenes):
             spent = time.monotonic() - self.log.started
             if spent * (1 + 1 / max(done, 1)) > 60 * options.minutes and done:
-                self.log.say(f"{len(scenes) - done} scenes are left: the same command goes on")
+                self.log.say(f"{len(scenes) - done} scenes are left: repeat the command to continue")
                 break
             self.log.say(f"{scene.name}: {done + 1} of {len(scenes)}")
             try:
@@ -207,12 +208,12 @@ class Session:
         if words:
             correctness, benchmark = only(correctness, benchmark, words)
             if not correctness and not benchmark:
-                raise Problem(f"nothing to report of {', '.join(words)}: run correctness or "
-                              "benchmark of it first")
+                raise Problem(f"nothing to report for {', '.join(words)}: run correctness or "
+                              "benchmark for it first")
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
         told = read_json(self.results / "problems.json") or {}
         problems = [line for mode, lines in told.items()
-                    if mode not in ("engine", "maps", "budgets")  # have pages of their own
+                    if mode not in ("engine", "maps", "budgets")  # these have separate pages
                     for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,
@@ -221,22 +222,22 @@ class Session:
 
 
 def only(correctness, benchmark, words):
-    """Both parts with the scenes of these names alone; None where none is left."""
+    """Returns both parts with only these scenes; None for a part without any of them."""
     rows = [row for row in (correctness or {"rows": []})["rows"] if row["scene"] in words]
     timed = {name: entry for name, entry in (benchmark or {}).items() if name in words}
     return correctness | {"rows": rows} if rows else None, timed or None
 
 
 def scene_of(problem):
-    """The scene that a line is about: "hebe: …" or "hebe, direct: …"; None if about none."""
+    """Returns the scene of a line such as "hebe: …" or "hebe, direct: …", or None."""
     name = problem.split(":")[0].split(",")[0]
     return name if name in {scene.name for scene in SCENES} | {p.stem for p in SMALL_SCENES} \
         else None
 
 
 def unmeasured(correctness, benchmark, effort, words):
-    """Lines for the page: what these words stand for, or all of a run without any, and neither an
-    earlier run nor this one has measured."""
+    """Yields lines for the page on missing measurements of these words, or of a default run without
+    words."""
     made = {(row["scene"], row["method"]) for row in (correctness or {"rows": []})["rows"]}
     wanted = [c for c in plan(effort, words) if (c.scene, c.method) not in made]
     if wanted:
@@ -262,7 +263,7 @@ def write_report(output, correctness, benchmark, problems, pictures, quick):
 
 
 class Stopped(KeyboardInterrupt):
-    """By SIGTERM: as gently as by Ctrl-C."""
+    """Raised by SIGTERM, which is handled like Ctrl-C."""
 
 
 def stop(_signal, _frame):
@@ -270,9 +271,9 @@ def stop(_signal, _frame):
 
 
 def main(options):
-    """Does what arguments.parse read; the exit status."""
+    """Runs the command with the options of arguments.parse; returns the exit status."""
     signal.signal(signal.SIGTERM, stop)
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever started us ignores it
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # the parent process may ignore it
     log = Log()
     session = Session(options, log)
     use_packages(options.work)
@@ -284,10 +285,10 @@ def main(options):
     except (Problem, OSError) as reason:
         log.problem(reason)
     except KeyboardInterrupt as reason:
-        print("validation: interrupted; the same command without --fresh goes on from here",
+        print("validation: interrupted; run the same command without --fresh to continue",
               file=sys.stderr)
         return 128 + (signal.SIGTERM if isinstance(reason, Stopped) else signal.SIGINT)
     if session.red:
-        print("validation: at least one comparison is red", file=sys.stderr)
+        print("validation: at least one comparison failed", file=sys.stderr)
         return 1
     return 2 if log.problems else 0

@@ -1,4 +1,4 @@
-"""Renderers as the benchmark sees them: a name, sample counts, and run(samples, seed)."""
+"""Renderers for the benchmark: each has a name, sample counts, and run(samples, seed)."""
 import dataclasses
 
 import numpy as np
@@ -6,7 +6,7 @@ import numpy as np
 from .kinome import sized
 from .peers import version_hash
 
-WARM_UP = 987654  # a seed that is not timed
+WARM_UP = 987654  # seed of renders that aren't timed
 
 
 @dataclasses.dataclass
@@ -15,8 +15,8 @@ class Run:
     seconds: float
     samples: int
     extra: dict
-    # Of Kinome the program's own statistics; of the others what they can tell of these. Both have
-    # "processor_seconds": ours of the whole process, Mitsuba's of rendering.
+    # The program's statistics for Kinome, and the available values for other renderers. "processor_seconds"
+    # are those of the whole process for Kinome, and those of rendering for Mitsuba.
     stats: dict = dataclasses.field(default_factory=dict)
 
 
@@ -24,7 +24,7 @@ class Ours:
     kind = "ours"
 
     def __init__(self, kinome, method, scene, size, options=()):
-        """`options`: of the program."""
+        """`options`: further options of the program."""
         self.kinome, self.method, self.scene = kinome, method, scene
         self.options = {"options": options} if options else {}
         self.name, self.samples = f"Kinome {method.name}", method.samples
@@ -42,8 +42,8 @@ class Ours:
 
 
 class Theirs:
-    """A configuration of Mitsuba's. Each sample count is rendered once before it is timed: llvm
-    compiles, and both touch their memory for the first time."""
+    """A configuration of Mitsuba. Each sample count is rendered once before it is timed, because the llvm
+    variants compile, and all variants access their memory for the first time."""
 
     kind = "peer"
     claimed = True

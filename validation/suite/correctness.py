@@ -1,4 +1,4 @@
-"""Every scene x every integrator that claims to be unbiased, against Mitsuba or groundtruth."""
+"""Compares all unbiased integrators on all scenes with Mitsuba or groundtruth."""
 import dataclasses
 import re
 
@@ -12,11 +12,11 @@ from .store import hash_of_files
 from .tables import CUT, METHODS, POINTS, ROOT, SMALL_SCENES, chosen
 from .truth import load_reference
 
-FAMILY_ALPHA = 0.01  # how often all checks together may fail by chance
+FAMILY_ALPHA = 0.01  # probability that any of all checks fails by chance
 REFERENCES = ROOT / "validation/references"
 HERE, COMPARE = ROOT / "validation/suite", ROOT / "validation/compare"
-SEED = 1000  # the first; clustered and groundtruth share theirs, and with them their light points
-CLUSTERED_SAMPLES = 4  # of each of the renders that are compared with groundtruth
+SEED = 1000  # first seed; clustered and groundtruth share their seeds, and so their light points
+CLUSTERED_SAMPLES = 4  # samples of each render that is compared with groundtruth
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,10 +33,10 @@ class Check:
 
 
 def default_integrator(path):
-    """What a small scene names itself."""
+    """Returns the default integrator of a small scene."""
     found = re.search(r'<default name="integrator" value="(\w+)"/>', path.read_text("utf-8"))
     if not found:
-        raise Problem(f"{path.name}: says no default for $integrator")
+        raise Problem(f"{path.name}: has no default for $integrator")
     return found[1]
 
 
@@ -44,7 +44,7 @@ def checks_of_small(path):
     own = default_integrator(path)
     yield Check(path.stem, own, "mitsuba", path, (("integrator", own),))
     for method in METHODS:
-        # References of others than `direct` have more than direct light.
+        # References of integrators other than `direct` include more than direct light.
         if method.truth == "groundtruth" or (method.any_light and own == "direct"):
             yield Check(path.stem, method.name, method.truth, path, tuple(method.defines.items()))
 
@@ -57,7 +57,7 @@ def checks_of_big(scene):
 
 
 def plan(effort, wanted):
-    """All checks, or those of the scenes that are wanted. Raises Problem."""
+    """Returns all checks, or those of the scenes `wanted`. Raises Problem."""
     found = []
     for path in SMALL_SCENES if wanted else effort.small_scenes:
         if not wanted or path.stem in wanted:
@@ -68,25 +68,25 @@ def plan(effort, wanted):
 
 
 def alpha_for(effort, checks):
-    """Of one check, by Šidák over all that a run without words compares, so that a part of it says
-    the same."""
+    """Returns the false-alarm rate of one check, with the Šidák correction for all checks of a run without
+    words. So a run of a part of the checks gives the same results."""
     return sidak(FAMILY_ALPHA, max(len(plan(effort, ())), len(checks)))
 
 
 def finite(figures):
-    """JSON has no infinity: t has one where a picture without noise differs."""
+    """Limits values because JSON has no infinity. t is infinite if an image without noise differs."""
     return {k: min(max(v, -1e9), 1e9) if isinstance(v, float) else v for k, v in figures.items()}
 
 
 def paired(made, truth):
-    """Two estimates whose difference is that of renders of the same seed: what they share, camera
-    rays and light points, is no noise of it."""
+    """Returns two estimates with the noise of the differences between renders with the same seed. Camera
+    rays and light points, which these renders share, don't contribute to it."""
     if (made.masked | truth.masked).any():
         return made, truth
     stack = made.stack - truth.stack + truth.mean
     left = Estimate.from_renders(made.name, stack, max(made.rounding, truth.rounding))
-    # All of the noise is on one side. The tests leave alone what has noise on one side only: a
-    # thousandth of it on the other is harmless.
+    # All of the noise is on one side, but the tests skip values with noise on only one side. So the other
+    # side gets a thousandth of the variance, which is harmless.
     return left, Estimate(truth.name, truth.mean, left.variance / 1000, truth.renders,
                           rounding=truth.rounding)
 
@@ -98,7 +98,7 @@ class Correctness:
         self.truths = {}
 
     def run(self, checks):
-        """Rows for the table, one for each check that could be made."""
+        """Returns rows for the table, one for each check that was possible."""
         alpha = alpha_for(self.effort, checks)
         rows = []
         for number, check in enumerate(checks, 1):
@@ -144,7 +144,7 @@ class Correctness:
                "flip": flip(made.mean, truth.mean, masked),
                "picture": pictures.difference(made.mean, truth.mean, masked)}
         if not verdict.passed:
-            from compare import picture  # matplotlib takes a second to load
+            from compare import picture  # imported late because matplotlib takes a second to load
             target = self.folder / f"{check.scene}-{check.method.replace(' ', '-')}.png"
             target.parent.mkdir(parents=True, exist_ok=True)
             picture.write(target, made, truth, verdict)
@@ -152,7 +152,7 @@ class Correctness:
         return row
 
     def scene_file(self, check):
-        """The file to render and the options it needs."""
+        """Returns the file to render and its options."""
         if check.big or dict(check.defines)["integrator"] != "clustered":
             return check.path, ()
         copy = with_parameters(check.path, self.folder / "scenes")
@@ -168,14 +168,14 @@ class Correctness:
             found |= sized(check.big, [n // 2 for n in size] if clustered else size)
             found |= check.big.depth(found["integrator"])
         elif found["integrator"] == "clustered":
-            found["max_depth"] = 2  # of scene_file()'s copy
+            found["max_depth"] = 2  # a parameter of the copy of scene_file()
         return found | (POINTS | CUT if clustered else {})
 
     def truth(self, check, path, options):
         if check.truth == "mitsuba":
             return (self.reference(check)[0] if check.big
                     else load_reference(REFERENCES / f"{check.scene}.exr"))
-        # One for all modes of clustered: the same camera rays and points, each point used once.
+        # All modes of clustered share one groundtruth with the same camera rays and light points.
         if check.scene not in self.truths:
             own = {k: v for k, v in self.defines(check).items()
                    if k not in CUT and k != "importance"}

@@ -1,4 +1,4 @@
-"""Blender's Cycles as a renderer of the benchmark, for scenes that it can show in full."""
+"""Blender's Cycles as a renderer of the benchmark, for scenes whose materials it supports."""
 import pathlib
 
 import numpy as np
@@ -23,7 +23,7 @@ class Cycles:
 
     def __init__(self, python, scene, size, folder, command=None):
         if not pathlib.Path(python).is_file():
-            raise Problem("the package bpy isn't installed (none for this Python, or pip failed)")
+            raise Problem("the package bpy isn't installed (this Python has none, or pip failed)")
         self.folder, self.name = folder, "Cycles"
         self.key = {"version": hash_of_files([HERE.parent / "requirements-cycles.txt",
                                               HERE / "workers/cycles_worker.py"])}
@@ -38,7 +38,7 @@ class Cycles:
         self.warmed = set()
 
     def must_agree(self, truth):
-        """Raises Problem unless its pictures have the reference's expectation."""
+        """Raises Problem unless its images have the same expected value as the reference."""
         renders = [self._render(AGREE_SAMPLES, seed)[0] for seed in range(AGREE_RENDERS)]
         try:
             verdict = compare(Estimate.from_renders("Cycles", renders), truth, AGREE_ALPHA)
@@ -46,7 +46,7 @@ class Cycles:
             raise Problem(reason) from reason
         if not verdict.passed:
             worst = next(test for test in verdict.tests if not test.passed)
-            raise Problem(f"its picture is another: {worst.name}, {worst.worst}")
+            raise Problem(f"its image differs from the reference: {worst.name}, {worst.worst}")
 
     def _render(self, samples, seed):
         output = self.folder / "cycles.npy"

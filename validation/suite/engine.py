@@ -1,5 +1,5 @@
-"""The speed of the engine beside Mitsuba's llvm_ad_rgb, and what else its goals name: what is
-measured, in which order. engine_analysis.py has the arithmetic and the goals."""
+"""Measures the speed of the engine and of Mitsuba's llvm_ad_rgb, and the other goals of the engine.
+engine_analysis.py computes the results and defines the goals."""
 import dataclasses
 import pathlib
 import time
@@ -23,18 +23,18 @@ from .tables import (AREA, BOUNCE, ENGINE_PARTS, HEBE, ISAS, ISA_SCENES, PLAIN, 
 
 VARIANT = "llvm_ad_rgb"
 FIRST_SEED = 1
-LOW, HIGH = (16, 64), (64, 256)  # samples a pixel: a slope lies between two
-SOON = 0.075  # seconds: where Mitsuba needs less for 16 samples, both are timed at HIGH
+LOW, HIGH = (16, 64), (64, 256)  # pairs of sample counts per pixel, between which slopes are measured
+SOON = 0.075  # seconds; if Mitsuba needs less for 16 samples, both renderers use HIGH
 SHORT, SHORT_SIZE = (4,), (192, 144)
 PRODUCT_SAMPLES = (4, 16, 64)
 SIZE, LARGE = (256, 256), (1024, 1024)
 MEMORY_SAMPLES = 16
-USUAL = 20  # seconds that a unit takes, as far as nothing is known of its part
+USUAL = 20  # assumed seconds of a unit, if no unit of its part was measured yet
 
 
 @dataclasses.dataclass(frozen=True)
 class Unit:
-    """What is measured, kept and left out as a whole: one scene in one part."""
+    """One scene in one part. A unit is measured, stored or left out as a whole."""
 
     part: str
     scene: Scene
@@ -49,7 +49,7 @@ class Unit:
 
 
 class Entrant(typing.NamedTuple):
-    """Who takes turns, by what name, with how many samples a pixel."""
+    """A renderer that takes turns, with its label and its sample counts per pixel."""
 
     label: str
     renderer: Ours | Theirs
@@ -57,9 +57,9 @@ class Entrant(typing.NamedTuple):
 
 
 def units(words, parts, quick):
-    """In their order: what is short comes first. `words`: names of scenes, or none for all (of
-    `path` those where light bounces or that everybody runs: all of them take more than 10 minutes);
-    `parts`: some of ENGINE_PARTS, or none for all."""
+    """Returns the units, shorter parts first. `words`: names of scenes; empty for all, except that `path`
+    then uses only default scenes and scenes with bounced or local light, because all scenes would take more
+    than 10 minutes. `parts`: some of ENGINE_PARTS; empty for all."""
     few = 1 if quick else 3
     large, small = SCENES, [Scene(path.stem, str(path), PLAIN, (), "", ())
                             for path in SMALL_SCENES if path.stem not in WITHOUT_PEER]
@@ -80,7 +80,7 @@ def units(words, parts, quick):
 
 
 class Engine:
-    """Measures units, those that aren't in the store."""
+    """Measures the units that aren't in the store."""
 
     def __init__(self, kinome, mitsuba, sampler, form, store, folder, log):
         """`form`: "full" or "quick"; `folder`: for copies of scenes."""
@@ -89,8 +89,8 @@ class Engine:
         self.machine = machine()
 
     def run(self, wanted, seconds):
-        """A row for each unit. Begins none that would end after that many seconds, by the longest
-        of its part so far: what is missing then is said, and a rerun measures it."""
+        """Returns a row for each unit. Begins no unit that would end after `seconds`, estimated by the longest
+        unit of its part so far. Reports missing units, which a rerun measures."""
         rows, longest, start = [], {}, time.monotonic()
         for i, unit in enumerate(wanted):
             known = self.store.get(self.key(unit))
@@ -98,7 +98,7 @@ class Engine:
             if known is None and before - start + longest.get(unit.part, USUAL) > seconds:
                 missing = sum(self.store.get(self.key(u)) is None for u in wanted[i:])
                 self.log.problem(f"time is up: {missing} of {len(wanted)} measurements are "
-                                 "missing; the same command without --fresh goes on from here")
+                                 "missing; run the same command without --fresh to continue")
                 wanted = [u for u in wanted[i:] if self.store.get(self.key(u)) is not None]
                 return rows + [self.row(u) for u in wanted]
             try:
@@ -119,7 +119,7 @@ class Engine:
                 "threads": THREADS}
 
     def row(self, unit):
-        """All about one unit, as engine_analysis.py reads it."""
+        """Returns the values of one unit in the form of engine_analysis.py."""
         values = self.store.recall(self.key(unit), lambda: self.measure(unit))
         return {"part": unit.part, "scene": unit.scene.name, "size": list(unit.size),
                 "max_depth": unit.max_depth, "sampler": self.sampler,
@@ -130,7 +130,7 @@ class Engine:
         entrants = self.entrants(unit)
         others, runs = Others(), []
         for seed in range(FIRST_SEED, FIRST_SEED + unit.repeats):
-            # Count by count all take turns, so that what else the machine does meets all of them.
+            # All renderers take turns for each sample count, so that other load of the machine affects all.
             for step in range(max((len(e.samples) for e in entrants), default=0)):
                 for entrant in list(entrants):
                     if step < len(entrant.samples):
@@ -139,17 +139,17 @@ class Engine:
         if not runs:
             raise Problem("nothing could be rendered")
         if taken > BUSY * self.machine["cores"]:
-            self.log.say(f"{unit.name}: other processes had {taken:.1f} of "
-                         f"{self.machine['cores']} cores meanwhile, which spoils the times")
+            self.log.say(f"{unit.name}: other processes used {taken:.1f} of "
+                         f"{self.machine['cores']} cores meanwhile, so the times are too long")
         return {"commit": commit(), "cores_of_others": taken, "runs": runs}
 
     def turn(self, unit, entrant, samples, seed, entrants):
-        """One render, as a list; who can't is left out from then on."""
+        """Renders once; returns a list of one run, or an empty list. Removes an entrant that fails."""
         try:
             made = entrant.renderer.run(samples, seed)
         except Problem as reason:
             entrants.remove(entrant)
-            if not isinstance(reason, Unavailable):  # has been said
+            if not isinstance(reason, Unavailable):  # an Unavailable was already reported
                 where = "" if unit.part == "isa" else f"{unit.name}: "
                 self.log.problem(f"{where}{entrant.label} is left out: {reason}")
             return []
@@ -171,7 +171,8 @@ class Engine:
         return Ours(self.kinome, method, unit.scene, size or unit.size, options)
 
     def both(self, unit, integrator, samples=None):
-        """Ours and Mitsuba's, the latter warmed up: its time also tells which samples are apt."""
+        """Returns the entrants of Kinome and Mitsuba. A warm-up render by Mitsuba decides the sample
+        counts."""
         unit = dataclasses.replace(unit, scene=self.like_for_like(unit.scene))
         depth = {"max_depth": str(unit.max_depth)} if unit.max_depth else {}
         found = [Entrant("ours", self.ours(unit, integrator, **depth), samples or LOW)]
@@ -215,7 +216,7 @@ class Engine:
                 for label, name in third_party.REFLECTORS.items()]
 
     def entrants_of_product(self, unit):
-        # A picture of a few pixels: what loading takes, which isn't rendering.
+        # An image of a few pixels measures the time of loading, which isn't rendering.
         return [Entrant("start", self.product(unit, size=(16, 16)), (1,)),
                 Entrant("product", self.product(unit), PRODUCT_SAMPLES)]
 
