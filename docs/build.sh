@@ -1,13 +1,12 @@
 #!/bin/sh
-# Builds the site of these pages, with one page and picture for each plugin, into build/docs/site:
+# Builds the documentation site, with a page and an image for each plugin, in build/docs/site:
 #
 #   sh docs/build.sh [MKDOCS OPTION...]
 #
-# Takes some minutes, most of them for the pictures. Installs what is missing: Debian's packages, and
-# MkDocs in a virtual environment in the build folder. A dead link or a picture that can't be rendered
-# ends it.
+# Takes some minutes, most of them for the images. Installs missing Debian packages, and MkDocs in a
+# virtual environment in the build folder. Dead links and failed renders are errors.
 #
-# KINOME_BUILD: build folder; default: build. KINOME_MKDOCS: an mkdocs that is there already.
+# KINOME_BUILD: build folder; default: build. KINOME_MKDOCS: path of an installed mkdocs.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 build=${KINOME_BUILD:-$root/build}
@@ -28,6 +27,6 @@ if [ -z "${KINOME_MKDOCS:-}" ] && ! cmp -s "$root/docs/requirements.txt" "$folde
   cp "$root/docs/requirements.txt" "$folder/venv/requirements.txt"
 fi
 "$kinome_python" "$root/docs/site/collect.py" "$build" "$folder"
-# With -q, MkDocs would count no warnings, and --strict let dead links pass.
+# Don't use -q: MkDocs then counts no warnings, so that --strict accepts dead links.
 NO_MKDOCS_2_WARNING=1 "$mkdocs" build --strict --clean -f "$folder/mkdocs.yml" "$@"
 echo "wrote $folder/site/index.html"

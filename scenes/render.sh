@@ -1,11 +1,11 @@
 #!/bin/sh
-# Renders a scene, from whatever state the clone is in: installs what is missing, builds, makes the
-# scenes' assets, renders.
+# Renders a scene from a fresh or outdated clone: installs missing packages, builds, makes the
+# scenes' assets, and renders.
 #
 #   sh scenes/render.sh                          scenes/hebe -> out/hebe.exr and out/hebe.png
 #   sh scenes/render.sh -D spp=16                the same, with options for the program
 #   sh scenes/render.sh SCENE.xml [OPTION...]    another scene -> out/NAME.exr and out/NAME.png,
-#                                                unless -o says otherwise
+#                                                or the output of -o
 #
 # KINOME_BUILD: build folder; default: build.
 set -eu
@@ -13,7 +13,7 @@ root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 build=${KINOME_BUILD:-$root/build}
 . "$root/scenes/setup.sh"
 
-# Reads the arguments as the program will: is a scene among them, and a place for the picture?
+# Parses the arguments like the program, to find out if they contain a scene and an output.
 scene=
 output=
 listing=
@@ -44,7 +44,7 @@ ninja -C "$build" kinome_renderer
 if [ -n "$listing" ]; then
   exec "$build/bin/kinome" "$@"
 fi
-# Knows itself what is up to date.
+# Makes only assets that are missing or outdated.
 "$kinome_python" "$root/scenes/make_assets.py"
 if [ -z "$scene" ]; then
   scene=$root/scenes/hebe/scene.xml

@@ -1,23 +1,24 @@
 #!/bin/sh
-# Builds and runs the tests; ends with one line `N passed, M failed` and that exit status.
+# Builds and runs the tests. Ends with a line `N passed, M failed`; the exit status is 0 if M is 0.
 #
 #   sh tests/run.sh [--all] [--asan | --tsan] [-R REGEX] [--only "NAME..." [--plugins "NAME..."]]
 #                   [CTEST OPTION...]
 #   sh tests/run.sh --stability
 #   sh tests/run.sh --fuzz [SECONDS] [--only "NAME..."]
 #
-# --all:          also what takes long, and the test of the tests (as do --asan, --tsan and --only)
-# --asan:         with the address and undefined-behaviour sanitizers, by clang, in the build folder
-#                 of --fuzz
-# --tsan:         with the thread sanitizer, in a build folder of its own
-# -R REGEX:       the tests whose names match
-# --only NAMES:   build and run just these areas (`unit` is all of tests/unit) and test programs
+# --all:          also runs the long tests and the test of the tests (--asan, --tsan and --only
+#                 include them)
+# --asan:         uses the address and undefined-behaviour sanitizers of clang, in the build folder of
+#                 --fuzz
+# --tsan:         uses the thread sanitizer, in a separate build folder
+# -R REGEX:       runs only tests whose names match
+# --only NAMES:   builds and runs only these areas (`unit` is all of tests/unit) and test programs
 #                 (`film` is tests/…/film_test.cpp)
-# --plugins NAMES: and of the plugins just these (`bsdf_diffuse`), in place of all
-# --stability:    renders every hard case by every integrator with every material, for some minutes,
-#                 and writes tests/STABILITY.md (`--only stability` is its short form)
-# --fuzz SECONDS: so long for each program of tests/fuzz (60), or for those that are named, with
-#                 clang's libFuzzer and sanitizers; see tests/fuzz/README.md
+# --plugins NAMES: with --only: builds only these plugins (`bsdf_diffuse`) instead of all
+# --stability:    renders every hard case with every integrator and material, in some minutes, and
+#                 writes tests/STABILITY.md (`--only stability` is its short form)
+# --fuzz SECONDS: runs each program of tests/fuzz for this time (default: 60), or only those of
+#                 --only, with clang's libFuzzer and sanitizers; see tests/fuzz/README.md
 #
 # KINOME_BUILD: build folder; default: build, build-tsan or build-fuzz.
 set -u
@@ -29,7 +30,7 @@ left_out='-LE \.long\.'
 stability=
 fuzz=
 fuzz_seconds=60
-# Ours are taken out, wherever they stand; the others go round to the end.
+# Removes this script's options from any position. Appends the others, which rotates the list.
 arguments=$#
 while [ "$arguments" -gt 0 ]; do
   case $1 in
@@ -90,7 +91,7 @@ finish() {
   exit
 }
 
-# A step that must work before there is any test counts as one that failed.
+# Runs a step that must succeed before the tests. Its failure counts as one failed test.
 require() {
   "$@" || {
     echo "tests/run.sh: '$*' failed"
@@ -100,13 +101,14 @@ require() {
 
 configure() {
   if [ "$sanitizer" = fuzz ]; then
-    # clang takes four times as long for meshes' files by -O1, and little longer for all others by -O2.
+    # Uses -O2: with -O1, clang takes four times as long to compile the meshes' files, and little less
+    # for all others.
     kinome_configure -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ \
       -DKINOME_SANITIZER=fuzz -DCMAKE_BUILD_TYPE=RelWithDebInfo \
       -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O2
   elif [ -n "$sanitizer" ]; then
-    # Asserts stay in; -O1 and few debug symbols keep the build short (the tests' own code is
-    # compiled by -O0, see tests/CMakeLists.txt).
+    # Keeps asserts. -O1 and few debug symbols keep the build short. The tests' own code is compiled
+    # with -O0, see tests/CMakeLists.txt.
     kinome_configure -DKINOME_SANITIZER="$sanitizer" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
       -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1
   else
@@ -114,15 +116,16 @@ configure() {
   fi
 }
 
-# The findings of a target, old ones too: name and time, so that one that is found again is new. A
-# slow unit is none, but a hint of libFuzzer's.
+# Prints the name and time of all findings of a target. A finding that occurs again has a new time.
+# Slow units are only hints of libFuzzer, not findings.
 artifacts() {
   find "$build/fuzz" -maxdepth 1 -type f -name "$1-*" ! -name "$1-slow-unit-*" -printf '%f %T@\n' |
     sort
 }
 
-# One target after the other, on all cores, from the committed corpus and what earlier runs added to
-# it in the build folder. A finding stays there, too, and ends its target.
+# Runs one target after the other on all cores. They start from the committed corpus and the inputs
+# that earlier runs have added in the build folder. A finding is stored there, too, and ends its
+# target.
 fuzz() {
   names=${only:-$(cd "$root/tests/fuzz/corpus" && ls)}
   for name in $names; do
@@ -133,16 +136,16 @@ fuzz() {
   TMPDIR=$(mktemp -d -p /dev/shm 2>/dev/null || mktemp -d)
   export TMPDIR
   trap 'rm -rf "$TMPDIR"' EXIT
-  # What was freed is kept apart for 8 MB, many inputs long; 256 of them would not fit the caches,
-  # which takes a quarter more time.
+  # AddressSanitizer quarantines 8 MB of freed memory, enough for many inputs. The default of 256 MB
+  # doesn't fit in the caches and takes a quarter more time.
   ASAN_OPTIONS=quarantine_size_mb=8${ASAN_OPTIONS:+:$ASAN_OPTIONS}
   export ASAN_OPTIONS
   for name in $names; do
     mkdir -p "$build/fuzz/$name"
     log=$build/fuzz/$name.log
     before=$(artifacts "$name")
-    # Of one input: 10 s and 1 GB. With -fork, libFuzzer goes on after time-outs and lack of memory
-    # unless it is told not to, and may end well after them.
+    # Each input can use 10 s and 1 GB. With -fork, libFuzzer by default continues after time-outs and
+    # out-of-memory errors, and can still exit with status 0.
     (cd "$build/fuzz" && "$build/bin/fuzz_$name" -fork="$(nproc)" \
       -ignore_timeouts=0 -ignore_ooms=0 -ignore_crashes=0 \
       -max_total_time="$fuzz_seconds" -timeout=10 -rss_limit_mb=1024 -malloc_limit_mb=1024 \
@@ -150,7 +153,7 @@ fuzz() {
       "$build/fuzz/$name" "$root/tests/fuzz/corpus/$name") > "$log" 2>&1
     status=$?
     runs=$(sed -n 's/^#\([0-9]*\):* .*/\1/p' "$log" | tail -n 1)
-    # Whatever the status says: what was kept was found.
+    # A new finding counts even if the exit status is 0.
     if [ "$status" -eq 0 ] && [ "$(artifacts "$name")" = "$before" ]; then
       passed=$((passed + 1))
       echo "fuzz $name: ${runs:-0} executions, nothing found"
@@ -193,8 +196,8 @@ if [ -n "$only" ]; then
   set -- -L "$labels" "$@"
 fi
 
-# The first suite to be broken must not hide what the others say. Whatever could not be built counts
-# as one failure, and again wherever ctest misses a program.
+# Continues after build errors, so that the other suites run. A failed build counts as one failure.
+# ctest also counts each missing program.
 broken=0
 # shellcheck disable=SC2086
 ninja -C "$build" -k 0 $targets || {
@@ -204,19 +207,19 @@ ninja -C "$build" -k 0 $targets || {
 
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-# intercept_tls_get_addr=0: by the address that a plugin's thread-local variables happen to have, GCC's
-# LeakSanitizer may take what lies before them for their size, and crashes.
+# intercept_tls_get_addr=0 avoids a crash of GCC's LeakSanitizer. For some addresses of a plugin's
+# thread-local variables, it reads their size from unrelated memory.
 export ASAN_OPTIONS="${ASAN_OPTIONS:-detect_stack_use_after_return=1:intercept_tls_get_addr=0}"
 export UBSAN_OPTIONS="${UBSAN_OPTIONS:-print_stacktrace=1}"
 export TSAN_OPTIONS="${TSAN_OPTIONS:-halt_on_error=1}"
 # shellcheck disable=SC2086
 ctest --test-dir "$build" -j "$(nproc)" --output-on-failure --no-tests=error $left_out "$@" 2>&1 |
   tee "$log"
-# "98% tests passed, 3 tests failed out of 150"; a crash, a time-out and a program that isn't there
-# are among the failed. A skipped test is not among them, yet proves nothing: it counts as failed.
+# Parses "98% tests passed, 3 tests failed out of 150". The failed tests include crashes, time-outs
+# and missing programs. Skipped tests prove nothing, so they count as failed, too.
 summary=$(sed -n 's/.*% tests passed, \([0-9]*\) tests* failed out of \([0-9]*\)$/\1 \2/p' "$log")
 if [ -z "$summary" ]; then
-  echo "tests/run.sh: no test was run${left_out:+ (what takes long needs --all)}"
+  echo "tests/run.sh: no test was run${left_out:+ (long tests need --all)}"
   finish 0 1
 fi
 failed=${summary% *}

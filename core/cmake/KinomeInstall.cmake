@@ -1,16 +1,15 @@
-# A tree that works wherever it is moved: everything finds the rest relative to itself. The folders'
-# names are fixed, since the program looks for plugins in ../lib/kinome/plugins.
+# Installs a relocatable tree: all paths are relative. The folders' names are fixed, because the
+# program searches for plugins in ../lib/kinome/plugins.
 include(CMakePackageConfigHelpers)
 set(kinome_package_dir lib/cmake/kinome)
 
-# Two components: `runtime`, which is all that doesn't say otherwise, and `dev`, what plugins are built
-# with.
+# There are two components: `runtime`, the default, and `dev`, which is needed to build plugins.
 set_target_properties(kinome PROPERTIES INSTALL_RPATH "$ORIGIN/../lib")
 set_target_properties(kinome_kit PROPERTIES INSTALL_RPATH "$ORIGIN")
 install(TARGETS kinome kinome_core kinome_headers_path EXPORT KinomeTargets
   RUNTIME DESTINATION bin
   LIBRARY DESTINATION lib NAMELINK_COMPONENT dev)
-# For `kinome check` alone, as the templates are for `kinome new`.
+# Only `kinome check` uses this library, just as only `kinome new` uses the templates.
 install(TARGETS kinome_kit LIBRARY DESTINATION lib COMPONENT dev)
 if(TARGET kinome_mpi)
   set_target_properties(kinome_mpi PROPERTIES INSTALL_RPATH "$ORIGIN")
@@ -20,7 +19,7 @@ foreach(room core libs/scene_xml libs/editor libs/session)
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/${room}/include/kinome" DESTINATION include
     COMPONENT dev)
 endforeach()
-# The comparison of pictures: the program looks for its package in ../lib/kinome/python.
+# The comparison of images. The program searches for its package in ../lib/kinome/python.
 install(PROGRAMS "${PROJECT_SOURCE_DIR}/validation/kinome-compare" DESTINATION bin)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/validation/compare" DESTINATION lib/kinome/python
   FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
@@ -36,7 +35,7 @@ install(FILES
   "${PROJECT_SOURCE_DIR}/core/cmake/KinomePlugin.cmake"
   DESTINATION "${kinome_package_dir}" COMPONENT dev)
 
-# A Python wheel has no place for the rest.
+# The rest doesn't belong in a Python wheel.
 if(SKBUILD)
   return()
 endif()
@@ -53,7 +52,7 @@ endfunction()
 kinome_install_page(--man kinome.1 share/man/man1 .1)
 kinome_install_page(--completion completion share/bash-completion/completions)
 
-# Licence and docs keep their places relative to one another, so that their links lead somewhere.
+# Licence and docs keep their relative paths, so that links between them work.
 set(documents share/doc/kinome)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" RENAME copyright DESTINATION "${documents}")
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" RENAME copyright COMPONENT dev

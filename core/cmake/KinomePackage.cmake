@@ -1,5 +1,5 @@
-# Debian packages, by `cpack -G DEB` in the build folder: kinome, the program with its plugins, and
-# kinome-dev, what plugins are built with.
+# Debian packages, made by `cpack -G DEB` in the build folder: kinome, the program with its plugins,
+# and kinome-dev, which is needed to build plugins.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME kinome)
 set(CPACK_PACKAGE_CONTACT "The Kinome authors")
@@ -15,7 +15,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_COMPRESSION_TYPE gzip)
 
-# What the libraries link is found out by dpkg-shlibdeps, but for our own.
+# dpkg-shlibdeps finds the libraries' dependencies. PRIVATE_DIRS contains our own libraries.
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME kinome)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${CMAKE_BINARY_DIR}/lib")
@@ -28,13 +28,13 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME kinome-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "kinome (= ${PROJECT_VERSION}), libglm-dev, libhwy-dev, cmake (>= 3.22)")
-set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers, CMake's package and examples for plugins of Kinome.")
-# A package of its own: MPI is large, and few need it.
+set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers, CMake package and examples for plugins of Kinome.")
+# MPI has a package of its own, because it is large and few users need it.
 if(TARGET kinome_mpi)
   list(APPEND CPACK_COMPONENTS_ALL mpi)
   set(CPACK_DEBIAN_MPI_PACKAGE_NAME kinome-mpi)
   set(CPACK_DEBIAN_MPI_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "kinome (= ${PROJECT_VERSION})")
-  set(CPACK_COMPONENT_MPI_DESCRIPTION "Renders one picture with several processes, by Kinome and MPI.")
+  set(CPACK_COMPONENT_MPI_DESCRIPTION "Renders one image with several processes, using MPI.")
 endif()
 include(CPack)

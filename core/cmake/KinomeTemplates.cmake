@@ -1,5 +1,5 @@
-# What `kinome new` begins plugins with: the examples of tests/sdk/project, each with a scene, in
-# share/kinome/templates beside the program, where it is built and where it is installed.
+# Templates of `kinome new`: the examples of tests/sdk/project, each with a scene. They are in
+# share/kinome/templates, both in the build folder and in an installation.
 set(kinome_templates "${CMAKE_BINARY_DIR}/share/kinome/templates")
 configure_file(templates/CMakeLists.txt "${kinome_templates}/CMakeLists.txt" COPYONLY)
 foreach(example bsdf/minnaert emitter/sky_gradient film/png integrator/normals rfilter/hann

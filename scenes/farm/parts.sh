@@ -1,13 +1,13 @@
 #!/bin/sh
-# One picture by several programs at once, on this machine or on those that GNU parallel is told of:
+# Renders one image by several processes, on this machine or on machines listed for GNU parallel:
 #
 #     scenes/farm/parts.sh SCENE.xml COUNT FOLDER [OPTION...]
 #     PARALLEL="--sshloginfile nodes" scenes/farm/parts.sh /shared/scene.xml 64 /shared/out
 #
-# renders COUNT parts into FOLDER, JOBS of them at a time (2 unless the variable says otherwise), and
-# merges them to FOLDER/picture.exr. Parts that are there already are not rendered again, whatever the
-# options are now, and those that were interrupted go on. Without GNU parallel, xargs does the same on this machine alone. KINOME names
-# the program if it isn't on the PATH.
+# The script renders COUNT parts into FOLDER, $JOBS at a time (default: 2), and merges them to
+# FOLDER/picture.exr. It skips existing parts, even if the options have changed, and continues
+# interrupted ones. Without GNU parallel it uses xargs, on this machine only. Set KINOME to the path
+# of the program if it isn't on the PATH.
 set -eu
 [ $# -ge 3 ] || { echo "$0 SCENE.xml COUNT FOLDER [OPTION...]" >&2; exit 1; }
 scene=$1
@@ -17,7 +17,7 @@ shift 3
 : "${KINOME:=kinome}" "${JOBS:=2}"
 mkdir -p "$folder"
 
-# A part has its checkpoint beside it as long as it isn't whole.
+# Prints the numbers of missing parts. A part is incomplete as long as its checkpoint exists.
 missing() {
   for i in $(seq "$count"); do
     [ -e "$folder/part-${i}of$count.exr" ] && [ ! -e "$folder/part-${i}of$count.checkpoint" ] || echo "$i"
@@ -26,7 +26,7 @@ missing() {
 set -- "$KINOME" -q "$scene" --mpi off --part "{}/$count" -o "$folder/part-{}of$count.exr" \
   --checkpoint "$folder/part-{}of$count.checkpoint" --resume "$@"
 there=$((count - $(missing | wc -l)))
-[ "$there" -eq 0 ] || echo "$0: $there of $count parts are there already, in $folder"
+[ "$there" -eq 0 ] || echo "$0: $folder already contains $there of $count parts"
 if command -v parallel >/dev/null 2>&1; then
   missing | parallel --will-cite --quote --halt soon,fail=1 --jobs "$JOBS" "$@"
 else
