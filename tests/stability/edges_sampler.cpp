@@ -1,5 +1,5 @@
-// Random numbers that lie at the ends of [0, 1) and at its simple fractions half of the time: for
-// whatever goes wrong there. No estimate by them is right.
+// Random numbers of which half are at the ends of [0, 1) or at simple fractions, to find errors
+// there. Estimates with them are biased.
 //
 //   <sampler type="edges"><integer name="sample_count" value="16"/></sampler>
 
@@ -12,7 +12,7 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kTable[] = {
-    {"sample_count", ParameterType::kInteger, "4", "samples a pixel"},
+    {"sample_count", ParameterType::kInteger, "4", "samples per pixel"},
 };
 
 class Edges final : public Sampler {
@@ -43,4 +43,4 @@ class Edges final : public Sampler {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Edges, kinome::Category::kSampler, "edges",
-              "Random numbers that are often those at which something changes.", kinome::kTable);
+              "Random numbers that are often 0, nearly 1, or simple fractions.", kinome::kTable);

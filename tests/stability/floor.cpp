@@ -14,7 +14,7 @@ constexpr double kPiD = std::numbers::pi;
 
 std::string tilted_view(const Floor& floor) {
   const glm::dvec3 d = 4. * glm::normalize(floor.toward_camera);
-  // Parallel rays: the picture is as wide as this scales it.
+  // Parallel rays: this scale is the width of the image.
   return xml::scale(
              Vec3(static_cast<float>(floor.half_width), static_cast<float>(floor.half_width), 1)) +
          xml::look_at(Vec3(d), Vec3(0.f), Vec3(0.1f, 1, 0));
@@ -38,7 +38,7 @@ std::vector<Estimate> Floor::expected(const std::string& bsdf_xml, const FloorLi
   const Reflect reflect = [&](const glm::dvec3& d) {
     return d.z > 0 ? glm::dvec3(bsdf->eval_pdf(si, Lobe::kAll, Vec3(d)).f) : glm::dvec3(0.);
   };
-  // Where pixels lie on the floor is asked of the camera, without `operations`.
+  // The camera without `operations` gives the positions of pixels on the floor.
   const auto sensor = make<Sensor>(xml::sensor("orthographic", tilted_view(*this), side, side, 1));
   const auto place = [&](double x, double y) {
     const Ray ray =
@@ -63,7 +63,7 @@ std::vector<Estimate> Floor::expected(const std::string& bsdf_xml, const FloorLi
         fine = pixel(x, y, 2);
         coarse = pixel(x, y, 1);
       }
-      // What is left at half the step is a fraction of what the step made.
+      // The error at half the step is a fraction of the difference between both.
       for (int c = 0; c < 3; ++c) {
         const double error = 0.5 * (fine[c] - coarse[c]);
         pixels.push_back({fine[c], error * error});
@@ -104,8 +104,8 @@ glm::dvec3 MapLight::radiance(double u, double v) const {
 }
 
 FloorLight MapLight::light() const {
-  // Between texels radiance is a product of lines: two Gauss points an axis and part are enough for
-  // it; parts are for the BSDF.
+  // Between texels, radiance is a product of linear functions: two Gauss points per axis and part
+  // are exact. The parts are needed for the BSDF.
   return [map = *this](const glm::dvec3&, const Reflect& reflect, int fineness) {
     constexpr double kNodes[] = {0.21132486540518713, 0.78867513459481287};
     const int gaps = std::max(1, map.height - 1);
@@ -166,7 +166,7 @@ FloorLight square_light(const glm::dvec3& centre, const glm::dvec3& a, const glm
                         const Rgb& radiance) {
   return [=](const glm::dvec3& p, const Reflect& reflect, int fineness) {
     const int steps = 12 * fineness;
-    const glm::dvec3 normal = glm::cross(a, b);  // a quarter of the area long
+    const glm::dvec3 normal = glm::cross(a, b);  // its length is a quarter of the area
     glm::dvec3 sum(0.);
     for (int i = 0; i < steps * steps; ++i) {
       const double s = 2 * (i % steps + 0.5) / steps - 1, t = 2 * (i / steps + 0.5) / steps - 1;

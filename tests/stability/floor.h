@@ -9,39 +9,39 @@
 #include "kinome/image.h"
 #include "support/statistics.h"
 
-/// A bare square in the plane z = 0 that faces +z, and what a camera with parallel rays sees of it:
-/// nothing hides any light, so that each pixel is an integral that can be taken by quadrature, in
-/// double precision, without any code that samples. What lights it is written down anew here.
+/// A bare square in the plane z = 0 that faces +z, seen by a camera with parallel rays. Nothing is
+/// occluded, so that each pixel is an integral that quadrature in double precision computes without
+/// any sampling code. Its emitters are implemented independently here.
 namespace kinome::test {
 
-/// Radiance that the BSDF makes of light: f cos, towards the camera, of the unit direction d.
+/// Reflected radiance per radiance from the unit direction d: f cos, toward the camera.
 using Reflect = std::function<glm::dvec3(const glm::dvec3& d)>;
-/// The reflected radiance at p. `fineness` (1, 2) of whatever is integrated.
+/// Returns the reflected radiance at p. `fineness` (1, 2) of the quadrature.
 using FloorLight =
     std::function<glm::dvec3(const glm::dvec3& p, const Reflect& reflect, int fineness)>;
 
 struct Floor {
   glm::dvec3 toward_camera{0.5, 0.3, 0.8};  ///< not normalised
-  double half_width = 0.5;                  ///< of the picture, in the camera's plane
-  int side = 12;                            ///< pixels, each way
-  /// True where all of the floor looks alike: light from infinitely far.
+  double half_width = 0.5;                  ///< half of the image's width, in the camera's plane
+  int side = 12;                            ///< pixels per side
+  /// True if the whole floor has the same radiance: light from infinitely far.
   bool is_even = true;
-  /// Of everything but the pixels: the world is turned, scaled and moved by this.
+  /// Operations on everything except the pixels: they rotate, scale and translate the world.
   std::string operations;
-  double scale = 1;  ///< of lengths, by `operations`
+  double scale = 1;  ///< scale of lengths in `operations`
 
   std::string sensor_xml(const std::string& sampler = "independent") const;
   std::string shape_xml(const std::string& bsdf) const;
-  /// R, G, B of all pixels, and how far they may be off.
+  /// Returns R, G, B of all pixels, with their errors.
   std::vector<Estimate> expected(const std::string& bsdf, const FloorLight& light) const;
 };
 
-/// An environment map in memory: row 0 around `up`, texels interpolated bilinearly between their
-/// centres along phi, and between rows that reach from pole to pole along theta.
+/// An environment map in memory, with row 0 around `up`. Texels are interpolated bilinearly: along
+/// phi between their centres, along theta between rows that reach from pole to pole.
 struct MapLight {
   int width, height;
   std::vector<glm::dvec3> texels;
-  /// Columns: the map's axes in the world.
+  /// The columns are the map's axes in the world.
   glm::dmat3 to_world{1.0};
 
   static MapLight of(int width, int height, const std::function<Rgb(int x, int y)>& texel,
@@ -51,19 +51,19 @@ struct MapLight {
   FloorLight light() const;
 };
 
-/// Light of the same radiance from everywhere.
+/// Light of constant radiance from all directions.
 FloorLight even_light(const Rgb& radiance);
-/// A point of this intensity, multiplied by `falloff` of the direction from the light.
+/// A point light with this intensity, multiplied by `falloff` of the direction from the light.
 FloorLight point_light(const glm::dvec3& position, const Rgb& intensity,
                        const std::function<double(const glm::dvec3& d)>& falloff = nullptr);
-/// Parallel light that goes along `direction`.
+/// Parallel light that travels along `direction`.
 FloorLight parallel_light(const glm::dvec3& direction, const Rgb& irradiance);
-/// A parallelogram centre + s a + t b, s and t in [-1, 1], that shines on the side of `normal`.
+/// A parallelogram centre + s a + t b, with s and t in [-1, 1], that emits on the side of `normal`.
 FloorLight square_light(const glm::dvec3& centre, const glm::dvec3& a, const glm::dvec3& b,
                         const Rgb& radiance);
-/// A sphere too small to have an extent that matters.
+/// A sphere so small that its size has no effect.
 FloorLight small_sphere_light(const glm::dvec3& centre, double radius, const Rgb& radiance);
-/// All of them together.
+/// The sum of all lights.
 FloorLight sum_of(const std::vector<FloorLight>& lights);
 
 }  // namespace kinome::test

@@ -1,6 +1,6 @@
-// What must not change a picture: units of length and of light, where the world stands and how it
-// is turned, in which order triangles come and in how many shapes, left and right, and how many
-// lamps make up a light. By every integrator and importance.
+// Transformations that must not change an image: units of length and of light, translation and
+// rotation of the world, order of triangles, number of shapes, mirroring, and division of an
+// emitter into several. With every integrator and importance.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace kinome::test {
 namespace {
 
-/// False-alarm rate of each comparison; there are about 120.
+/// False-alarm rate of each of about 120 comparisons.
 constexpr double kAlpha = 1e-6;
 constexpr int kRenders = 32, kTiles = 3;
 
@@ -49,22 +49,22 @@ const std::vector<Renderer>& renderers() {
 
 enum class Light { kSky, kLamp, kPanel };
 
-/// A ball and a block on a floor, and what is done to all of it.
+/// A ball and a block on a floor, and a transformation of the whole scene.
 struct World {
   Light light = Light::kLamp;
-  std::string turn;       ///< operations that turn all of it; then it is scaled, then moved
-  double length = 1;      ///< of what is a unit long
-  Vec3 offset{0.f};       ///< where the origin comes to lie
-  double brightness = 1;  ///< of all light
-  int lamps = 1;          ///< in one place, of the same power together
-  std::string ball;       ///< shapes in place of the sphere
+  std::string turn;       ///< rotation of the whole scene, before scale and translation
+  double length = 1;      ///< length of a unit
+  Vec3 offset{0.f};       ///< position of the origin
+  double brightness = 1;  ///< factor of all light
+  int lamps = 1;          ///< number of lamps in one position, with the same total power
+  std::string ball;       ///< shapes instead of the sphere
   /// Mitsuba's convention: a mirroring transform turns a sphere inside out.
   bool is_mirrored = false;
 
   std::string operations() const {
     return turn + (length == 1 ? "" : xml::scale(length)) + xml::translate(offset);
   }
-  /// A camera is not to be scaled itself.
+  /// A camera must not be scaled itself.
   std::string view() const {
     const auto unit = static_cast<float>(length);
     return xml::look_at(unit * Vec3(0, -4, 2), unit * Vec3(0, 0, .4f), {0, 0, 1}) + turn +
@@ -156,7 +156,7 @@ Renders renders_of(const World& world, const Renderer& renderer, uint64_t seed,
   return renders;
 }
 
-/// One picture is the other, as far as noise tells. Many are compared with one and the same `a`.
+/// Compares two images, within their noise. Many are compared with the same `a`.
 void expect_same(const World& a, const World& b, const Renderer& renderer,
                  const std::string& what) {
   static std::map<std::string, std::vector<TileEstimate>> known;
@@ -168,8 +168,8 @@ void expect_same(const World& a, const World& b, const Renderer& renderer,
                                  << ", " << agreement.text;
 }
 
-/// All operations of single precision commute with powers of two, as long as nothing leaves its
-/// range. Products in learned sampling, of light with shares of it, do so below 2^-90 (1e-27).
+/// All operations in single precision commute with powers of two within its range. In learned
+/// sampling, products of light with fractions of it leave that range below 2^-90 (1e-27).
 TEST(Invariance, LightTimesAPowerOfTwoIsThePictureTimesIt) {
   for (const Light light : kLights) {
     for (const Renderer& renderer : renderers()) {
@@ -190,7 +190,7 @@ TEST(Invariance, LightTimesAPowerOfTwoIsThePictureTimesIt) {
   }
 }
 
-/// The same where it is no power of two: rounding, and what follows of it in choices.
+/// The same without a power of two: rounding changes values, and sometimes choices.
 TEST(Invariance, LightTimesANumberIsThePictureTimesIt) {
   for (const Renderer& renderer : renderers()) {
     World world = lit_by(Light::kSky);
@@ -219,8 +219,8 @@ TEST(Invariance, UnitOfLength) {
   }
 }
 
-/// At 1e5 a float's step is 1/128: the world is a hundred times as large there, its smallest parts
-/// 25.
+/// At 1e5, the spacing of floats is 1/128. The world is a hundred times as large there, and its
+/// smallest parts are 25 units.
 TEST(Invariance, PlaceAndDirection) {
   const std::string turn = xml::rotate({0, 0, 1}, 77) + xml::rotate({1, 0, 0}, 140);
   for (const Light light : kLights) {
@@ -235,7 +235,7 @@ TEST(Invariance, PlaceAndDirection) {
   }
 }
 
-/// The world in a mirror, seen by a camera in the mirror.
+/// The mirrored world, seen by a mirrored camera.
 TEST(Invariance, Handedness) {
   for (const Light light : kLights) {
     for (const Renderer& renderer : renderers()) {
@@ -257,7 +257,7 @@ TEST(Invariance, LampsOfAShareOfThePower) {
   }
 }
 
-/// A ball of triangles, its faces in the order of `order`, from `first` to before `end`.
+/// A ball of triangles, its faces in the order of `order`, from `first` up to `end`.
 std::string ball_obj(const std::vector<int>& order, size_t first, size_t end) {
   constexpr int kColumns = 12, kRows = 6;
   std::string text;
@@ -304,7 +304,8 @@ TEST(Invariance, OrderOfTrianglesAndNumberOfMeshes) {
       expect_same(whole, split, renderer, name_of(light) + ", in parts");
     }
   }
-  // What samples no light on the mesh itself doesn't notice: each ray meets the same triangle.
+  // Methods that don't sample emitters on the mesh are unaffected: each ray meets the same
+  // triangle.
   whole.light = shuffled.light = Light::kLamp;
   for (const Renderer& renderer : {renderers()[0], renderers()[1]}) {
     const Renders a = renders_of(whole, renderer, 9, 1), b = renders_of(shuffled, renderer, 9, 1);

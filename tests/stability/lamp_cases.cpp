@@ -1,5 +1,5 @@
-// Light within the scene: lamps of extreme size, number and power over a bare floor, against
-// quadrature; and the light of one bounce, by virtual point lights, in rooms.
+// Local light: emitters of extreme size, number and power over a bare floor, against quadrature.
+// Light after one bounce, by virtual point lights, in rooms.
 #include <cmath>
 #include <numbers>
 
@@ -51,10 +51,10 @@ std::string sphere_xml(const Vec3& centre, double radius, const Rgb& radiance) {
 Case tiny_lamps() {
   Case c{15,
          "A density whose square overflows in the power heuristic",
-         "Weights are made of the ratio of two densities.",
+         "Weights are computed from the ratio of two densities.",
          "render/local_light_test.cpp statistical/bsdf_extremes_test.cpp",
          {}};
-  // The densities per solid angle are 3e7, 3e13 and 3e19: the squares of the last are infinite.
+  // The densities per solid angle are 3e7, 3e13 and 3e19; the square of the last overflows.
   for (const double radius : {1e-4, 1e-7, 1e-10}) {
     const glm::dvec3 centre(.3, -.2, .9);
     const Rgb radiance = Rgb(3, 2, 1) * static_cast<float>(1 / (kPiD * radius * radius));
@@ -90,7 +90,7 @@ FloorLight spot_light(double cutoff, double beam, const Rgb& intensity) {
 Case parameters() {
   Case c{20,
          "Lights whose parameters give an infinite scale; spots of 0 and 90 degrees",
-         "Limits are taken, what is beyond them is refused; a hard edge is a hard edge.",
+         "Values up to the limits are accepted, others refused; hard edges are supported.",
          "unit/emitter_parameters_test.cpp render/local_light_test.cpp",
          {}};
   const Rgb one(1, 2, 3);
@@ -145,13 +145,12 @@ Trial bounce(const std::string& name, const Vec3& eye, const Vec3& target, doubl
 }
 
 Case clusters() {
-  Case c{
-      8,
-      "A cluster's angle underestimated: points inside, on and beside its box",
-      "Cosines of a cluster are bounded by its box and its cone of normals; one is left out only "
-      "where none of its points can shine there.",
-      "unit/local_cut_test.cpp unit/light_cut_test.cpp statistical/local_clustered_test.cpp",
-      {}};
+  Case c{8,
+         "A cluster's angle underestimated: points inside, on and beside its box",
+         "Cosines of a cluster are bounded by its box and its cone of normals; a cluster is "
+         "skipped only if none of its points can light the position.",
+         "unit/local_cut_test.cpp unit/light_cut_test.cpp statistical/local_clustered_test.cpp",
+         {}};
   const std::string lamp = point_xml({-.2f, .1f, 1.2f}, {3, 4, 5});
   c.trials = {
       bounce("corner of three walls", {2.5f, -2.5f, 2.f}, {-.4f, .4f, .5f}, 45, corner, lamp),
@@ -179,7 +178,7 @@ Case clusters() {
 Case cones() {
   Case c{9,
          "NaN axes of cones from opposite or collinear normals; empty bounds",
-         "A cluster without a mean normal has none, and only its box bounds it.",
+         "A cluster without a mean normal is bounded only by its box.",
          "unit/light_tree_test.cpp unit/local_cut_test.cpp",
          {}};
   c.trials = {
@@ -208,16 +207,16 @@ Case cones() {
   trial_named(c, "both sides of one wall").rarely_lit = {"path", "ptracer"};
   trial_named(c, "two walls face to face")
       .without.push_back({"brdf, local/roughconductor",
-                                      "what most renders lack is in one sample of some hundred "
-                                      "renders: the mean of 2,000 is right"});
+                          "most renders miss light that is in one sample of several hundred "
+                          "renders; the mean of 2,000 is right"});
   return c;
 }
 
 Case point_lights() {
   Case c{22,
          "VPLs: in the shading point's cluster, at no distance, all unlit",
-         "Peaks near points are there, and unbiased; a point in a surface's own plane gives it "
-         "nothing; without lit points there is no bounce.",
+         "Peaks near points are kept, and unbiased; a point in a surface's plane doesn't light it; "
+         "without lit points there is no bounce.",
          "render/vpl_test.cpp unit/local_cut_test.cpp",
          {}};
   Trial unlit = bounce(
@@ -248,7 +247,7 @@ Case point_lights() {
 Case many() {
   Case c{23,
          "Coincident lights; 1 light; 2^22 lights; radiances of 1e-30 to 1e30 in one scene",
-         "Trees sum up in double precision; lights in one place are lights.",
+         "Trees sum in double precision; coincident lights are kept as separate points.",
          "unit/light_tree_test.cpp unit/local_cut_test.cpp stability/precision_test.cpp "
          "render/vpl_test.cpp",
          {}};

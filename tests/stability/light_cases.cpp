@@ -1,5 +1,5 @@
 // Light from infinitely far: black, extreme and degenerate maps over a bare floor, against
-// quadrature of the map as it is documented.
+// quadrature of the map as documented.
 #include <cmath>
 
 #include "matrix.h"
@@ -8,7 +8,7 @@
 namespace kinome::test {
 namespace {
 
-/// How a map is turned, for the scene and for the integral.
+/// Rotation of a map, for the scene and for the integral.
 struct Turn {
   std::string operations;
   glm::dmat3 matrix;
@@ -21,7 +21,7 @@ glm::dmat3 about_y(double degrees) {
   const double a = glm::radians(degrees);
   return {{std::cos(a), 0, -std::sin(a)}, {0, 1, 0}, {std::sin(a), 0, std::cos(a)}};
 }
-/// First about x, then about y.
+/// Rotates first about x, then about y.
 Turn turned(double x, double y) {
   return {xml::rotate({1, 0, 0}, x) + xml::rotate({0, 1, 0}, y), about_y(y) * about_x(x)};
 }
@@ -69,7 +69,7 @@ class Maps {
     return t;
   }
 
-  /// A map with a texel that is no light.
+  /// A map with an invalid texel.
   Trial refused(const std::string& name, float value, std::vector<std::string> words,
                 bool half = false) {
     MapLight map = MapLight::of(6, 4, [](int, int) { return Rgb(1.f); });
@@ -100,7 +100,7 @@ class Maps {
   int count_ = 0;
 };
 
-/// Something else in every texel, three times 0.1 to 1.5.
+/// A different value in each texel, with channels in three times 0.1 to 1.5.
 Rgb noise(int x, int y) {
   const auto unit = [&](int c) { return static_cast<float>((x * 7 + y * 13 + c * 5) % 11); };
   return 0.125f * Rgb(1 + unit(0), 1 + unit(1), 1 + unit(2));
@@ -127,7 +127,7 @@ Trial even_trial(const std::string& name, const Rgb& radiance) {
 Case black(Maps& maps) {
   Case c{1,
          "Black environment, all-black scene",
-         "Black, without a ray of light.",
+         "The image is black.",
          "render/closed_form_test.cpp render/product_test.cpp render/local_light_test.cpp",
          {}};
   const auto add = [&](Trial trial) {
@@ -159,7 +159,7 @@ Case black(Maps& maps) {
 Case sizes(Maps& maps) {
   Case c{2,
          "Constant and tiny maps with MIS compensation; huge maps",
-         "Compensation keeps a sixteenth of every texel's density, so that none is zero.",
+         "Compensation keeps a sixteenth of every texel's density, so that none is 0.",
          "statistical/envmap_sampling_test.cpp render/product_test.cpp",
          {}};
   const std::string compensated = xml::boolean("mis_compensation", true);
@@ -174,9 +174,9 @@ Case sizes(Maps& maps) {
       maps.trial("1 x 7", 1, 7, noise),
       maps.trial("7 x 1", 7, 1, noise, on_its_side(), compensated),
   };
-  // Light paths rarely meet the lobes of roughplastic: means of fewer renders aren't normal.
+  // Light paths rarely find the lobes of roughplastic: means of fewer renders aren't normal.
   trial_named(c, "noise, compensated").renders *= 8;
-  // Rows of a line are rows of a map of two: what is expected of one is that of the other.
+  // The map varies only by row and linearly, so that a map of two rows has the same expectation.
   const auto line = [](int rows) {
     return [=](int, int y) {
       const float t = static_cast<float>(y) / static_cast<float>(rows - 1);
@@ -198,7 +198,7 @@ Case sizes(Maps& maps) {
 Case poles(Maps& maps) {
   Case c{3,
          "A sun on the pole",
-         "Patches between rows have a density that is the map's own, also where sines vanish.",
+         "The density between rows is proportional to the map, even where sines are 0.",
          "statistical/envmap_sampling_test.cpp render/closed_form_test.cpp",
          {}};
   const Rgb sun(900, 700, 500), sky(.1f, .2f, .3f);
@@ -216,8 +216,8 @@ Case poles(Maps& maps) {
 Case seams(Maps& maps) {
   Case c{4,
          "Half-texel offsets and the seam of phi",
-         "phi counts from texels' centres, theta from pole to pole, in evaluation, sampling, cells "
-         "and points alike.",
+         "phi is measured from texel centres, and theta from pole to pole, in evaluation, "
+         "sampling, cells and points.",
          "statistical/envmap_test.cpp render/closed_form_test.cpp",
          {}};
   const Rgb sun(300, 200, 100);
@@ -235,7 +235,7 @@ Case seams(Maps& maps) {
 Case texels(Maps& maps) {
   Case c{5,
          "Negative texels; NaN, Inf; half floats that overflow",
-         "Negative ones are kept; NaN becomes 0 and infinity the largest value, with a warning.",
+         "Negative texels are kept; NaN becomes 0 and infinity the largest value, with a warning.",
          "statistical/envmap_test.cpp unit/texture_test.cpp",
          {}};
   c.trials = {
@@ -246,7 +246,7 @@ Case texels(Maps& maps) {
       maps.refused("a texel whose square overflows", 1e37f, {"too large", "1e36"}),
   };
   for (Trial& t : c.trials) {
-    if (t.name == "all negative") t.without.push_back({"ptracer", "it sends no negative light"});
+    if (t.name == "all negative") t.without.push_back({"ptracer", "it emits no negative light"});
   }
   return c;
 }
@@ -254,7 +254,7 @@ Case texels(Maps& maps) {
 Case suns(Maps& maps) {
   Case c{6,
          "A sun smaller than a texel; several suns; their edges",
-         "A texel is the tent that evaluation makes of it, for sampling too.",
+         "Sampling uses the same bilinear interpolation as evaluation.",
          "render/closed_form_test.cpp statistical/envmap_sampling_test.cpp",
          {}};
   c.trials = {
@@ -271,16 +271,17 @@ Case suns(Maps& maps) {
       maps.trial("bright band", 64, 33,
                  [](int, int y) { return y == 6 ? Rgb(50, 30, 20) : Rgb(.01f); }),
   };
-  trial_named(c, "one texel of 512 x 257").without.push_back({"ptracer/roughconductor",
-                                      "metal shows the sky, and one light path in hundreds is the "
-                                      "sky's: that of 262,144 is right"});
+  trial_named(c, "one texel of 512 x 257")
+      .without.push_back({"ptracer/roughconductor",
+                          "metal shows the sky, to which only one in hundreds of light paths "
+                          "belongs; with 262,144 paths it is right"});
   return c;
 }
 
 Case resolutions(Maps& maps) {
   Case c{7,
          "Sampling table and texture of different resolution",
-         "There is one resolution: the table is made of the map's own texels.",
+         "There is one resolution: the table is built from the map's texels.",
          "statistical/envmap_sampling_test.cpp",
          {}};
   c.trials = {
@@ -298,7 +299,7 @@ Case resolutions(Maps& maps) {
 Case horizons(Maps& maps) {
   Case c{10,
          "Approximate and exact cosines in one comparison",
-         "Which cells and clusters straddle the horizon is decided by what is evaluated.",
+         "The evaluated cosines decide which cells and clusters straddle the horizon.",
          "unit/light_cut_test.cpp render/product_places_test.cpp",
          {}};
   c.trials = {

@@ -1,8 +1,8 @@
 // kinome-stability [--short] [--page FILE] [--only NUMBER]...
 //
-// Renders the matrix of matrix.h on all processors and says what differs; the last line is
-// `N passed, M failed`, and the exit status says the same. --page writes it down; --short leaves
-// out what takes long, and takes one material a scene; --only takes some cases.
+// Renders the matrix of matrix.h on all processors and reports differences. The last line is `N
+// passed, M failed`, and the exit status agrees with it. --page writes the page; --short skips long
+// cases and uses one material per scene; --only selects cases.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -56,8 +56,8 @@ bool read_line(std::istream& in, Cell& cell) {
   return true;
 }
 
-/// All cells of a row, a line each. Processes, not threads: the tests' registry of plugins is for
-/// one thread, and what crashes takes but its own row along.
+/// Writes all cells of a row, one per line. Rows run in processes, because the tests' registry of
+/// plugins isn't thread-safe, and a crash then loses only one row.
 void run_row(const Row& row, const std::string& file) {
   std::ofstream out(file);
   for (const Method& method : methods()) {
@@ -100,7 +100,7 @@ void run_rows(std::vector<Row>& rows, const std::string& folder) {
   for (size_t i = 0; i < rows.size(); ++i) collect_row(rows[i], file(i));
 }
 
-/// Tests that the page refers to, and that aren't there.
+/// Returns the number of tests that the page refers to but that don't exist.
 int missing_tests(const std::vector<Case>& cases) {
   int missing = 0;
   for (const Case& c : cases) {
@@ -108,7 +108,7 @@ int missing_tests(const std::vector<Case>& cases) {
     std::string word;
     while (words >> word) {
       if (fs::exists(std::string(KINOME_TEST_SOURCE) + "/tests/" + word)) continue;
-      std::cout << "case " << c.number << " refers to tests/" << word << ", which isn't there\n";
+      std::cout << "case " << c.number << " refers to tests/" << word << ", which doesn't exist\n";
       ++missing;
     }
   }
@@ -131,7 +131,7 @@ int run(const Options& options) {
       std::erase_if(c.trials, [](const Trial& t) { return t.is_long; });
       size_t turn = static_cast<size_t>(c.number);
       for (Trial& trial : c.trials) {
-        // Not always the same one.
+        // A different material for each trial.
         trial.materials = {trial.materials[turn++ % trial.materials.size()]};
       }
     }
@@ -182,7 +182,7 @@ int main(int argc, char** argv) {
     std::cerr << "kinome-stability: --page is for all cases\n";
     return 2;
   }
-  // Warnings of negative texels and the like are expected here.
+  // Warnings such as those about negative texels are expected here.
   kinome::set_log_level(kinome::LogLevel::kQuiet);
   setenv("KINOME_PLUGIN_PATH", KINOME_STABILITY_PLUGINS, 1);
   try {

@@ -11,12 +11,13 @@
 namespace kinome::test {
 namespace {
 
-// A comparison that is as suspicious as kSuspicious is done again with kLonger times as many
-// renders of other seeds, and fails if it is so again. Where estimates are normal, that is a false
-// alarm once in 1/kSuspicious² comparisons: with some 3000 of them, once in 30 million runs.
+// A comparison below kSuspicious is repeated with kLonger times as many renders of other seeds, and
+// fails if it is below it again. For normally distributed estimates, that is one false alarm in
+// 1/kSuspicious² comparisons: with about 3000 of them, one in 30 million runs.
 constexpr double kSuspicious = 1e-5;
 constexpr int kLonger = 4;
-/// A sum of which a single sample is this much says nothing: its tails haven't been seen yet.
+/// Maximum fraction of a sum that a single sample may contribute. Beyond it, the tails are not
+/// sampled yet, and the comparison is undecided.
 constexpr double kTooMuch = 0.3;
 constexpr int kTiles = 3;
 
@@ -50,8 +51,8 @@ std::string with_depth(const std::string& type, int max_depth) {
                                           xml::boolean("trial", false) + depth);
 }
 
-/// Light itself is left out: `ptracer` doesn't show environments, and its paths find lamps that are
-/// too small for a camera's rays to meet in a lifetime.
+/// Emitters are hidden, because `ptracer` doesn't show environments, and because its paths find
+/// lamps that are too small for camera rays.
 std::unique_ptr<Scene> make_scene(const std::string& contents, std::string integrator) {
   integrator.insert(integrator.rfind("</"), xml::boolean("hide_emitters", true));
   LoadOptions options;
@@ -60,22 +61,23 @@ std::unique_ptr<Scene> make_scene(const std::string& contents, std::string integ
                                 registry());
 }
 
-/// Seeds of the two sides of a comparison, and of its repetition, have nothing in common.
+/// The two sides of a comparison and of its repetition use disjoint seeds.
 constexpr uint64_t kSeeds[2][2] = {{1, 1'000'001}, {2'000'001, 3'000'001}};
 
-/// What the expectation is where it doesn't depend on the method: made once for all of them.
+/// Expectation that doesn't depend on the method, computed once for all methods.
 struct Expected {
   std::vector<TileEstimate> tiles;
   double largest = 0;
   uint64_t non_finite = 0;
 };
 
-/// Of the light that the scene has.
+/// Returns the expectation of the scene's light.
 Expected expected_light(const Trial& trial, const Method& method, const Material& material,
                         int round) {
   const Expectation& e = trial.expectation;
-  // With a bounce, paths from the camera and from the light are each other's expectation. Those
-  // from the camera are `product`'s: they find the little that is seen from nearby.
+  // With a bounce, paths from the camera and paths from the light are each other's reference. The
+  // reference of `product` is paths from the camera: they find the little light that is seen from
+  // nearby.
   const int depth = std::max(trial.max_depth, method.max_depth);
   const bool is_by_camera = method.name != std::string("path");
   const std::string integrator =
@@ -101,13 +103,13 @@ Expected expected_light(const Trial& trial, const Method& method, const Material
   return known[key] = expected;
 }
 
-/// True where the method's expectation is the scene's own light: always, but for point lights.
+/// True if the method's expectation is the scene's own light, which is false only for light points.
 bool has_own_light(const Trial& trial, const Method& method) {
   if (method.truth.empty()) return true;
   return method.max_depth == trial.max_depth && method.max_depth == 2 && !trial.has_environment;
 }
 
-/// `round` 0, or 1 for the longer one. A cell without a comparison where there is none to be made.
+/// `round`: 0, or 1 for the repetition with more renders.
 Cell measure(const Trial& trial, const Method& method, const Material& material, int round) {
   const int renders = trial.renders * (round ? kLonger : 1);
   const std::string& integrator = method.truth.empty() && trial.max_depth > method.max_depth
@@ -122,7 +124,7 @@ Cell measure(const Trial& trial, const Method& method, const Material& material,
   cell.largest = tails.largest;
   if (cell.non_finite > 0) {
     cell.verdict = Cell::Verdict::kDiffers;
-    cell.text = std::to_string(cell.non_finite) + " values that are no numbers";
+    cell.text = std::to_string(cell.non_finite) + " values that aren't finite";
     return cell;
   }
   if (trial.expectation.kind == Expectation::Kind::kFinite) {
@@ -135,7 +137,7 @@ Cell measure(const Trial& trial, const Method& method, const Material& material,
       for (const float value : pixels) {
         if (value == 0) continue;
         cell.verdict = Cell::Verdict::kDiffers;
-        cell.text = "a value of " + xml::digits(value) + " where all is black";
+        cell.text = "a value of " + xml::digits(value) + " where the image must be black";
       }
     }
     return cell;
@@ -146,18 +148,18 @@ Cell measure(const Trial& trial, const Method& method, const Material& material,
     const Expected expected = expected_light(trial, method, material, round);
     if (expected.non_finite > 0) {
       cell.verdict = Cell::Verdict::kDiffers;
-      cell.text = "what it is compared with has values that are no numbers";
+      cell.text = "its reference has values that aren't finite";
       return cell;
     }
     agreement = compare(estimate_tiles_of(own, kTiles), expected.tiles, {}, trial.rounding);
     largest = std::max(largest, expected.largest);
   } else {
-    // Renders of one seed have the same light points and the same places in their pixels.
+    // Renders of one seed have the same light points and pixel positions.
     const auto truth_scene = make_scene(trial.scene(material.xml), method.truth);
     const Renders truth = render_often(*truth_scene, renders, kSeeds[round][0]);
     if (truth.non_finite > 0) {
       cell.verdict = Cell::Verdict::kDiffers;
-      cell.text = "groundtruth has values that are no numbers";
+      cell.text = "groundtruth has values that aren't finite";
       return cell;
     }
     const auto difference = estimate_tile_differences(own, truth, kTiles);
@@ -176,12 +178,12 @@ Cell measure(const Trial& trial, const Method& method, const Material& material,
   return cell;
 }
 
-/// Whether `name`, as in Trial::without, means this cell.
+/// Returns true if `name`, as in Trial::without, names this cell.
 bool names_cell(const std::string& name, const Method& method, const Material& material) {
   return name == "*" || name == method.name || name == method.name + ("/" + material.name);
 }
 
-/// The error that the scene is to be refused with.
+/// Tests that the scene is refused with the expected error.
 Cell expect_error(const Trial& trial, const Method& method, const Material& material) {
   Cell cell;
   cell.verdict = Cell::Verdict::kDiffers;
@@ -251,11 +253,11 @@ Cell run_cell(const Trial& trial, const Method& method, const Material& material
     return cell;
   }
   if (material.is_sharp && std::string(method.name) == "ptracer") {
-    cell.text = "lobes so narrow that its light hardly ever comes to the camera: " + material.name;
+    cell.text = "lobes so narrow that hardly any light paths reach the camera: " + material.name;
     return cell;
   }
   if (trial.max_depth == 3 && std::string(method.name) == "direct") {
-    cell.text = "knows no bounces";
+    cell.text = "renders no bounces";
     return cell;
   }
   if (trial.max_depth == 3 && std::string(method.name) == "product") {
@@ -278,9 +280,9 @@ Cell run_cell(const Trial& trial, const Method& method, const Material& material
       cell = measure(trial, method, material, 1);
     }
     if (cell.verdict == Cell::Verdict::kUndecided && !is_rarely_lit) {
-      // A picture without light would never be found out if this were taken for bad luck.
+      // A black image would never be noticed if this were accepted as chance.
       cell.verdict = Cell::Verdict::kDiffers;
-      cell.text = "nothing can be said of it: " + cell.text;
+      cell.text = "undecided: " + cell.text;
     }
   } catch (const std::exception& error) {
     cell.verdict = Cell::Verdict::kDiffers;

@@ -1,5 +1,4 @@
-// What the stability matrix takes for an agreement: it must find out what is black, or a little
-// off.
+// Tests that the stability matrix finds black images and small deviations.
 #include "matrix.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +8,7 @@
 namespace kinome::test {
 namespace {
 
-/// One edge, and light itself is left out: there is nothing to be seen.
+/// One edge, with emitters hidden: the image is black.
 Method black_method(const char* name, int max_depth) {
   return {name, xml::integrator("path", xml::integer("max_depth", 1)), "", max_depth};
 }
@@ -26,7 +25,7 @@ class Matrix : public testing::Test {
   TemporaryFolder folder_;
 };
 
-/// As an estimator is whose every sample is lost: its variance is 0, and that is no bad luck.
+/// An estimator that loses every sample has a variance of 0, which isn't chance.
 TEST_F(Matrix, FindsWhatIsBlack) {
   std::vector<Trial> trials;
   for (const int number : {6, 10}) {
@@ -50,7 +49,7 @@ TEST_F(Matrix, FindsWhatIsBlack) {
   }
 }
 
-/// Floor and things reflect half as much again as they should, in 48 noisy renders.
+/// Floor and objects reflect 50 % too much, in 48 noisy renders.
 TEST_F(Matrix, FindsHalfTooMuch) {
   const auto grey = [](float reflectance) {
     return xml::bsdf("diffuse", xml::color("reflectance", Rgb(reflectance)));
@@ -60,7 +59,7 @@ TEST_F(Matrix, FindsHalfTooMuch) {
     const auto scene = trial.expectation.scene;
     const std::string name = trial.name;
     for (const float expected : {.6f, .4f}) {
-      trial.name = name + ", " + std::to_string(expected);  // expectations are kept by name
+      trial.name = name + ", " + std::to_string(expected);  // expectations are stored by name
       trial.expectation.scene = [&](const std::string&) { return scene(grey(expected)); };
       const Cell cell = run_cell(trial, methods().front(), {"grey", grey(.6f)});
       EXPECT_EQ(passed(cell), expected == .6f) << trial.name << ": " << cell.text;
@@ -68,7 +67,7 @@ TEST_F(Matrix, FindsHalfTooMuch) {
   }
 }
 
-/// A picture that says nothing passes for methods that are named, and for no others.
+/// An undecided image is accepted for methods that are named, and for no others.
 TEST_F(Matrix, OnlyNamedPicturesMaySayNothing) {
   Trial trial = case_of_number(light_cases(folder_.folder()), 10).trials.front();
   trial.expectation.integrator = trial.expectation.integrator.empty()

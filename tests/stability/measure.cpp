@@ -12,8 +12,8 @@
 namespace kinome::test {
 namespace {
 
-/// What t of `freedom` degrees is as a quantile of the normal distribution (Wallace 1959, "Bounds
-/// on Normal Approximations to Student's and the Chi-Square Distributions").
+/// Converts t with `freedom` degrees of freedom to a quantile of the normal distribution (Wallace
+/// 1959, "Bounds on Normal Approximations to Student's and the Chi-Square Distributions").
 double normal_quantile_of(double t, double freedom) {
   if (!(freedom < 1e6)) return t;
   const double z =
@@ -25,7 +25,8 @@ struct Difference {
   double z = 0;
   double mean = 0;
 };
-/// `rounding`: as a standard deviation. Means of floats carry theirs, however small their variance.
+/// `rounding`: as a standard deviation. Means of floats have rounding errors, however small their
+/// variance.
 Difference difference_of(const TileEstimate& a, const TileEstimate& b, double rounding) {
   const double va = a.estimate.variance_of_mean, vb = b.estimate.variance_of_mean;
   const double variance = va + vb + rounding * rounding;
@@ -39,10 +40,10 @@ Difference difference_of(const TileEstimate& a, const TileEstimate& b, double ro
   return {normal_quantile_of(difference / std::sqrt(variance), freedom), difference};
 }
 
-/// Below this a variance is a matter of luck.
-constexpr double kLeastSpread = 6;
+/// Spread below which a variance is unreliable.
+constexpr double kMinSpread = 6;
 
-/// Sums of tiles, render by render, as estimates of their means.
+/// Sums over tiles of each render, as estimates of their means.
 class TileSums {
  public:
   explicit TileSums(int tiles) : values_(static_cast<size_t>(tiles) * tiles * 3) {}
@@ -70,12 +71,12 @@ class TileSums {
   std::vector<std::vector<double>> values_;
 };
 
-/// Whether a's variance is too small, or may be: a few values make it, or none, while b varies.
-/// What is known exactly has none.
+/// Returns true if a's variance is or may be too small: it comes from few values, or is 0 while b
+/// varies. Exact values have no such variance.
 bool has_luck(const TileEstimate& a, const TileEstimate& b) {
   if (!std::isfinite(a.freedom)) return false;
   if (a.estimate.variance_of_mean == 0) return b.estimate.variance_of_mean > 0 && b.freedom > 0;
-  return a.spread < kLeastSpread;
+  return a.spread < kMinSpread;
 }
 
 }  // namespace
@@ -100,7 +101,7 @@ Tails Renders::tails() const {
   }
   const double values = count * static_cast<double>(pixels[0].size());
   Tails tails;
-  // Rounding has no tails worth a name.
+  // Rounding errors have no significant tails.
   if (second > 1e-12 * sum * sum / values) tails.kurtosis = values * fourth / (second * second);
   if (sum > 0) tails.largest = largest / sum;
   return tails;
@@ -177,7 +178,7 @@ std::vector<TileEstimate> exact_tiles(const std::vector<Estimate>& pixels, int w
       for (int c = 0; c < 3; ++c) {
         const Estimate& pixel = pixels[3 * (static_cast<size_t>(y) * width + x) + c];
         sums[3 * tile + c].estimate.mean += pixel.mean;
-        // Errors of an integral are much the same in all pixels: they add up, not their squares.
+        // Errors of an integral are similar in all pixels: they add up, not their squares.
         errors[3 * tile + c] += std::sqrt(pixel.variance_of_mean);
       }
     }
@@ -204,7 +205,7 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
     const auto add = [](TileEstimate& sum, const TileEstimate& part) {
       sum.estimate.mean += part.estimate.mean;
       sum.estimate.variance_of_mean += part.estimate.variance_of_mean;
-      // At least: more than one part's.
+      // A lower bound: at least that of the largest part.
       sum.freedom = std::max(sum.freedom, part.freedom);
       sum.spread = std::max(sum.spread, part.spread);
     };

@@ -1,4 +1,4 @@
-// Writes STABILITY.md: what each method made of each case.
+// Writes STABILITY.md: the results of each method for each case.
 
 #include <algorithm>
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace {
 
 using Answer = Cell::Verdict;
 
-/// What the cells of one method say together.
+/// Summary of all cells of a method in a case.
 struct Summary {
   int agree = 0, differ = 0, undecided = 0, finite = 0, refused = 0;
   double worst_z = 0;
@@ -38,7 +38,7 @@ struct Summary {
   }
 };
 
-/// In pictures that are compared by z, the worst of some number.
+/// Maximum of a value over images, and where it occurs.
 struct Worst {
   double value = 0;
   std::string where;
@@ -108,7 +108,7 @@ void add_trial(std::string& page, const Row& row) {
                       shown(largest, fmt::format("{:.2g} %", 100 * largest.value)));
 }
 
-/// Cells of one verdict, those with the same text together.
+/// Lists cells with this verdict; cells with the same text are combined.
 void add_list(std::string& page, const std::vector<Row>& rows, Answer verdict) {
   for (const Row& row : rows) {
     for (size_t m = 0; m < methods().size(); ++m) {
@@ -139,88 +139,97 @@ bool has(const std::vector<Row>& rows, Answer verdict) {
 
 constexpr const char* kHead = R"(# Numerical stability
 
-What breaks renderers of this kind, and what it does to Kinome, as
+Cases that are known to break renderers of this kind, and Kinome's results for them. This page is
+written by
 
 ```sh
 sh tests/run.sh --stability
 ```
 
-wrote it. Every case has some scenes; every scene is rendered by every integrator and importance,
-with `diffuse`, `phong`, `ward`, `roughconductor` and `roughplastic`, or with the materials that the
-case is about.
+Every case has several scenes. Every scene is rendered by every integrator and importance, with
+`diffuse`, `phong`, `ward`, `roughconductor` and `roughplastic`, or with the materials that the case
+tests.
 
-A number is the worst |z| of all these pictures against their expectation: 9 tiles, their sum, three
-channels each. `direct`, `path`, `ptracer` and `product` (and all others where there are only lamps)
-are held against quadrature in double precision of what the scene documents, written apart from the
-renderer, or against another estimate of the same light: BSDF samples alone, emitter samples alone,
-paths from the light against paths from the camera, the same scene elsewhere. `joint`, `luminance`
-and `brdf` estimate the light of a set of points: they are held against `groundtruth` of the same
-points, seed by seed; `local` means one bounce (`max_depth` 3; `product` is then held against paths
-of the same depth). A comparison that is as
-suspicious as 1e-5 is done again with other seeds and four times as long, and counts as different if
-it is so again: once in 30 million runs by chance.
+A number is the largest |z| of these images against their expectation: 9 tiles and their sum, with
+three channels each. The expectation depends on the method:
 
-`exact`: not a bit differs, or all is black. `finite`: nothing more is known of the picture. `error`:
-refused, in words that are tested. `–`: not meant for it, see the end.
+- `direct`, `path`, `ptracer` and `product` (and all others if there are only lamps) are compared
+  with quadrature in double precision. It is independent of the renderer and follows the scene's
+  documentation. Other scenes are compared with another estimate of the same light: BSDF samples
+  alone, emitter samples alone, paths from the light or from the camera, or the same scene in another
+  position.
+- `joint`, `luminance` and `brdf` estimate the light of a set of points. They are compared with
+  `groundtruth` for the same points, seed by seed.
+- `local` means one bounce (`max_depth` 3). `product` is then compared with paths of the same depth.
 
-Values that are no numbers (NaN or infinite) are counted before anything drops them, where a sample
-comes to the film; a single one fails the run. (A `point` or `spot` at no distance from what it lights
-gives it nothing: there the light is infinite.)
+A comparison below a significance of 1e-5 is repeated with other seeds and four times as many
+renders. It differs if it is below 1e-5 again, which happens by chance once in 30 million runs.
+
+`exact`: all bits are equal, or all images are black. `finite`: only finite values are required.
+`error`: the scene is refused, with a message that is tested. `–`: not applicable, see the end.
+
+Values that aren't finite (NaN or infinite) are counted before they are dropped, where a sample
+reaches the film. A single one fails the run. (A `point` or `spot` gives no light to a surface at a
+distance of 0, where the light would be infinite.)
 
 )";
 
-constexpr const char* kBeside = R"(## Beside the matrix
+constexpr const char* kBeside = R"(## Related tests
 
-- The world in other units, elsewhere, turned, mirrored; its triangles in another order, its meshes
-  split and joined; its light multiplied, and its lamps divided:
-  [invariance_test.cpp](stability/invariance_test.cpp).
-- Distributions and trees of four million lights of 1e-30 to 1e30 against exact sums, no index of zero
-  probability at any step, warps and BSDFs against double precision in units of the last place:
-  [precision_test.cpp](stability/precision_test.cpp). Kernels of every instruction set against plain
-  code: [product_kernels_test.cpp](unit/product_kernels_test.cpp),
-  [lobe_kernels_test.cpp](unit/lobe_kernels_test.cpp),
-  [local_parts_test.cpp](unit/local_parts_test.cpp).
-- Pilots that lie: `product` with visibilities that are all 1, all 0, the opposite of what was learned,
-  shuffled, another surface's; and learned from the rays that they weigh, which must be caught:
-  [product_learning_test.cpp](render/product_learning_test.cpp). No pilot, and pilots of a ray or two:
-  [product_test.cpp](render/product_test.cpp), [product_local_test.cpp](render/product_local_test.cpp).
-- What single samples may weigh: light points have no bound by 1 / d²; what bounds them is the share of
-  eye rays, `EyeRaysBoundWhatNearPointsWeigh` of [local_parts_test.cpp](unit/local_parts_test.cpp).
+- [invariance_test.cpp](stability/invariance_test.cpp) changes units, position, orientation and
+  handedness of the world, the order of its triangles, the number of its meshes, the brightness of
+  its light, and the number of its lamps.
+- [precision_test.cpp](stability/precision_test.cpp) compares distributions and trees of four million
+  lights of 1e-30 to 1e30 with exact sums, and tests that no index of zero probability is drawn. It
+  compares warps and BSDFs with double precision, in ulps.
+- [product_kernels_test.cpp](unit/product_kernels_test.cpp),
+  [lobe_kernels_test.cpp](unit/lobe_kernels_test.cpp) and
+  [local_parts_test.cpp](unit/local_parts_test.cpp) compare the kernels of every instruction set with
+  scalar code.
+- [product_learning_test.cpp](render/product_learning_test.cpp) runs `product` with falsified
+  visibilities: all 1, all 0, the opposite of the learned ones, shuffled, or another surface's. It
+  also tests that visibilities learned from the rays that they weight are found to be biased.
+- [product_test.cpp](render/product_test.cpp) and
+  [product_local_test.cpp](render/product_local_test.cpp) render without a pilot, and with pilots of
+  a ray or two.
+- `EyeRaysBoundWhatNearPointsWeigh` of [local_parts_test.cpp](unit/local_parts_test.cpp) tests the
+  maximum weight of single samples. Light points have no bound by 1 / d²; the fraction of eye rays
+  bounds them.
 
 )";
 
 constexpr const char* kTails =
-    R"(Tails are of single contributions (one sample a pixel): `kurtosis` of
-what pixels differ by from their means (3 for a normal distribution), and the largest contribution as
-a share of the sum of all. Nothing is clamped.
+    R"(Tails are those of single contributions (one sample per pixel). `kurtosis` is that of the deviations
+from pixel means (3 for a normal distribution). The largest contribution is a fraction of the sum of
+all. Nothing is clamped.
 
 )";
 
 constexpr const char* kNotHeld = R"(
-## What is not held
+## Limits
 
-- Light whose products leave single precision: radiance is at most 1e36, and a scene that is at the
-  same time 1e6 times as large and 1e30 times as bright overflows where areas are multiplied by it.
-- Scenes of less than 1e-9 units or more than 1e11: the ray tracer's single precision begins to lose
-  surfaces, without a word, long before 1e18, where shapes are refused.
-- Light fainter than 1e-35: its products are lost below the least numbers of single precision.
-- A scene moved 1e5 away is the same picture only as far as single precision holds its vertices: one
-  part in 10^7 of 1e5, a hundredth. The trial's scene is a hundred units wide.
-- Light nearer to a surface than rays start from it, two to five millionths of its distance from the
-  origin, and what stands nearer than that to its lamp.
-- `ptracer` with light from infinitely far over a floor of 1e6 and more: unbiased, and so noisy that
-  nothing is learned from it.
-- The light of lamps without extent that a nearly mirroring surface (alpha of a hundredth and less)
-  sends on to others is in single, very bright samples by every integrator but `ptracer` and
-  `product`: no ray by a BSDF meets such a lamp.
-- `ptracer` sends nothing from an environment without any positive texel, whose light is negative.
-- Points of light (`joint`, `luminance`, `brdf`) stand for an environment as finely as `light_samples`
-  says. What they are compared with is their own points, not the map.
-- Two renders at the same time with one `--checkpoint` file replace each other's; each is whole, and
-  `--resume` refuses one of another scene or other options.
-- In half floats (`component_format` of `float16`, as in Mitsuba the default) a picture ends at 65504:
-  of brighter light that is what is written, and -65504 where `product` is negative by noise.
-- Embree's robust mode loses some of the rays that are aimed at a vertex to the last bit
+- Light whose products exceed single precision. Radiance is at most 1e36. A scene that is both 1e6
+  times as large and 1e30 times as bright overflows where areas are multiplied by radiance.
+- Scenes of less than 1e-9 units or more than 1e11. The ray tracer's single precision begins to lose
+  surfaces silently, long before 1e18, where shapes are refused.
+- Light fainter than 1e-35. Its products are below the smallest numbers of single precision.
+- A scene that is translated by 1e5 has the same image only as far as single precision represents
+  its vertices: one part in 10^7 of 1e5, a hundredth. The scene of this test is a hundred units wide.
+- Light closer to a surface than the offset of rays from it, which is two to five millionths of the
+  distance from the origin. The same holds for surfaces that are this close to their lamp.
+- `ptracer` with light from infinitely far over a floor of 1e6 and more: unbiased, but too noisy to
+  be useful.
+- Light of lamps without area that a nearly mirroring surface (alpha of a hundredth and less)
+  reflects to others. It is in single, very bright samples for every integrator except `ptracer` and
+  `product`, because no BSDF ray hits such a lamp.
+- `ptracer` emits nothing from an environment without any positive texel, whose light is negative.
+- Light points (`joint`, `luminance`, `brdf`) represent an environment with a resolution that
+  `light_samples` determines. They are compared with their own points, not with the map.
+- Two concurrent renders with one `--checkpoint` file replace each other's. Each file is complete,
+  and `--resume` refuses a checkpoint of another scene or other options.
+- In half floats (`component_format` of `float16`, the default as in Mitsuba) the largest value of an
+  image is 65504. It replaces brighter light, and -65504 replaces large negative noise of `product`.
+- Embree's robust mode loses some of the rays that are aimed exactly at a vertex
   (unit/self_intersection_test.cpp).
 )";
 
@@ -238,7 +247,7 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
     }
   }
   std::string page = kHead;
-  page += fmt::format("{} cases, {} scenes, {} pictures; {} values that were no numbers.\n\n",
+  page += fmt::format("{} cases, {} scenes, {} images; {} values that weren't finite.\n\n",
                       cases.size(), rows.size(), cells, non_finite);
   add_matrix(page, cases, rows);
   page += kBeside;
@@ -247,7 +256,7 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
   for (const Case& c : cases) {
     page += fmt::format("### Case {}\n\n{}. *{}* Held by {}.\n\n", c.number, c.title, c.answer,
                         links_to(c.tests));
-    page += "| scene | pictures | worst z | no numbers | kurtosis | largest contribution |\n";
+    page += "| scene | images | largest z | not finite | kurtosis | largest contribution |\n";
     page += "|---|---|---|---|---|---|\n";
     for (const Row& row : rows) {
       if (row.of->number == c.number) add_trial(page, row);
@@ -255,18 +264,18 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
     page += "\n";
   }
   if (has(rows, Answer::kDiffers)) {
-    page += "## What differs\n\n";
+    page += "## Differences\n\n";
     add_list(page, rows, Answer::kDiffers);
   }
   page += kNotHeld;
   if (has(rows, Answer::kUndecided)) {
     page +=
-        "- Open: pictures that say nothing, as hardly any of the renders on one side found the "
-        "light in question, or as a single sample is more than 30 % of the sum. Each is named "
-        "where its scene is made; of any other, that is a failure:\n\n";
+        "- Open: comparisons that are undecided, because hardly any of the renders on one side "
+        "found the light in question, or because a single sample is more than 30 % of the sum. Each "
+        "of these is listed in the code of its scene; any other is a failure:\n\n";
     add_list(page, rows, Answer::kUndecided);
   }
-  page += "\nNot meant for it:\n\n";
+  page += "\nNot applicable:\n\n";
   add_list(page, rows, Answer::kNotMeant);
   return page;
 }

@@ -1,5 +1,5 @@
-// Sums and distributions over millions of weights from 1e-30 to 1e30, against long double: nothing
-// is lost that single precision can hold, and nothing impossible is ever drawn.
+// Sums and distributions over millions of weights from 1e-30 to 1e30, against long double. No value
+// within single precision is lost, and no impossible index is drawn.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ float unit(uint64_t i, uint64_t stream) {
   return to_unit_float(static_cast<uint32_t>(hash_words(i, stream) >> 32));
 }
 
-/// 1e-30 to 1e30, a third of them 0.
+/// Weights from 1e-30 to 1e30, of which a third are 0.
 std::vector<float> mixed_weights(uint32_t count, bool with_zeros) {
   std::vector<float> weights(count);
   for (uint32_t i = 0; i < count; ++i) {
@@ -34,7 +34,7 @@ std::vector<float> mixed_weights(uint32_t count, bool with_zeros) {
   return weights;
 }
 
-/// Cumulative shares of the weights.
+/// Cumulative distribution of the weights.
 std::vector<long double> exact_cdf(const std::vector<float>& weights) {
   std::vector<long double> cdf(weights.size());
   long double sum = 0;
@@ -43,7 +43,8 @@ std::vector<long double> exact_cdf(const std::vector<float>& weights) {
   return cdf;
 }
 
-/// A step of the table is a float: off by half a unit of 1, 2^-25. Numbers have 24 bits.
+/// A step of the table is a float with an error of half an ulp of 1, 2^-25. Random numbers have 24
+/// bits.
 TEST(Precision, DistributionsOfFourMillionCells) {
   for (const bool is_even : {false, true}) {
     std::vector<float> weights = mixed_weights(kMany, true);
@@ -90,7 +91,7 @@ LightPoints distant_light(uint32_t count) {
   return points;
 }
 
-/// Powers and extents of all cells, of any size: summed in double and rounded once.
+/// Powers and extents of all cells of any size are summed in double precision and rounded once.
 TEST(Precision, TreeOfFourMillionLights) {
   const LightTree tree(distant_light(kMany));
   const std::vector<LightCell>& cells = tree.cells();
@@ -102,7 +103,7 @@ TEST(Precision, TreeOfFourMillionLights) {
   }
   size_t wrong = 0;
   for (const LightCell& cell : cells) {
-    // Differences of running sums are no reference for small cells: those are summed anew.
+    // Differences of running sums aren't accurate for small cells, which are summed again.
     long double own = 0, own_extent = 0;
     if (cell.count <= 4096) {
       for (uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
@@ -119,8 +120,8 @@ TEST(Precision, TreeOfFourMillionLights) {
   EXPECT_EQ(wrong, 0u);
 }
 
-/// A pmf over any number of clusters sums to 1, has no cluster of importance 0, and draws at its
-/// steps what it says.
+/// A pmf over any number of clusters sums to 1, never draws a cluster of importance 0, and draws
+/// the correct cluster at its steps.
 TEST(Precision, PmfsOverManyClusters) {
   const LightTree tree(distant_light(1u << 18));
   const Vec3 normal = glm::normalize(Vec3(1, -2, 3));
@@ -153,15 +154,15 @@ TEST(Precision, PmfsOverManyClusters) {
   }
 }
 
-/// Units in the last place of `b` that a float is off by.
+/// Returns the error of a float in ulps of `b`.
 double ulps(float a, double b) {
   const double unit_of_b = std::max(std::ldexp(1., std::ilogb(b) - 23), 0x1p-149);
   return std::abs(a - b) / unit_of_b;
 }
 
-/// Warps in double. Sine and cosine take their argument (2 pi u) rounded: half a unit of 2 pi,
-/// which for coordinates of any size is an absolute error of 2^-22, and 3 roundings of the
-/// coordinates.
+/// Compares warps with double precision. Sine and cosine have a rounded argument (2 pi u). Its
+/// error is half an ulp of 2 pi, which is an absolute error of 2^-22 in coordinates of any size,
+/// plus 3 roundings of the coordinates.
 TEST(Precision, WarpsAreTheirFormulas) {
   for (uint32_t i = 0; i < 200000; ++i) {
     const Vec2 u(unit(i, 7), unit(i, 8));
@@ -178,7 +179,7 @@ TEST(Precision, WarpsAreTheirFormulas) {
   }
 }
 
-/// Values of BSDFs in double, for directions that floats give exactly.
+/// Compares values of BSDFs with double precision, for directions that are exact in floats.
 TEST(Precision, BsdfsAreTheirFormulas) {
   constexpr double kInvPiD = 1 / std::numbers::pi;
   const auto phong = make<Bsdf>(
@@ -196,7 +197,7 @@ TEST(Precision, BsdfsAreTheirFormulas) {
     const double cosine = wo.z;
     worst_diffuse = std::max(
         worst_diffuse, ulps(diffuse->eval_pdf(si, Lobe::kAll, wo).f.x, .5 * kInvPiD * cosine));
-    // As the lobe is defined, for directions whose length rounding has changed: by the chord.
+    // The lobe is defined by the chord, because rounding changes the length of directions.
     const glm::dvec3 difference = glm::dvec3(-si.wi.x, -si.wi.y, si.wi.z) - glm::dvec3(wo);
     const double s = 0.5 * glm::dot(difference, difference);
     const double lobe = s < 1 ? std::pow(1 - s, 100) : 0;
@@ -206,8 +207,8 @@ TEST(Precision, BsdfsAreTheirFormulas) {
   }
   // Three roundings.
   EXPECT_LE(worst_diffuse, 2);
-  // s has an error of some units; times 100 / (1 - s), where the lobe still is more than the
-  // diffuse part, it is one of the exponent's some hundred units.
+  // s has an error of several ulps. Multiplied by 100 / (1 - s), where the lobe still exceeds the
+  // diffuse part, that is several hundred ulps of the exponent.
   EXPECT_LE(worst_phong, 400);
 }
 

@@ -1,4 +1,4 @@
-// Surfaces, cameras and samplers: extreme roughness, geometry, places and sizes.
+// Surfaces, cameras and samplers: extreme roughness, geometry, positions and sizes.
 #include <cmath>
 #include <functional>
 
@@ -18,7 +18,7 @@ std::string still_life(const std::string& bsdf, const std::string& operations = 
                             xml::translate({.6f, .2f, .4f})) +
          placed("rectangle", xml::scale(Vec3(2, 2, 1)));
 }
-/// `scale` and `offset` of the world: a camera isn't to be scaled itself.
+/// `scale` and `offset` of the world: the camera must not be scaled itself.
 std::string front_view(double scale = 1, const Vec3& offset = Vec3(0.f),
                        const std::string& sampler = "independent", int samples = 1) {
   const auto at = [&](const Vec3& p) { return p * static_cast<float>(scale) + offset; };
@@ -48,7 +48,7 @@ std::string samples(int emitter, int bsdf) {
       "direct", xml::integer("emitter_samples", emitter) + xml::integer("bsdf_samples", bsdf));
 }
 
-/// A picture against another integrator's of the same scene.
+/// Compares an image with another integrator's image of the same scene.
 Trial picture(const std::string& name,
               const std::function<std::string(const std::string& bsdf)>& scene,
               const std::string& reference, bool has_environment, bool has_lamps) {
@@ -61,7 +61,7 @@ Trial picture(const std::string& name,
   return t;
 }
 
-/// A ball of 20 x 10 faces with normals of its own; `bend` turns them toward +z.
+/// A ball of 20 x 10 faces with its own normals; `bend` turns them toward +z.
 std::string ball_obj(float bend) {
   constexpr int kColumns = 20, kRows = 10;
   std::string text;
@@ -91,8 +91,8 @@ std::string ball_obj(float bend) {
 class Files {
  public:
   explicit Files(std::string folder) : folder_(std::move(folder)) {}
-  /// A shape of these faces. The file's name is that of its text: processes that make it side by
-  /// side make the same.
+  /// Returns a shape with these faces. The file name is a hash of the text, so that concurrent
+  /// processes write the same file.
   std::string mesh(const std::string& text, const std::string& inner) const {
     const std::string file =
         fmt::format("{}/mesh{:x}.obj", folder_, std::hash<std::string>()(text));
@@ -113,7 +113,7 @@ class Files {
 Case normals(const Files& files) {
   Case c{11,
          "Sampling and MIS with different normals; f != 0 where pdf = 0",
-         "The shading normal decides alone; sampling covers all of its hemisphere.",
+         "Only the shading normal is used; sampling covers its whole hemisphere.",
          "statistical/bsdf_extremes_test.cpp statistical/bsdf_chi2_test.cpp",
          {}};
   const std::string ball = ball_obj(0), bent = ball_obj(.7f);
@@ -154,7 +154,7 @@ Case normals(const Files& files) {
 Case bounds() {
   Case c{12,
          "Infinite importance from unbounded boxes; overflow of indices",
-         "Boxes are those of what there is; sums and indices have room for 2^24 points.",
+         "Boxes are those of existing points; sums and indices support 2^24 points.",
          "unit/light_tree_test.cpp render/product_test.cpp",
          {}};
   c.trials.push_back(picture(
@@ -173,7 +173,7 @@ Case bounds() {
 Case edges(const Files& files) {
   Case c{13,
          "Random numbers reused until they reach 1",
-         "No number is used twice; those at the ends of [0, 1) give finite pictures.",
+         "No random number is used twice; those at the ends of [0, 1) give finite images.",
          "statistical/bsdf_extremes_test.cpp unit/distribution_test.cpp unit/light_cut_test.cpp",
          {}};
   const std::string edgy = front_view(1, Vec3(0.f), "edges", 16);
@@ -199,8 +199,8 @@ Case edges(const Files& files) {
 
 Case roughness() {
   Case c{14,
-         "alpha of 0, 1e-9, 1e-5, one of two; Phong exponents of 0 and 1e6",
-         "alpha is at least 1e-4, as in Mitsuba; an exponent of 0 is a lobe as wide as can be.",
+         "alpha of 0, 1e-9 and 1e-5, for both axes or one; Phong exponents of 0 and 1e6",
+         "alpha is at least 1e-4, as in Mitsuba; an exponent of 0 is the widest lobe.",
          "statistical/bsdf_extremes_test.cpp unit/bsdf_parameters_test.cpp",
          {}};
   const auto metal = [](const std::string& distribution, double u, double v) {
@@ -261,11 +261,14 @@ Case angles(const Files& files) {
   parallel("light from the camera", slant, slant);
   parallel("light and camera above", {0, 0, 1}, {0, 0, 1});
   parallel("light along the floor", {1, 0, 1e-4}, slant);
-  c.trials.back().without.push_back({"ptracer", "its light hits what is seen once in 10^4 times"});
+  c.trials.back().without.push_back(
+      {"ptracer", "one in 10^4 of its paths hits the visible surface"});
   parallel("camera along the floor", slant, {.7, .7, .01});
   parallel("both along the floor, face to face", {-1, 0, .01}, {1, 0, .01});
-  c.trials.back().without.push_back({"ptracer", "its light hits what is seen once in 10^5 times"});
-  // A cosine of .01 is off by 6e-6 of itself as a float's direction, and a mirroring lobe has two.
+  c.trials.back().without.push_back(
+      {"ptracer", "one in 10^5 of its paths hits the visible surface"});
+  // A cosine of .01 has a relative error of 6e-6 for a direction in floats, and a mirroring lobe
+  // has two.
   c.trials.back().rounding = 1e-5;
   const std::string ball = ball_obj(0);
   c.trials.push_back(picture(
@@ -281,7 +284,7 @@ Case angles(const Files& files) {
 Case places() {
   Case c{17,
          "Self-intersection far away, tiny and huge; offsets wider than a gap",
-         "Offsets follow the rounding of each hit.",
+         "Offsets are proportional to the rounding error of each hit.",
          "unit/self_intersection_test.cpp "
          "stability/invariance_test.cpp",
          {}};
@@ -313,11 +316,11 @@ Case places() {
 Case triangles(const Files& files) {
   Case c{18,
          "Triangles without area; needles; leaks at edges",
-         "They are there, and take no light; Embree's robust mode closes the edges.",
+         "They are kept, and receive no light; Embree's robust mode closes the edges.",
          "unit/mesh_files_test.cpp unit/self_intersection_test.cpp "
          "statistical/shape_sampling_test.cpp",
          {}};
-  // The square of a floor, with faces of one point, of one line, and needles of 1e-7.
+  // A square floor with degenerate faces (points, lines) and needles of 1e-7.
   const std::string square =
       "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 0\nv 0.5 0.5 0\nv 0.9999999 1 0\n"
       "f 1 2 3\nf 1 3 4\nf 1 1 1\nf 2 2 3\nf 1 5 6\nf 1 5 3\nf 1 7 3\n";
@@ -335,7 +338,7 @@ Case triangles(const Files& files) {
   lit.expectation.integral = [=](const std::string& bsdf) {
     return floor.expected(bsdf, point_light({.2, .1, .9}, Rgb(3, 2, 1)));
   };
-  // Anisotropic lobes lie along (u, v), which this mesh hasn't.
+  // Anisotropic lobes are aligned with (u, v), which this mesh lacks.
   std::erase_if(lit.materials, [](const Material& m) { return m.name == "ward"; });
   c.trials.push_back(lit);
   Trial lamp_trial = lit;
@@ -357,7 +360,7 @@ Case triangles(const Files& files) {
 Case sides(const Files& files) {
   Case c{19,
          "Flipped and one-sided geometry; mirroring transforms with vertex normals",
-         "Faces and normals are turned together.",
+         "Faces and normals are flipped together.",
          "unit/shape_conventions_test.cpp unit/mesh_files_test.cpp",
          {}};
   const std::string ball = ball_obj(0);
@@ -408,7 +411,8 @@ Case sides(const Files& files) {
 Case empty_cells() {
   Case c{21,
          "Learned caches in empty cells, or of a fixed radius in a huge scene",
-         "Patches are of the picture, not of the world; what nothing was learned of is asked.",
+         "Patches are parts of the image, not of the world; cells without learned visibility get "
+         "rays.",
          "render/product_places_test.cpp render/product_learning_test.cpp",
          {}};
   c.trials.push_back(picture(

@@ -7,8 +7,8 @@
 #include "kinome/image.h"
 #include "kinome/math.h"
 
-/// Pieces of scenes. Numbers are written with nine digits, so that what is read back is the float
-/// that was meant, however small or large.
+/// Parts of scenes. Numbers are written with nine digits, so that parsing restores the exact float,
+/// however small or large.
 namespace kinome::test::xml {
 
 inline std::string digits(double value) {
@@ -56,7 +56,7 @@ inline std::string look_at(const Vec3& origin, const Vec3& target, const Vec3& u
   return "<lookat origin='" + digits(origin) + "' target='" + digits(target) + "' up='" +
          digits(up) + "'/>";
 }
-/// `operations` as to_world; nothing where there are none.
+/// Returns `operations` as to_world, or "" if there are none.
 inline std::string to_world(const std::string& operations) {
   return operations.empty() ? "" : "<transform name='to_world'>" + operations + "</transform>";
 }
@@ -78,7 +78,7 @@ inline std::string integrator(const std::string& type, const std::string& inner 
   return object("integrator", type, inner);
 }
 
-/// A sensor of width x height pixels with a box filter: pixels are independent of each other.
+/// A sensor of width x height pixels with a box filter, which makes pixels independent.
 inline std::string sensor(const std::string& type, const std::string& operations, int width,
                           int height, int samples, const std::string& sampler = "independent",
                           const std::string& optics = "") {

@@ -46,7 +46,7 @@ double brightest_hidden(const Scene& scene);
 
 /// Returns true if the flux of an emitter, radiance times area, comes near the limit of single
 /// precision, so that methods that follow light from the emitter exceed it (tests/STABILITY.md,
-/// "what is not held"). `of_sky`: also tests environments, whose flux includes the area of the
+/// "Limits"). `of_sky`: also tests environments, whose flux includes the area of the
 /// whole scene.
 bool has_vast_flux(const Scene& scene, bool of_sky);
 
