@@ -11,7 +11,7 @@
 namespace kinome {
 namespace {
 
-/// Rounding of the cones [rad], and of their cosines.
+/// Rounding errors of the cones [rad], and of their cosines.
 constexpr float kRoundingAngle = 2e-3f, kRounding = 1e-5f;
 
 }  // namespace
@@ -42,8 +42,8 @@ CellBlocks::CellBlocks(const DistantCells& cells) : size_(cells.padded_size() / 
   }
 }
 
-/// The angle between a normal and a block's axis is at least a right one and both half angles where
-/// the block is below; these together are less than a right angle where the cosine of their sum is
+/// A block is below if the angle between the normal and the block's axis is at least a right angle
+/// plus both half angles. The sum of the half angles is less than a right angle if its cosine is
 /// positive.
 void CellBlocks::find_facing(const Vec3& normal, float sine, std::vector<uint32_t>& blocks) const {
   using namespace wide;

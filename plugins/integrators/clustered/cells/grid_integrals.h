@@ -8,12 +8,13 @@
 
 namespace kinome {
 
-/// Integrals of functions of one angle over each interval of a grid, and the parts of them that a
-/// linear interpolation gives to the intervals' ends.
+/// Integrals of functions of one angle over each interval of a grid, and the parts of them that
+/// linear interpolation assigns to the intervals' ends.
 class IntervalIntegrals {
  public:
-  /// `f(angle)` over [(i + first) step, (i + first + 1) step], i < count. Gauss-Legendre quadrature
-  /// of four points: to rounding, for sines over intervals as short as a grid's.
+  /// Integrates `f(angle)` over [(i + first) step, (i + first + 1) step], i < count. Gauss-Legendre
+  /// quadrature with four points is exact up to rounding for sines over intervals as short as a
+  /// grid's.
   template <class Function>
   IntervalIntegrals(int count, double first, double step, const Function& f) {
     constexpr double kNodes[2] = {0.33998104358485626, 0.86113631159405258};
@@ -30,8 +31,8 @@ class IntervalIntegrals {
     }
   }
   double whole(int i) const { return whole_[i]; }
-  /// Of the function that is linear in each of the intervals [begin, end), 1 at the `node`-th
-  /// border of all, and 0 at all others.
+  /// Integral of f times a hat function: 1 at border `node` of the grid, 0 at all other borders,
+  /// and linear in each of the intervals [begin, end).
   double at_node(int node, int begin, int end) const {
     return (node > begin ? at_end_[node - 1] : 0.) +
            (node < end ? whole_[node] - at_end_[node] : 0.);
@@ -41,11 +42,11 @@ class IntervalIntegrals {
   std::vector<double> whole_, at_end_;
 };
 
-/// Of the directions of a grid, d = (sin phi sin theta, cos theta, -cos phi sin theta), by solid
-/// angle: products of a function of the column and one of the row.
+/// Integrals over solid angle of the directions of a grid, d = (sin phi sin theta, cos theta,
+/// -cos phi sin theta). They are products of a function of the column and one of the row.
 struct GridIntegrals {
-  IntervalIntegrals sine, cosine, width;    ///< of phi: of sin, cos, and 1
-  IntervalIntegrals sine_squared, product;  ///< of theta: of sin², and of sin cos
+  IntervalIntegrals sine, cosine, width;    ///< over phi: sin, cos, and 1
+  IntervalIntegrals sine_squared, product;  ///< over theta: sin², and sin cos
   explicit GridIntegrals(const EnvironmentGrid& grid)
       : sine(grid.columns, grid.first_column, 2 * std::numbers::pi / grid.columns,
              [](double phi) { return std::sin(phi); }),

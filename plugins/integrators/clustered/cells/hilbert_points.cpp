@@ -35,7 +35,7 @@ std::vector<IntegerPoint> ordered_points(uint32_t count) {
   return points;
 }
 
-/// The lists of the first 1, 2, ... `count` points: each has one point more than that before it.
+/// Returns lists of the first 0, 1, 2, ... `count` points.
 std::vector<std::vector<IntegerPoint>> all_first_points(uint32_t count) {
   std::vector<std::vector<IntegerPoint>> lists(1);
   std::vector<KeyedPoint> keyed;
@@ -65,7 +65,7 @@ uint32_t hilbert_index(uint32_t x, uint32_t y) {
   for (uint32_t half = 1u << 15; half > 0; half >>= 1) {
     const bool right = x & half, upper = y & half;
     index = index << 2 | (right ? upper ? 2u : 3u : upper ? 1u : 0u);
-    // The quarter's own curve is turned, so that it begins where its neighbour's ends.
+    // The curve of each quarter is turned so that it begins where its neighbour's ends.
     if (!upper) {
       if (right) {
         x = ~x;

@@ -9,18 +9,18 @@
 
 namespace kinome {
 
-/// Distance along a Hilbert curve through a square of 2^16 x 2^16.
+/// Returns the distance along a Hilbert curve through a square of 2^16 x 2^16.
 uint32_t hilbert_index(uint32_t x, uint32_t y);
 
-/// Points of a square, 32 bits a coordinate, to be XORed by a random number of each (a digital
-/// shift, which leaves their stratification as it is).
+/// A point in a square, with 32 bits per coordinate. XORing each coordinate with a random number (a
+/// digital shift) randomises it without changing the stratification of a set of points.
 struct IntegerPoint {
   uint32_t x, y;
   Vec2 shifted(uint32_t shift_x, uint32_t shift_y) const;
 };
 
-/// Sobol points in the order of a Hilbert curve, so that neighbours in the list are neighbours in
-/// the square, and what is stratified along the list is stratified in the square. Made on first
+/// Sobol points in the order of a Hilbert curve. Neighbours in the list are neighbours in the
+/// square, so that stratified positions in the list are stratified in the square. Made on first
 /// use; thread-safe.
 class HilbertPoints {
  public:
@@ -28,7 +28,7 @@ class HilbertPoints {
   static constexpr uint32_t kMaxCount = 256;
 
   static const HilbertPoints& get();
-  /// Points whose coordinates lie in arrays of their own.
+  /// Points as structure of arrays.
   struct Columns {
     std::span<const uint32_t> x, y;
     IntegerPoint operator[](size_t i) const { return {x[i], y[i]}; }
@@ -39,7 +39,8 @@ class HilbertPoints {
     const auto& columns = powers_[log2];
     return {columns[0], columns[1]};
   }
-  /// The log2 whose power is nearest to a number of points, as a ratio; kLeastLog2 to kMaxLog2.
+  /// Returns the log2, from kLeastLog2 to kMaxLog2, whose power of two is nearest to a number of
+  /// points, by ratio.
   static uint32_t log2_near(double count);
   /// The first `count` points, 1 <= count <= kMaxCount.
   std::span<const IntegerPoint> first(uint32_t count) const { return firsts_[count]; }

@@ -1,4 +1,4 @@
-// The part of DistantCells that renders use: points drawn in cells, and densities of directions.
+// Functions of DistantCells that are called while rendering: draw_points() and look_up().
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -77,7 +77,7 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
     const double share_y =
         std::clamp((along - cumulated[y]) / (cumulated[y + 1] - cumulated[y]), 0., 0.9999999);
     const auto [x, share_x] = importance_->find(r.y0 + y, r.x0, r.x1, u.x);
-    // Uniform by solid angle within the quad.
+    // Uniform in solid angle within the quad.
     const double upper = row_cosines_[r.y0 + y], lower = row_cosines_[r.y0 + y + 1];
     const double cosine = upper + (lower - upper) * share_y;
     const double sine = std::sqrt(std::max(0., 1 - cosine * cosine));

@@ -18,14 +18,15 @@ namespace {
 constexpr double kPiD = std::numbers::pi;
 /// Gauss-Legendre nodes of order 2 in [0, 1].
 constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.28867513459481288};
-/// Importance is no less than this share of the mean: directions where a photograph is black, or
-/// tabulated too coarsely, keep a density.
+/// Minimum importance as a share of the mean, so that directions keep a density where a photograph
+/// is black or tabulated too coarsely.
 constexpr double kFloor = 1e-3;
-/// No cell is wider than this share of a turn: the horizon test takes less than half of one.
+/// Cells are no wider than a turn divided by this value. The horizon test requires less than half a
+/// turn.
 constexpr int kMaxWidthShare = 8;
-/// Rows of quads that are tabulated together.
+/// Number of rows of quads that are tabulated together.
 constexpr int kBand = 16;
-/// The urgency of dividing one that is.
+/// Priority of dividing a cell that is too wide.
 constexpr double kTooWide = 1e300;
 
 inline float mean_of(const Rgb& c) {
@@ -36,7 +37,7 @@ inline float mean_of(const Rgb& c) {
 struct Candidate {
   int x0, y0, x1, y1;
   double priority;
-  uint32_t age;  ///< breaks ties, so that the result depends on nothing else
+  uint32_t age;  ///< breaks ties, so that the result is deterministic
 };
 struct LessUrgent {
   bool operator()(const Candidate& a, const Candidate& b) const {
@@ -132,7 +133,8 @@ void DistantCells::find_nodes(int row, int x0, int x1, Nodes& nodes) const {
   emitter_->eval_environment_batch(directions, nodes.radiance, {});
 }
 
-/// Densities need not be exact: of a smooth quad its centre tells enough.
+/// Tabulates the importance of a row. Densities needn't be exact: the centre of a smooth quad is
+/// enough.
 void DistantCells::tabulate_row(int row, float* importance) const {
   thread_local GaussPoints points;
   if (grid_.smooth_quads) {
@@ -157,7 +159,8 @@ void DistantCells::tabulate_row(int row, float* importance) const {
   }
 }
 
-/// Of bilinear quads [y0, y1): their centres are the means of their corners.
+/// Tabulates the importance of bilinear quads in rows [y0, y1). The value at the centre of a quad
+/// is the mean of its corners.
 void DistantCells::tabulate_band(int y0, int y1) {
   thread_local Nodes nodes;
   thread_local std::vector<float> upper, lower;
@@ -175,7 +178,7 @@ void DistantCells::tabulate_band(int y0, int y1) {
   }
 }
 
-/// Returns the sum of all importance.
+/// Tabulates the importance of all quads; returns its integral over the sphere.
 double DistantCells::tabulate(const RenderContext& context) {
   const int columns = grid_.columns, rows = grid_.rows;
   importance_ = std::make_shared<QuadImportance>(columns, rows);
@@ -232,7 +235,7 @@ void DistantCells::divide(uint32_t count) {
     c.age = age++;
     queue.push(c);
   };
-  // No cell straddles the map's own horizon, so that few straddle that of a floor.
+  // No cell straddles the map's horizon, so that few straddle that of a floor.
   const int upper = rows / 2, lower = (rows + 1) / 2;
   if (upper > 0) push({0, 0, columns, upper, 0, 0});
   if (lower > upper) push({0, upper, columns, lower, 0, 0});
@@ -284,7 +287,8 @@ void DistantCells::add_smooth_flux(const Rectangle& r, double flux[9]) const {
   }
 }
 
-/// A node's light is its radiance times a linear interpolation along columns and one along rows.
+/// Adds the light of each node: its radiance times a linear interpolation along columns and one
+/// along rows.
 void DistantCells::add_bilinear_flux(const Rectangle& r, const GridIntegrals& integrals,
                                      double flux[9]) const {
   thread_local Nodes tls_nodes;

@@ -6,8 +6,8 @@
 
 namespace kinome {
 
-/// Importance of the quads of a grid, with sums along rows: of the quads before every kBlock-th, so
-/// that tables of a large map don't exceed it many times.
+/// Importance of the quads of a grid, with prefix sums along rows. They are stored only for every
+/// kBlock-th quad, so that the tables of a large map don't take many times its memory.
 class QuadImportance {
  public:
   QuadImportance(int columns, int rows)
@@ -16,12 +16,12 @@ class QuadImportance {
         values_(std::make_unique_for_overwrite<float[]>(static_cast<size_t>(columns) * rows)),
         blocks_(static_cast<size_t>(stride_) * rows) {}
 
-  /// To be filled before sum_row.
+  /// Values of a row; must be set before sum_row().
   float* row(int y) { return &values_[static_cast<size_t>(y) * columns_]; }
   const float* row(int y) const { return &values_[static_cast<size_t>(y) * columns_]; }
   const float& operator[](size_t quad) const { return values_[quad]; }
 
-  /// Raises values to `least`, and sums them.
+  /// Raises the values of a row to at least `least`, and computes its prefix sums.
   void sum_row(int y, float least) {
     float* const values = row(y);
     Sums* const blocks = &blocks_[static_cast<size_t>(y) * stride_];
@@ -42,7 +42,7 @@ class QuadImportance {
       squares += static_cast<double>(value) * value;
     }
   };
-  /// Of columns [x0, x1) of a row.
+  /// Returns the sums over columns [x0, x1) of a row.
   Sums sum(int y, int x0, int x1) const {
     Sums sums;
     if (x1 - x0 <= kBlock) {
@@ -54,12 +54,12 @@ class QuadImportance {
     return {end.values - begin.values, end.squares - begin.squares};
   }
 
-  /// The quad of columns [x0, x1) where a share of their sum is reached, and how much of the quad
-  /// lies before it, in [0, 1).
+  /// Position in a row: a column, and the share of its quad that is before the position, in [0, 1).
   struct Place {
     int column;
     double share;
   };
+  /// Returns the position in columns [x0, x1) where a share of their sum is reached.
   Place find(int y, int x0, int x1, double share) const {
     const float* const values = row(y);
     const Sums* const blocks = &blocks_[static_cast<size_t>(y) * stride_];
@@ -89,7 +89,7 @@ class QuadImportance {
   }
 
   int columns_;
-  int stride_;  ///< blocks of a row, and one more
+  int stride_;  ///< number of blocks in a row, plus 1
   std::unique_ptr<float[]> values_;
   std::vector<Sums> blocks_;
 };
