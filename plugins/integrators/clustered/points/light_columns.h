@@ -5,7 +5,7 @@
 
 namespace kinome {
 
-/// Light points by columns, in the order of a set of LightPoints, which outlives it. Immutable;
+/// Light points as columns, in the order of a set of LightPoints, which must outlive it. Immutable;
 /// thread-safe.
 class LightColumns {
  public:
@@ -14,7 +14,7 @@ class LightColumns {
   const LightPoints& points() const { return points_; }
   bool is_local() const { return points_.kind == LightPoints::Kind::kLocal; }
   const Columns3& position() const { return position_; }
-  const Columns3& normal() const { return normal_; }  ///< of local light
+  const Columns3& normal() const { return normal_; }  ///< only for local light
   const Columns3& power() const { return power_; }
 
  private:

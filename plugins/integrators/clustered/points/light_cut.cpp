@@ -7,7 +7,7 @@
 namespace kinome {
 namespace {
 
-/// Boxes that no ray meets, to fill the last group of each level.
+/// Bounds of boxes that no ray hits, for the padding of the last group of each level.
 constexpr float kInvertedLo = 1e20f;
 constexpr float kInvertedHi = -1e20f;
 
@@ -37,14 +37,14 @@ simd::BoxTree make_box_tree(const std::vector<LightCell>& cells) {
   return tree;
 }
 
-/// Any of a cell's points alike (4.3.3), counted from its first.
+/// Selects one of a cell's points uniformly (4.3.3). Returns its offset from the first one.
 uint32_t offset_in(const LightCell& cell, float u) {
   const auto offset = static_cast<uint32_t>(u * static_cast<float>(cell.count));
   return std::min(offset, cell.count - 1);
 }
 
-/// Adds a point to the selection's last group, which begins at `group`. Merged where it is there
-/// already; only the latest are looked at, so that a large cluster costs no more than it saves.
+/// Adds a point to the selection's last group, which begins at `group`. Merges it with an equal
+/// point. Searches only the last few, so that merging in a large cluster costs less than it saves.
 void add_merged(uint32_t point, float weight, size_t group, PointSelection& selection) {
   constexpr size_t kLookBack = 16;
   const size_t size = selection.points.size();
@@ -58,7 +58,7 @@ void add_merged(uint32_t point, float weight, size_t group, PointSelection& sele
   selection.weights.push_back(weight);
 }
 
-/// Sorts numbers in [0, 1): a bucket for each, which stratified numbers fill evenly, then
+/// Sorts numbers in [0, 1) into as many buckets, which stratified numbers fill evenly, and then by
 /// insertion.
 void sort_by_x(std::span<const Vec2> u, std::vector<Vec2>& sorted) {
   const size_t n = u.size();
@@ -79,8 +79,8 @@ void sort_by_x(std::span<const Vec2> u, std::vector<Vec2>& sorted) {
   }
 }
 
-/// Sine of the half angle of the cone around cell.normal that holds the normals of all its points;
-/// 1 where that is a right angle or more.
+/// Returns the sine of the half angle of the cone around cell.normal that contains the normals of
+/// all its points; 1 from a right angle on.
 float cone_sine(const LightCell& cell, const std::vector<Vec3>& normals) {
   float cosine = 1;
   for (uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
@@ -97,11 +97,11 @@ struct LightCut::Arrays {
   uint32_t rows = 0;
   std::array<std::vector<float>, 3> mean, lo, hi;
   std::vector<float> light, extent, inverse_extent;
-  std::array<std::vector<float>, 3> half, normal;  ///< these and what follows: local light only
+  std::array<std::vector<float>, 3> half, normal;  ///< from here on only for local light
   std::vector<float> sine, inverse_one_plus_sine, reach, least_distance2;
   float unit_area = 1;
   simd::BoxTree boxes;
-  std::vector<uint32_t> position;  ///< of cluster c in the columns' layout
+  std::vector<uint32_t> position;  ///< position of each cluster in the columns' layout
 
   Arrays(const std::vector<LightCell>& cells, const LightPoints& points)
       : rows(static_cast<uint32_t>((cells.size() + kBlockLanes - 1) / kBlockLanes)),
@@ -125,8 +125,8 @@ struct LightCut::Arrays {
         lo[axis][i] = cell.box.lo[axis];
         hi[axis][i] = cell.box.hi[axis];
       }
-      // Normalised, so that radiances of 1e-30 or 1e30 neither vanish nor overflow; and never
-      // rounded to zero where there is light.
+      // Normalised, so that radiances of 1e-30 or 1e30 neither vanish nor overflow. Never rounded
+      // to 0 if there is light.
       light[i] = relative_weight(cell.weight, light_sum);
       extent[i] = relative_weight(cell.extent, extent_sum);
       inverse_extent[i] = 1.f / cell.extent;
@@ -144,7 +144,8 @@ struct LightCut::Arrays {
     }
     Aabb bounds;
     for (const LightCell& cell : cells) bounds.expand(cell.box);
-    // Squared distances and areas are taken in units of the whole: scenes of any size alike.
+    // Squared distances and areas are relative to the bounding box, so that scene size doesn't
+    // matter.
     unit_area = glm::dot(bounds.extent(), bounds.extent());
     for (uint32_t c = 0; c < cells.size(); ++c) {
       const size_t i = position[c];
@@ -207,8 +208,8 @@ void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf)
   pmf.hits_.clear();
   if (point.lobe.count > 0) {
     pmf.hits_.assign(pmf.columns_.size(), 0.f);
-    // Distant light: a lobe ray meets a cluster where it meets the sphere of unit directions, and
-    // not boxes that only lie in line. Local light: at any distance (4.2.2).
+    // Distant light: a lobe ray hits a cluster's box only near the sphere of unit directions, not
+    // boxes elsewhere along the ray. Local light: at any distance (4.2.2).
     const bool local = kind_ == LightPoints::Kind::kLocal;
     simd::LobeRays rays{{0, 0, 0},       local ? 0 : 1 - 1e-4f, local ? 1e30f : 1 + 1e-4f,
                         point.lobe.x,    point.lobe.y,          point.lobe.z,
@@ -271,7 +272,7 @@ void LightCut::sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
   if (pmf.empty() || u.empty()) return;
   thread_local std::vector<Vec2> sorted;
   sort_by_x(u, sorted);
-  // With numbers in order, one walk along the running sums finds all clusters.
+  // With sorted numbers, one traversal of the running sums finds all clusters.
   const float inverse_count = 1.f / static_cast<float>(u.size());
   uint32_t lane = 0, row = 0, cluster = ~0u;
   float weight = 0;
@@ -322,8 +323,8 @@ uint32_t ClusterPmf::last_row(uint32_t lane) const {
   return row;
 }
 
-// Both searches fall back on the last entry of positive probability, should rounding carry the
-// target past the end.
+// Both searches return the last entry of positive probability if rounding moves the target past the
+// end.
 ClusterPmf::Choice ClusterPmf::sample(float u) const {
   const float target = u * total_;
   const uint32_t lane = lane_of(target, 0);

@@ -12,33 +12,34 @@
 
 namespace kinome {
 
-/// What the importance of a cluster is made of (Åkerlund 2008, 3.1).
+/// Factors of a cluster's importance (Åkerlund 2008, 3.1).
 enum class Importance { kJoint, kLuminance, kBrdf };
 
-/// Distribution over the clusters of a cut: a piecewise prefix sum, made anew for each shading
-/// point by LightCut::build. Belongs to one thread while it is built; const access is thread-safe.
+/// Distribution over the clusters of a cut: a piecewise prefix sum. LightCut::build makes a new one
+/// for each shading point. Belongs to one thread while it is built; const access is thread-safe.
 class ClusterPmf {
  public:
   struct Choice {
     uint32_t cluster = 0;
-    float probability = 0;  ///< exactly that of sample()
+    float probability = 0;  ///< exact probability of this choice by sample()
   };
-  /// True where no cluster can contribute: nothing is sampled then.
+  /// True if no cluster can contribute. Nothing can be sampled then.
   bool empty() const { return !(total_ > 0); }
-  /// A cluster for u in [0, 1). The pmf must not be empty. Never a cluster of probability 0.
+  /// Samples a cluster by u in [0, 1). The distribution must not be empty. Never returns a cluster
+  /// of probability 0.
   Choice sample(float u) const;
   /// Probability of cluster c.
   float probability(uint32_t c) const;
   uint32_t size() const { return size_; }
-  /// Lobe rays that met cluster c's box (0 where none were sent).
+  /// Number of lobe rays that hit the box of cluster c; 0 if none were traced.
   float hits(uint32_t c) const;
 
  private:
   friend class LightCut;
   static constexpr uint32_t kLanes = 16;
-  /// The last lane that starts at or before `target` and isn't empty; from `first` on.
+  /// Returns the last lane, from `first` on, that starts at or before `target` and isn't empty.
   uint32_t lane_of(float target, uint32_t first) const;
-  /// The last row of a lane whose probability isn't 0.
+  /// Returns the last row of a lane whose probability isn't 0.
   uint32_t last_row(uint32_t lane) const;
   size_t position(uint32_t c) const { return (c % rows_) * kLanes + c / rows_; }
   uint32_t size_ = 0;
@@ -57,58 +58,60 @@ struct LobeDirections {
   size_t count = 0;
 };
 
-/// A cut through a light tree, ready for importance functions: clusters as structure of arrays, and
-/// the boxes' hierarchy that lobe rays are counted against (4.2.2). Immutable; thread-safe.
+/// A cut through a light tree, prepared for importance functions: clusters as structure of arrays,
+/// and the hierarchy of their boxes, in which hits of lobe rays are counted (4.2.2). Immutable;
+/// thread-safe.
 class LightCut {
  public:
   LightCut(const LightTree& tree, uint32_t size, CutCriterion criterion);
   ~LightCut();
   uint32_t size() const { return static_cast<uint32_t>(cells_.size()); }
-  /// The cell of cluster c.
+  /// Tree cell of cluster c.
   const LightCell& cell(uint32_t c) const { return cells_[c]; }
 
-  /// What a shading point knows.
+  /// Properties of a shading point.
   struct Point {
-    Vec3 normal{0, 0, 1};  ///< of reflection (Bsdf::reflection_frame), unit, world space
+    Vec3 normal{0, 0, 1};  ///< normal of Bsdf::reflection_frame, unit, world space
     float diffuse = 0;     ///< |kd|, luminance
-    float glossy = 0;      ///< |ks|
-    /// Directions of lobe samples, world space; count 0 where the BSDF has no glossy lobe.
+    float glossy = 0;      ///< |ks|, luminance
+    /// Directions of lobe samples, world space; count 0 if the BSDF has no glossy lobe.
     LobeDirections lobe;
-    Vec3 position{0.f};  ///< world space; matters to local light only
+    Vec3 position{0.f};  ///< world space; used only for local light
   };
-  /// The distribution of eq. 3.1 for kJoint or kBrdf:
-  ///   Gamma = W G (|kd| / pi + |ks| fs),  fs = (hits + Omega / (2 pi)) / ((Ns + 1) Omega),
-  /// W the cluster's summed luminance (kJoint) or its solid angle or area (kBrdf), G the form
-  /// factor, and 0 for a cluster that can't contribute: its box lies below the horizon, or (local)
-  /// all its normals face away, whatever the place in the box.
-  /// Distant: G = max(n . mean, best corner / 4). Local (2.2, 4.2): G = cos cos' / r² for the
-  /// cluster's average, both cosines at least a quarter of the best that box and cone of normals
-  /// allow, r at least half the box's radius; Omega = A cos' / r².
-  /// Deviations from eq. 4.5, each for a reason: |kd| is divided by pi, as eq. 3.3 does, so that
-  /// both terms are BRDFs; one more lobe sample is spread over the hemisphere, and 1/1000 of the
-  /// samples over all clusters above the horizon, since an importance of 0 where light is not 0
-  /// would lose that light.
+  /// Builds the distribution of eq. 3.1 for kJoint or kBrdf:
+  ///   Gamma = W G (|kd| / pi + |ks| fs),  fs = (hits + Omega / (2 pi)) / ((Ns + 1) Omega).
+  /// W is the cluster's summed luminance (kJoint), or its solid angle or area (kBrdf). G is the
+  /// form factor. Gamma is 0 for a cluster that can't contribute: its box is below the horizon, or
+  /// (local light) all its normals face away from the point for any position in the box.
+  ///
+  /// Distant light: G = max(n . mean, best corner / 4). Local light (2.2, 4.2): G = cos cos' / r²
+  /// for the cluster's mean; Omega = A cos' / r². Both cosines are at least a quarter of the
+  /// maximum that box and cone of normals allow, and r is at least half the box's radius.
+  ///
+  /// Deviations from eq. 4.5: |kd| is divided by pi, as in eq. 3.3, so that both terms are BRDFs.
+  /// One additional lobe sample is spread over the hemisphere, and 1/1000 of the samples over all
+  /// clusters above the horizon, because an importance of 0 would lose light.
   void build(Importance importance, const Point& point, ClusterPmf& pmf) const;
-  /// The distribution of luminance alone (3.1.1): the same for every point.
+  /// Returns the distribution of luminance alone (3.1.1), which is the same for every point.
   ClusterPmf luminance_pmf() const;
 
   struct PointChoice {
     uint32_t point = 0;     ///< index into the tree's points
-    float probability = 0;  ///< exactly that of sample_point()
+    float probability = 0;  ///< exact probability of this choice by sample_point()
   };
-  /// A light point: a cluster by u.x (eq. 3.2), then any of its points alike by u.y (4.3.3). The
-  /// thesis reuses what the first number leaves over; in single precision that has too few bits for
-  /// an improbable cluster of many points, and some of them would never be chosen. The pmf must not
-  /// be empty.
+  /// Samples a light point: a cluster by u.x (eq. 3.2), then one of its points, uniformly, by u.y
+  /// (4.3.3). The thesis reuses the remainder of the first number. In single precision, that has
+  /// too few bits for an improbable cluster of many points: some would never be chosen. The pmf
+  /// must not be empty.
   PointChoice sample_point(const ClusterPmf& pmf, const Vec2& u) const;
-  /// sample_point for all of `u`, each counting 1 / (n probability): a selection in the tree's
-  /// order, in which points that were drawn more than once are (mostly) merged, as they need but
-  /// one shadow ray. Several times faster than one by one. Does nothing where the pmf is empty.
+  /// Appends sample_point() for each of `u`, with the weight 1 / (n probability), in the tree's
+  /// order. Points that are drawn more than once are (mostly) merged, because they need only one
+  /// shadow ray. Several times faster than single calls. Does nothing if the pmf is empty.
   void sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
                      PointSelection& selection) const;
-  /// The cluster that light point `point` is in.
+  /// Returns the cluster that contains light point `point`.
   uint32_t cluster_of(uint32_t point) const;
-  /// Probability that sample_point() chooses `point`.
+  /// Returns the probability that sample_point() chooses `point`.
   float point_probability(const ClusterPmf& pmf, uint32_t point) const;
 
  private:

@@ -70,7 +70,7 @@ void LightPairs::see_distant(const LightColumns& lights, const kinome::Rgb& weig
   }
 }
 
-/// Thesis, eq. 2.2, but for the cosine at the shading point, which the BSDF brings along.
+/// Computes eq. 2.2 of the thesis without the cosine at the shading point, which is part of f cos.
 void LightPairs::see_local(const LightColumns& lights, const kinome::Rgb& weight, size_t first,
                            size_t count) {
   const SurfaceBlock& points = points_.points();
@@ -83,9 +83,9 @@ void LightPairs::see_local(const LightColumns& lights, const kinome::Rgb& weight
     const wide::Vec3 to = gather(lights.position(), at) - wide::Vec3::load(points.p, k);
     const Float distance2 = dot(to, to);
     const Float height = abs(dot(wide::Vec3::load(points.n, k), to));
-    // A point in the plane of the surface sends nothing to it. As rounding has moved both, this is
-    // all that can be known of points that are no higher than that, and dividing by the square of
-    // their distance would make much of it.
+    // A light point in the plane of the surface sends nothing to it. Due to rounding, light points
+    // within the error can't be distinguished from that. Division by their squared distance would
+    // amplify the error.
     const Mask is_seen = height > Float::load(points.p_error + k) && distance2 > 0.f;
     const Float distance = select(is_seen, sqrt(distance2), 1.f);
     const wide::Vec3 d = select(is_seen, to / distance, wide::Vec3::load(points.sn, k));
@@ -109,7 +109,7 @@ void LightPairs::see_local(const LightColumns& lights, const kinome::Rgb& weight
   if (!all_lambertian) find_origins(lights.points(), first, count);
 }
 
-/// Of light points that shine as their emission says.
+/// Sets the arriving light of light points with their own emission.
 void LightPairs::find_intensities(const LightPoints& lights, size_t first, size_t count) {
   for (size_t k = first; k < first + count; ++k) {
     const uint32_t i = light_[k];
@@ -120,7 +120,7 @@ void LightPairs::find_intensities(const LightPoints& lights, size_t first, size_
   }
 }
 
-/// The way to where their light starts, which is off the surface.
+/// Sets directions and distances to the origins of their light, which are off the surface.
 void LightPairs::find_origins(const LightPoints& lights, size_t first, size_t count) {
   for (size_t k = first; k < first + count; ++k) {
     const uint32_t i = light_[k];

@@ -8,16 +8,16 @@
 
 namespace kinome {
 
-/// Pairs of surface points and light points: what each point reflects of its light points, and a
-/// shadow ray for each that has any, all for some 2000 pairs at a time. One per thread.
+/// Pairs of surface points and light points: the light that each surface point reflects from its
+/// light points, and a shadow ray for each pair with light. Processes about 2000 pairs at a time.
+/// One per thread.
 class LightPairs {
  public:
   /// `max_geometry_term`: see PointLightOptions.
   LightPairs(const Scene& scene, float max_geometry_term);
 
-  /// Adds the light of the points that were chosen for point i of `points`, whose material is
-  /// `bsdf`, to what sample `owner` sees, where it counts as `weight`; the last pairs wait for
-  /// finish().
+  /// Adds light from the light points chosen for point i of `points`, whose material is `bsdf`,
+  /// times `weight`, to the radiance of sample `owner`. The last pairs are added by finish().
   void add(const SurfaceBlock& points, size_t i, const Bsdf& bsdf, uint32_t owner,
            const Rgb& weight, const LightColumns& lights, const PointSelection& chosen,
            const Columns3& radiance, RenderCounters& counters);
@@ -37,12 +37,12 @@ class LightPairs {
   transport::Arena arena_;
   RepeatedPoints points_;
   uint32_t* owner_;
-  uint32_t* light_;  ///< number of the light point
-  float* share_;     ///< how often it counts
-  float* live_;      ///< 0 where a pair is none
+  uint32_t* light_;  ///< index of the light point
+  float* share_;     ///< weight of the light point
+  float* live_;      ///< 1, or 0 if the pair is padding
   Columns3 d_;       ///< toward the light
   float* distance_;
-  Columns3 arriving_;  ///< what multiplies f cos; after that, what is reflected
+  Columns3 arriving_;  ///< factor of f cos; after shading, the reflected light
   Columns3 wo_;
   BsdfAnswer answer_;
   Ray16* rays_;

@@ -10,8 +10,8 @@
 namespace kinome {
 namespace {
 
-/// Negative channels (photographs have some) count by magnitude: a point may have importance 0 only
-/// where it adds nothing.
+/// Negative channels, as in some photographs, count by their magnitude. The importance of a point
+/// is 0 only if its power is 0.
 float importance_of(const Rgb& power) {
   return luminance(glm::abs(power));
 }
@@ -29,8 +29,8 @@ void permute(std::vector<T>& values, const std::vector<uint32_t>& order) {
   values = std::move(permuted);
 }
 
-/// What a cell sums up from the bottom, in double: 2^22 lights of very different power must not
-/// lose the small ones.
+/// Sums over a cell's points, from the leaves up, in double precision: sums of 2^22 very different
+/// powers must not lose the small ones.
 struct Sums {
   double weight = 0;
   double extent = 0;
@@ -72,7 +72,7 @@ class Builder {
     if (count == 1) {
       sums = leaf_sums(order_[first]);
     } else {
-      // Halves differ by at most one point, so that the leaves lie on the last two levels.
+      // Halves differ by at most one point, so that the leaves are on the last two levels.
       const uint32_t left_count = count / 2;
       partition(first, left_count, count);
       left = next_cell_;
@@ -101,10 +101,10 @@ class Builder {
     sums.weight = importance_of(points_.power[point]);
     sums.extent = points_.extent[point];
     sums.position = points_.position[point];
-    // A point stands for a patch of its extent. Without it, the box of a single point would be one
-    // that no lobe ray ever meets (Åkerlund 2008, 4.2.2 counts rays that hit boxes). A patch with a
-    // normal is a disk: its box must not rise above its plane, or points of the same floor would
-    // seem to be lit by it.
+    // The box contains an area of the point's extent. Otherwise, no lobe ray would ever hit the box
+    // of a single point (Åkerlund 2008, 4.2.2 counts rays that hit boxes). With a normal, the area
+    // is a disk: its box must not rise above its plane, because it would seem to light other points
+    // of the same floor.
     Vec3 reach(std::sqrt(points_.extent[point] / kPi));
     if (!points_.normal.empty()) {
       const Vec3 n = points_.normal[point];
@@ -115,7 +115,7 @@ class Builder {
     return sums;
   }
 
-  /// Moves the left_count points that come first along the box's longest axis to the front.
+  /// Moves the first left_count points along the box's longest axis to the front.
   void partition(uint32_t first, uint32_t left_count, uint32_t count) {
     Aabb box;
     for (uint32_t i = first; i < first + count; ++i) box.expand(points_.position[order_[i]]);
@@ -126,7 +126,7 @@ class Builder {
     const auto begin = order_.begin() + first;
     std::nth_element(begin, begin + left_count, begin + count, [&](uint32_t a, uint32_t b) {
       const float x = points_.position[a][axis], y = points_.position[b][axis];
-      return x != y ? x < y : a < b;  // equal coordinates: any fixed order will do
+      return x != y ? x < y : a < b;  // any fixed order for equal coordinates
     });
   }
 
@@ -137,18 +137,18 @@ class Builder {
   double deviation_scale_ = 1;  ///< 1 / the mean weight
 };
 
-/// Points may come from a plugin of anyone's.
+/// Throws Error if the points are invalid. They may come from a third-party plugin.
 void check(const LightPoints& points) {
   const size_t size = points.size();
-  if (size == 0) throw Error("light points: there are none");
+  if (size == 0) throw Error("light points: none given");
   const bool local = points.kind == LightPoints::Kind::kLocal;
   if (points.power.size() != size || points.extent.size() != size ||
       points.normal.size() != (local ? size : 0) ||
       (!points.emission_id.empty() && points.emission_id.size() != size)) {
-    throw Error("light points: positions, powers, extents and normals differ in number");
+    throw Error("light points: the numbers of positions, powers, extents and normals differ");
   }
   if (!points.emission_id.empty() && (!local || !points.emission)) {
-    throw Error("light points: only local ones can have an emission, and it must be there");
+    throw Error("light points: emission_id requires local light points and an emission");
   }
   for (size_t i = 0; i < size; ++i) {
     if (!is_finite(points.position[i]) || !is_finite(points.power[i]) ||
@@ -179,7 +179,7 @@ std::vector<uint32_t> select_cut(const LightTree& tree, uint32_t size, CutCriter
     float criterion, weight, extent;
     uint32_t cell;
     bool operator<(const Candidate& other) const {
-      // The heap gives the largest first; a smaller index counts as larger.
+      // The heap returns the largest first; a smaller index counts as larger.
       return std::tie(criterion, weight, extent, other.cell) <
              std::tie(other.criterion, other.weight, other.extent, cell);
     }
@@ -206,7 +206,7 @@ std::vector<uint32_t> select_cut(const LightTree& tree, uint32_t size, CutCriter
     place(cells[split].left + 1);
   }
   for (; !open.empty(); open.pop()) cut.push_back(open.top().cell);
-  // In the tree's order of points: neighbours in the cut are neighbours in space.
+  // In the tree's order of points, so that neighbours in the cut are neighbours in space.
   std::sort(cut.begin(), cut.end(),
             [&](uint32_t a, uint32_t b) { return cells[a].first < cells[b].first; });
   return cut;

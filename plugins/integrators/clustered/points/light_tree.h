@@ -7,34 +7,34 @@
 
 namespace kinome {
 
-/// A light cell: a node of the tree, standing for the points [first, first + count) of
+/// A light cell: a node of the tree, which represents the points [first, first + count) of
 /// LightTree::points().
 struct LightCell {
-  Aabb box;          ///< of the points (unit directions for distant light), each a patch as wide
-                     ///< as its extent
-  Vec3 mean{0.f};    ///< average position; for distant light normalised (0 if it can't be)
-  Vec3 normal{0.f};  ///< normalised average normal (local light), or 0
+  Aabb box;          ///< bounds of the points (unit directions for distant light), widened by their
+                     ///< extents
+  Vec3 mean{0.f};    ///< mean position; for distant light normalised, or 0 if the mean is 0
+  Vec3 normal{0.f};  ///< normalised mean normal of local light, or 0
   float weight = 0;  ///< sum of the points' importance: luminance of the channels' magnitudes
   float extent = 0;  ///< sum of the points' extents [sr or area]
   /// Sum over the points of (w_i - mean w)²: the "cluster variance" of 4.2.1, as a total, so that
-  /// large cells weigh more. In units of the squared mean weight of all the tree's points: as such
-  /// it neither over- nor underflows with the unit of light.
+  /// large cells weigh more. Relative to the squared mean weight of all points of the tree, so that
+  /// no unit of light leads to overflow or underflow.
   float variance = 0;
   uint32_t first = 0;
   uint32_t count = 0;
-  uint32_t left = 0;  ///< index of the left child, the right one following it; 0 for a leaf
+  uint32_t left = 0;  ///< index of the left child, followed by the right one; 0 for a leaf
 };
 
 /// Complete binary tree over light points (Åkerlund 2008, 3.3; Walter et al. 2005). Points are
-/// reordered so that every cell is a contiguous range. Knows no emitter. Immutable; thread-safe.
+/// reordered so that every cell is a contiguous range. Immutable; thread-safe.
 class LightTree {
  public:
-  /// Splits by the median along the longest axis of the box, so that all leaves lie on the last
-  /// two levels. Error where there are no points, or they break the rules of LightPoints.
+  /// Splits at the median along the longest axis of the box, so that all leaves are on the last two
+  /// levels. Throws Error if there are no points, or if they break the rules of LightPoints.
   explicit LightTree(LightPoints points);
   const LightPoints& points() const { return points_; }
   const std::vector<LightCell>& cells() const { return cells_; }  ///< cells()[0] is the root
-  /// Importance weight of point i (tree order): 0 only where its power is 0.
+  /// Importance weight of point i (tree order); 0 only if its power is 0.
   float point_weight(uint32_t i) const { return weights_[i]; }
 
  private:
@@ -48,9 +48,9 @@ enum class CutCriterion {
   kLuminance,  ///< 3.3, after Cheslack-Postava et al. 2007
 };
 
-/// Indices of the cells of a cut: every path from the root to a leaf meets exactly one. Starts at
-/// the root and splits the cell of the highest criterion (ties: larger weight, then larger extent,
-/// then smaller index) until there are `size`, or all are leaves.
+/// Returns the indices of the cells of a cut: every path from the root to a leaf contains exactly
+/// one. Starts at the root and splits the cell with the highest criterion (ties: larger weight,
+/// then larger extent, then smaller index) until there are `size` cells, or all are leaves.
 std::vector<uint32_t> select_cut(const LightTree& tree, uint32_t size, CutCriterion criterion);
 
 }  // namespace kinome

@@ -10,7 +10,7 @@ using namespace wide;
 
 namespace {
 
-/// Directions to one call of a BSDF, where not one point has more.
+/// Maximum number of directions in one call of a BSDF, unless a single point has more.
 constexpr size_t kCapacity = 2048;
 
 }  // namespace
@@ -23,7 +23,7 @@ LobeSamples::LobeSamples(const Sampler& sampler)
       u1_(arena_.floats()),
       u2_(arena_.two()),
       answer_(transport::make_answer(arena_)),
-      // Whole vectors are written where the last directions are found.
+      // Whole vectors are written, even behind the last directions.
       found_arena_(arena_.capacity() + kBlockLanes),
       found_(found_arena_.three()) {}
 

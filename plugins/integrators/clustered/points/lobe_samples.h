@@ -9,8 +9,8 @@
 
 namespace kinome {
 
-/// Directions of the glossy lobes of points, as many of each as a sampler has samples, drawn for
-/// several points at a time. One per thread.
+/// Directions sampled from the glossy lobes of points, for several points at a time. Each point
+/// gets as many as the sampler has samples. One per thread.
 class LobeSamples {
  public:
   /// Dimensions of the sampler that the directions of a point take.
@@ -20,24 +20,25 @@ class LobeSamples {
 
   void clear();
   bool has_room() const { return points_.room() >= padded(count_); }
-  /// Adds point i, for the numbers of its sample; there must be room. Returns its number here.
+  /// Adds point i, with the random numbers of its sample. Requires has_room(). Returns the point's
+  /// number here.
   size_t add(const LitPoints& points, size_t i, const Bsdf& bsdf);
-  /// Of all points that were added.
+  /// Samples the directions of all added points.
   void draw();
-  /// Those of a point, in world space; those below the horizon are left out, as their light is
-  /// (thesis, 4.2.2 covers the diffuse lobe by the horizon test instead).
+  /// Returns the directions of a point, world space. Those below the horizon are left out, as is
+  /// light from there. (In the thesis, 4.2.2, the horizon test covers the diffuse lobe instead.)
   LobeDirections directions(size_t number) const;
 
  private:
   const Sampler& sampler_;
-  size_t count_;  ///< directions of a point
+  size_t count_;  ///< number of directions of a point
   transport::Arena arena_;
   RepeatedPoints points_;
   float* u1_;
   Columns2 u2_;
   BsdfAnswer answer_;
   transport::Arena found_arena_;
-  Columns3 found_;  ///< those of each point one after the other
+  Columns3 found_;  ///< valid directions, those of each point in succession
   struct Point {
     size_t first;
     size_t found;

@@ -103,7 +103,7 @@ void Mirrors::add_light(const Vertices& met, const Columns3& radiance) {
 void Mirrors::add_environment(const Vertices& vertices, const Columns3& radiance) {
   const auto missed = met_[current_].missed();
   const uint32_t* const from = sort_.order();
-  // In the order of the rays, whose directions are in that of the points that they come from.
+  // Directions in the order of missed rays; d_ is in the order of the points that they start from.
   const Columns3 toward = answer_.wo;
   for (size_t i = 0; i < missed.size(); ++i) toward.set(i, d_.at(from[missed[i]]));
   scene_.scene().environment()->eval_environment_block(toward, missed.size(), light_, nullptr);

@@ -7,7 +7,7 @@
 namespace kinome {
 namespace {
 
-/// Dimensions of the sampler that mirror reflection takes, rounded up.
+/// Number of dimensions of the sampler for mirror reflection, rounded up.
 constexpr uint32_t kMirrorDimensions = 4;
 
 }  // namespace
@@ -36,7 +36,7 @@ uint32_t PointLightShader::first_dimension(uint32_t depth) const {
   return transport::kCameraDimensions + (depth - 1) * static_cast<uint32_t>(per_vertex);
 }
 
-/// Of points that lie `depth` edges from the camera.
+/// Adds the light of points that are `depth` edges from the camera.
 void PointLightShader::light_points(const PixelSamples& samples,
                                     const transport::Vertices& vertices, uint32_t depth,
                                     const Columns3& radiance, RenderCounters& counters) {

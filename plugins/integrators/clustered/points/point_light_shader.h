@@ -7,7 +7,7 @@
 
 namespace kinome {
 
-/// Shades what the camera rays of a block have hit. One per thread.
+/// Shades the surfaces that the camera rays of a block hit. One per thread.
 class PointLightShader {
  public:
   /// For blocks of at most `rays` samples. `columns` are those of the sets of `lights`.

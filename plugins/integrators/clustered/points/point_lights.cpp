@@ -10,8 +10,8 @@ namespace {
 
 using Kind = LightPoints::Kind;
 
-/// Points of one kind make one set, so that they share the cut; those with an emission of their own
-/// stay by themselves.
+/// Adds points to the set of their kind, so that they share a cut. Points with their own emission
+/// make a separate set.
 void add_points(LightPoints points, bool is_indirect, std::vector<PointLightSet>& sets) {
   if (points.size() == 0) return;
   for (PointLightSet& set : sets) {
@@ -38,7 +38,7 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
     std::optional<LightPoints> points;
     if (is_wanted(expected)) points = emitter->light_points(scene, context, count);
     if (points && is_wanted(points->kind)) {
-      // None at all: a light that is black.
+      // A black emitter has no points.
       add_points(std::move(*points), false, lights.sets);
     } else {
       lights.others.push_back(emitter);

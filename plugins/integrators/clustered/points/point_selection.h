@@ -5,7 +5,7 @@
 
 namespace kinome {
 
-/// Light points chosen for one shading point: point i of the set counts weights[k] times.
+/// Light points chosen for one shading point: points[k] of the set has the weight weights[k].
 struct PointSelection {
   std::vector<uint32_t> points;
   std::vector<float> weights;

@@ -7,23 +7,23 @@
 
 namespace kinome {
 
-/// Points of surfaces, each repeated for as many directions as BSDFs are to be asked for there. One
-/// per thread.
+/// Points of surfaces, each repeated for as many directions as its BSDF is evaluated for. One per
+/// thread.
 class RepeatedPoints {
  public:
-  /// For as many points as the arena's capacity.
+  /// `arena`: its capacity is the maximum number of points.
   explicit RepeatedPoints(transport::Arena& arena);
 
   void clear();
-  /// How many more there is room for; a multiple of 16.
+  /// Number of points that can still be added; a multiple of 16.
   size_t room() const { return capacity_ - points_.count; }
-  /// Adds `count` copies, and what fills the last vector, of point i of `from`, whose material is
-  /// `bsdf`. Returns the number of the first one, a multiple of 16.
+  /// Adds `count` copies of point i of `from`, whose material is `bsdf`, and pads the last vector
+  /// with more copies. Returns the index of the first one, a multiple of 16.
   size_t add(const SurfaceBlock& from, size_t i, const Bsdf& bsdf, size_t count);
 
   /// All points; count is a multiple of 16.
   const SurfaceBlock& points() const { return points_; }
-  /// Asks each material for all its points at once.
+  /// Calls each material once for consecutive points on it.
   void shade(const BsdfQuery& query, const BsdfAnswer& answer) const;
 
  private:

@@ -7,14 +7,14 @@
 
 namespace kinome {
 
-/// Light of emitters that offer no light points: one sample of each, for each point. One per
-/// thread.
+/// Light of emitters without light points: one sample of each, for each point. One per thread.
 class SingleLights {
  public:
   /// For points of blocks of at most `rays` rays.
   SingleLights(const transport::SceneTable& scene, const Sampler& sampler, size_t rays);
 
-  /// Takes two numbers of the sampler from `dimension` on for each emitter.
+  /// Adds the light of `emitters`. Uses two dimensions of the sampler for each, from `dimension`
+  /// on.
   void add(const PixelSamples& samples, const transport::Vertices& vertices,
            std::span<const Emitter* const> emitters, uint32_t dimension, const Columns3& radiance,
            RenderCounters& counters);

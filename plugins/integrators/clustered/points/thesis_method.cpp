@@ -14,32 +14,32 @@
 namespace kinome {
 namespace {
 
-/// What a thread keeps from block to block.
+/// Memory that a thread reuses from block to block.
 struct Scratch {
   Scratch(uint32_t draws, const Sampler* lobe_sampler)
       : arena(draws), numbers(arena.two()), u(draws) {
     if (lobe_sampler) lobes.emplace(*lobe_sampler);
   }
 
-  /// A point whose lobe samples are still to be drawn.
+  /// A point whose lobe samples haven't been drawn yet.
   struct Waiting {
     size_t i;
     const Bsdf* bsdf;
     LightCut::Point point;
-    std::optional<size_t> lobe;  ///< its number in `lobes`
+    std::optional<size_t> lobe;  ///< number of the point in `lobes`
   };
   std::vector<Waiting> waiting;
   std::optional<LobeSamples> lobes;
   ClusterPmf pmf;
   PointSelection selection;
   transport::Arena arena;
-  Columns2 numbers;     ///< that choose light points
-  std::vector<Vec2> u;  ///< the same
+  Columns2 numbers;     ///< random numbers that choose light points
+  std::vector<Vec2> u;  ///< the same numbers
 };
 
 }  // namespace
 
-/// Chooses light points for shading points; shared by all threads.
+/// Chooses light points for shading points. Shared by all threads.
 class ClusterChooser {
  public:
   ClusterChooser(std::shared_ptr<const LightCut> cut, Importance importance,
@@ -68,7 +68,7 @@ class ClusterChooser {
     });
   }
 
-  /// Of point i, without the samples' visibility.
+  /// Returns the report of point i, without the samples' visibility.
   Inspection inspect(const LightPoints& lights, const LitPoints& points, size_t i) const {
     const SurfaceInteraction si = interaction_of(points.surfaces.points(), i);
     const Bsdf& bsdf = si.shape->bsdf();
@@ -93,7 +93,7 @@ class ClusterChooser {
       const uint32_t chosen = selection.points[k];
       report.samples.push_back({lights.origin(chosen, si.p - lights.position[chosen]),
                                 selection.weights[k], false});
-      // Draws of one point are merged: its weight tells how many there were.
+      // Draws of one point are merged: their number follows from the weight.
       const float draws = selection.weights[k] * cut_->point_probability(pmf, chosen) *
                           static_cast<float>(light_sampler_->sample_count());
       report.clusters[cut_->cluster_of(chosen)].samples +=
@@ -107,8 +107,8 @@ class ClusterChooser {
     return std::make_unique<Scratch>(light_sampler_->sample_count(), lobe_sampler_.get());
   }
 
-  /// All of the clusters but their samples. Three distributions tell the parts: the importance is
-  /// light x geometric x brdf.
+  /// Sets the clusters of the report, except for their samples. Importance is light x geometric x
+  /// brdf; the factors are derived from three distributions.
   void describe_clusters(const ClusterPmf& pmf, const ClusterPmf& brdf, Inspection& report) const {
     LightCut::Point lambertian;
     lambertian.position = report.position;
@@ -141,7 +141,7 @@ class ClusterChooser {
     }
   }
 
-  /// Lists point i with all that its importance depends on, but the lobe samples themselves.
+  /// Adds point i to the waiting points, with all arguments of its importance but the lobe samples.
   void wait(const LitPoints& points, size_t i, const Bsdf& bsdf, Scratch& scratch) const {
     const SurfaceInteraction si = interaction_of(points.surfaces.points(), i);
     const LobeReflectance reflectance = bsdf.reflectance(si);
@@ -212,7 +212,7 @@ class ClusterChooser {
   mutable transport::Workers<Scratch> scratch_;
 };
 
-/// One for each set, whose points are put in the order of their tree.
+/// Makes a chooser for each set, and sorts the set's points in the order of their tree.
 std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
                                                         const Scene& scene, const Sensor& sensor,
                                                         RenderContext& context) const {
@@ -229,7 +229,7 @@ std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
   return choosers;
 }
 
-/// Leaves `points` in the order of the tree.
+/// Makes the cut, and sorts `points` in the order of the tree.
 std::shared_ptr<const LightCut> ThesisMethod::make_cut(LightPoints& points,
                                                        RenderContext& context) const {
   const StageTimer timer(context.stats().counters.stage_seconds["tree"]);
@@ -238,7 +238,7 @@ std::shared_ptr<const LightCut> ThesisMethod::make_cut(LightPoints& points,
   return std::make_shared<LightCut>(tree, settings_.cut_size, settings_.criterion);
 }
 
-/// The sampler of the lobe rays, or nullptr where nothing needs them.
+/// Returns the sampler of the lobe rays, or nullptr if they aren't needed.
 std::shared_ptr<Sampler> ThesisMethod::lobe_sampler(const Scene& scene, const Sensor& sensor,
                                                     RenderContext& context) const {
   if (settings_.importance == Importance::kLuminance) {

@@ -14,23 +14,23 @@ namespace kinome {
 struct ThesisSettings {
   Importance importance = Importance::kJoint;
   CutCriterion criterion = CutCriterion::kVariance;
-  uint32_t cut_size = 0;         ///< clusters in the cut
-  uint32_t emitter_samples = 0;  ///< light points drawn for each camera ray
-  uint32_t brdf_samples = 0;     ///< lobe rays
+  uint32_t cut_size = 0;         ///< number of clusters in the cut
+  uint32_t emitter_samples = 0;  ///< number of light points drawn for each camera ray
+  uint32_t brdf_samples = 0;     ///< number of lobe rays of each shading point
   PointLightOptions options;
 };
 
 class ClusterChooser;
 
-/// `clustered` as in Åkerlund 2008: for all importances but 'product'.
+/// `clustered` as in Åkerlund 2008, for all importances except 'product'.
 class ThesisMethod {
  public:
   explicit ThesisMethod(const ThesisSettings& settings) : settings_(settings) {}
 
   void render(ScenePointLights lights, const Scene& scene, const Sensor& sensor,
               RenderContext& context) const;
-  /// What is chosen for the first surface behind pixel (x, y): a report for each set of light
-  /// points. Error where there is no surface.
+  /// Returns a report for each set of light points: those chosen for the first surface behind pixel
+  /// (x, y). Throws Error if there is no surface.
   std::vector<Inspection> inspect(ScenePointLights lights, const Scene& scene, const Sensor& sensor,
                                   RenderContext& context, int x, int y) const;
 
