@@ -48,7 +48,7 @@ class Background {
     text << file.rdbuf();
     return text.str();
   }
-  /// Waits until the log says `text` so many times.
+  /// Waits until the log contains `text` at least `times` times.
   ::testing::AssertionResult says(const std::string& text, int times = 1) const {
     const auto count = [&text](const std::string& log) {
       int found = 0;
@@ -62,7 +62,7 @@ class Background {
     }
     return ::testing::AssertionFailure() << "didn't say '" << text << "' but: " << log();
   }
-  /// Exit status, 128 + signal where a signal ended it, or -1 where it goes on for too long.
+  /// Returns the exit status, 128 + signal if a signal ended it, or -1 after a time limit.
   int wait() {
     const auto deadline = Clock::now() + std::chrono::seconds(120);
     int status = 0;

@@ -1,5 +1,5 @@
-// Meshes and images that are missing, damaged or absurd, through the program: one line that names
-// the file, and the place in the scene that asked for it.
+// Tests the program with meshes and images that are missing, damaged or absurd: one line names the
+// file and the position in the scene that refers to it.
 
 #include <sys/resource.h>
 
@@ -29,7 +29,7 @@ end_header
 3 0 1 2
 )";
 
-/// A glTF of one triangle; its buffer is three positions and three 16-bit indices, in base64.
+/// A glTF of one triangle; its buffer contains three positions and three 16-bit indices, in base64.
 std::string gltf(const std::string& count, const std::string& last_index_base64 = "AAABAAIA") {
   // 36 bytes of positions are 48 characters: (0,0,0) (1,0,0) (0,1,0).
   return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
@@ -65,7 +65,7 @@ void PrintTo(const BadMesh& mesh, std::ostream* out) {
   *out << mesh.name;
 }
 
-/// How an error of a file ends that the scene names by `text`.
+/// Returns the end of an error about a file that the scene names by `text`.
 std::string asked_for_by(const std::string& scene, const std::string& text) {
   std::ifstream stream(scene);
   const std::string xml{std::istreambuf_iterator<char>(stream), {}};
@@ -88,7 +88,7 @@ TEST_P(BadMeshTest, IsOneErrorThatNamesTheFile) {
                                               "\"><string name=\"filename\" value=\"" + mesh.file +
                                               "\"/></shape>\n</scene>"));
   const std::string path = folder_.write(mesh.file, mesh.contents);
-  // Absurd counts must not be believed: the address space is enough for the program, but not for
+  // Absurd counts must be rejected: the address space suffices for the program, but not for
   // gigabytes.
 #ifdef KINOME_HAS_SANITIZER
   const std::string limit = "exec \"$@\"";  // sanitizers reserve terabytes of it
@@ -160,7 +160,7 @@ TEST_F(Cli, GltfOfTheseTestsIsSoundOtherwise) {
 
 class BadImage : public Cli {
  protected:
-  /// The small scene under an environment map, which stands in line 18.
+  /// The small scene under an environment map, which is in line 18.
   std::string scene_with_envmap(const std::string& file) {
     return folder_.write(
         "scene.xml", replaced(small_scene(), "<emitter type=\"constant\"/>",
@@ -175,7 +175,7 @@ class BadImage : public Cli {
                  "type=\"bitmap\"><string name=\"filename\" value=\"" +
                      file + "\"/></texture></bsdf></shape></scene>"));
   }
-  /// An 8x4 map, grey but for one texel.
+  /// An 8x4 map that is grey except for one texel.
   std::string write_map(const std::string& name, float texel) {
     Image map;
     map.width = 8;
@@ -191,7 +191,7 @@ class BadImage : public Cli {
     }
     return path;
   }
-  /// `own`: the scene and, where there is one, the image, at which the error then is.
+  /// `own`: the scene and, if there is one, the image, whose name the error then begins with.
   void expect_error(const std::string& scene, const std::vector<std::string>& own,
                     const std::vector<std::string>& parts) {
     const ProcessResult result = kinome({scene});

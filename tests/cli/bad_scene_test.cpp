@@ -1,5 +1,5 @@
-// Scenes with one mistake each, through the program: one line with the mistake's place and what was
-// expected, exit status 1, and no file.
+// Tests the program with scenes with one error each: one line with the position and the expected
+// value, exit status 1, and no file.
 
 #include "cli.h"
 
@@ -8,8 +8,8 @@ namespace {
 
 struct BadScene {
   const char* name;
-  /// '@' marks the place that the error must name; it is taken out. The words between the tags of
-  /// a whole scene; or the whole file, where it has "<scene" or "<?xml".
+  /// '@' marks the position that the error must name; it is removed. The contents of a <scene>, or
+  /// the whole file if it contains "<scene" or "<?xml".
   const char* xml;
   std::vector<std::string> parts;  ///< of the message
   std::vector<std::string> options = {};
@@ -19,7 +19,7 @@ void PrintTo(const BadScene& scene, std::ostream* out) {
   *out << scene.name;
 }
 
-/// `xml` without its mark, and the mark's LINE:COL.
+/// Returns `xml` without its mark, and the mark's LINE:COL.
 std::pair<std::string, std::string> take_mark(std::string xml) {
   const size_t at = xml.find('@');
   if (at == std::string::npos) return {xml, ""};
@@ -103,7 +103,7 @@ const BadScene kScenes[] = {
     {"negative_reflectance",
      "<bsdf type=\"diffuse\" id=\"a\">@<rgb name=\"reflectance\" value=\"-.1\"/></bsdf>",
      {"reflectance", "[0,1]"}},
-    // What is missing, or there twice.
+    // Missing and repeated parameters.
     {"missing_parameter", "@<shape type=\"ply\"/>", {"ply", "filename"}},
     {"missing_aperture", "@<sensor type=\"thinlens\"/>", {"thinlens", "aperture_radius"}},
     {"parameter_given_twice",
@@ -116,7 +116,7 @@ const BadScene kScenes[] = {
     {"two_environments",
      "<emitter type=\"constant\"/>\n@<emitter type=\"constant\"/>",
      {"environment"}},
-    // Lights in the wrong place, and of no shape.
+    // Misplaced emitters, and emitters without a shape.
     {"point_light_in_a_shape",
      "@<shape type=\"sphere\"><emitter type=\"point\"/></shape>",
      {"'area'", "move the emitter out of the shape"}},
@@ -169,7 +169,8 @@ TEST_F(Cli, MistakeInAnIncludedFileNamesThatFile) {
   expect_one_error(kinome({scene}), part + ":3:3", {"<nonsense>"});
 }
 
-/// A render shows the first ten, --check all, with the same words and in the same order.
+/// A render reports the first ten errors, --check all, with the same messages and in the same
+/// order.
 TEST_F(Cli, AllMistakesAreListed) {
   std::string shapes;
   for (int i = 0; i < 13; ++i) {
@@ -228,7 +229,7 @@ TEST_F(Cli, LibraryThatIsNoPlugin) {
   const std::string text = folder_.write("a/integrator/fake.so", "not a library at all");
   expect_one_error(kinome({scene, "--plugin-path", folder_.path("a")}), scene + ":2:15",
                    {text, "not a usable plugin"});
-  // A sound library, but not one of ours.
+  // A valid library, but not a plugin.
   std::filesystem::create_directories(folder_.path("b/integrator"));
   std::filesystem::copy_file("/proc/self/exe", folder_.path("b/integrator/fake.so"));
   expect_one_error(kinome({scene, "--plugin-path", folder_.path("b")}), scene + ":2:15",

@@ -14,7 +14,7 @@ class Budget : public Cli {
  protected:
   Budget() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
 
-  /// Stats of a render of the small scene, which is to succeed.
+  /// Renders the small scene, which must succeed, and returns its statistics.
   json render(std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {scene_, "-o", image_, "--stats=json"});
     const ProcessResult result = kinome(arguments);
@@ -60,7 +60,7 @@ TEST_F(Budget, TooLittleTimeStillMakesAPicture) {
   }
 }
 
-/// Loosely: a machine with other things to do keeps no time.
+/// The limits are loose, because a busy machine exceeds the time.
 TEST_F(Budget, TimeIsAboutKept) {
   const json stats = render({"--time", "1.5", "--png"});
   EXPECT_GT(stats.at("seconds").at("total").get<double>(), 0.9);
@@ -98,7 +98,7 @@ TEST_F(Budget, UnreachableErrorStopsAtTheLimit) {
   EXPECT_NE(log_.find("time was up"), std::string::npos) << log_;
 }
 
-/// Each pass of such a render comes by the same places.
+/// Each pass of such a render would cause the same warnings.
 TEST_F(Budget, WarnsOfEachThingOnce) {
   std::string dark = small_scene();
   const std::string emitter = "  <emitter type=\"constant\"/>\n";

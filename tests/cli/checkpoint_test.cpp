@@ -1,5 +1,5 @@
-// --checkpoint and --resume: whatever happens to the program, little is lost, and the picture that
-// comes out in the end is the one of a render that nothing happened to, byte by byte.
+// Tests of --checkpoint and --resume: any interruption loses little, and the final image is
+// byte-identical to that of an uninterrupted render.
 
 #include <sys/stat.h>
 
@@ -24,7 +24,7 @@ class CheckpointTest : public Cli {
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
-  /// The file that a run without any of this writes.
+  /// Returns the file of a run without checkpoints.
   std::string expected(const std::vector<std::string>& more) const {
     const std::string image = folder_.path("expected.exr");
     std::vector<std::string> all = {"-q", scene_, "-o", image};
@@ -42,7 +42,7 @@ class CheckpointTest : public Cli {
     }
     return ::testing::AssertionFailure() << "no checkpoint is ever written";
   }
-  /// Seconds since the checkpoint was written, or nothing.
+  /// Returns the seconds since the checkpoint was written, or nullopt.
   std::optional<double> age() const {
     struct stat info {};
     if (stat(checkpoint_.c_str(), &info) != 0) return std::nullopt;
@@ -55,7 +55,7 @@ class CheckpointTest : public Cli {
   std::string scene_, image_, checkpoint_;
 };
 
-/// What is missing then is filled in for the picture, and not for the checkpoint.
+/// Missing pixels are filled in for the image, but not for the checkpoint.
 TEST_F(CheckpointTest, SigtermAndResume) {
   for (const std::string integrator : {"direct", "clustered"}) {
     SCOPED_TRACE(integrator);
@@ -86,8 +86,8 @@ TEST_F(CheckpointTest, SigtermAndResume) {
   }
 }
 
-/// Killed at random moments until it is done: KINOME_KILLS=100 for as many, here a few. What is
-/// lost each time is no more than the interval and what takes shorter than that.
+/// Kills renders at random moments until they finish: a few times, or KINOME_KILLS times. Each kill
+/// loses at most the interval and steps that are shorter than it.
 TEST_F(CheckpointTest, KilledAgainAndAgain) {
   const char* const wanted = std::getenv("KINOME_KILLS");
   const int kills = wanted ? std::atoi(wanted) : 6;
@@ -114,21 +114,21 @@ TEST_F(CheckpointTest, KilledAgainAndAgain) {
         program.send(SIGKILL);
       }
       const int status = program.wait();
-      finished = status == 0;  // it was faster
+      finished = status == 0;  // the render finished first
       done += finished ? 0 : 1;
       EXPECT_TRUE(finished || status == 128 + SIGKILL) << status << program.log();
       resumed += program.log().find("resuming") != std::string::npos ? 1 : 0;
     }
     EXPECT_EQ(read_text(image_), bytes) << "picture " << pictures << " after " << done << " kills";
     EXPECT_FALSE(std::filesystem::exists(checkpoint_));
-    // Few half files, on file systems that know no files without a name.
+    // Few partial files remain, on file systems without O_TMPFILE.
     EXPECT_LE(other_files({scene_, log, image_}).size(), 1u + static_cast<size_t>(done) / 4);
   }
   EXPECT_GT(resumed, kills / 4);
   std::printf("%d pictures, %d kills, %d resumed renders\n", pictures, done, resumed);
 }
 
-/// A render that goes on for long has a checkpoint that is no older than it should be.
+/// The checkpoint of a long render is never older than its interval.
 TEST_F(CheckpointTest, IsWrittenOften) {
   const std::string log = folder_.path("log");
   Background program(arguments({"-D", "width=256", "-D", "spp=100000", "--every", "0.1"}), log);
@@ -137,7 +137,7 @@ TEST_F(CheckpointTest, IsWrittenOften) {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     const auto seconds = age();
     ASSERT_TRUE(seconds);
-    // A tile takes 0.1 s at most; the rest is for a machine that is busy with other things.
+    // A tile takes at most 0.1 s; the rest is tolerance for a busy machine.
     EXPECT_LT(*seconds, 3);
   }
 }
@@ -178,7 +178,7 @@ TEST_F(CheckpointTest, ForeignOnesAreRefused) {
   EXPECT_FALSE(std::filesystem::exists(image_));
 }
 
-/// The picture that is kept under a checkpoint's name goes with the checkpoint.
+/// An image under the checkpoint's name would be deleted with the checkpoint.
 TEST_F(CheckpointTest, NeverLiesWhereThePictureGoes) {
   namespace fs = std::filesystem;
   const fs::path folder = folder_.folder();
@@ -190,7 +190,7 @@ TEST_F(CheckpointTest, NeverLiesWhereThePictureGoes) {
     expect_one_error(kinome({"-q", scene_, "-o", output, "--png", "--checkpoint", checkpoint}), "",
                      {"--checkpoint " + checkpoint + ": must differ from the output file"});
   };
-  // The program looks from this folder.
+  // The program resolves names relative to this folder.
   const fs::path before = fs::current_path();
   fs::current_path(folder);
   for (const std::string& file : {std::string("a.exr"), std::string("a.png")}) {
@@ -204,7 +204,7 @@ TEST_F(CheckpointTest, NeverLiesWhereThePictureGoes) {
   }
   refused("link", "a.exr");
   const ProcessResult other =
-      kinome({"-q", scene_, "-o", "sub/a.exr", "--checkpoint", "a.exr"});  // of the same name
+      kinome({"-q", scene_, "-o", "sub/a.exr", "--checkpoint", "a.exr"});  // in another folder
   fs::current_path(before);
   EXPECT_EQ(other.status, 0) << other.err;
   EXPECT_TRUE(fs::exists(folder / "sub/a.exr"));

@@ -13,7 +13,7 @@
 
 namespace kinome::test {
 
-/// What every test of the program starts from: a folder, a small scene, and the program.
+/// Fixture of the program's tests: a folder, a small scene, and the program.
 class Cli : public ::testing::Test {
  protected:
   static ProcessResult kinome(std::vector<std::string> arguments, double timeout_seconds = 120) {
@@ -53,8 +53,8 @@ class Cli : public ::testing::Test {
 )";
   }
 
-  /// Every file below the folder but those that the test wrote itself: pictures, and whatever a
-  /// writer left behind.
+  /// Returns all files below the folder except those that the test wrote itself: images, and files
+  /// that the program left behind.
   std::vector<std::string> other_files(const std::vector<std::string>& own) const {
     std::vector<std::string> others;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.folder())) {
@@ -78,7 +78,7 @@ class Cli : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-/// Failed as a user's mistake should: status 1, one line, and that line says `place` and `parts`.
+/// Expects a user error: status 1, and one line that contains `place` and `parts`.
 inline void expect_one_error(const ProcessResult& result, const std::string& place,
                              const std::vector<std::string>& parts) {
   EXPECT_EQ(result.status, 1) << result.err;

@@ -1,4 +1,4 @@
-"""kinome-compare as a command: what it reads, prints and refuses."""
+"""Tests of the kinome-compare command: input, output and errors."""
 
 import contextlib
 import importlib.util
@@ -77,7 +77,8 @@ class Command(unittest.TestCase):
         self.assertIn("FLIP", result.stdout)
         figures = json.loads((self.folder / "out.json").read_text())
         self.assertEqual(set(figures["tests"]), {"image", "tiles", "pixels"})
-        # The lamp has no noise; its rim, 18 pixels, lies beside noise and is left to the tiles.
+        # The emitter has no noise. Its rim of 18 pixels is next to noise and is tested only by
+        # tiles.
         self.assertEqual(figures["tests"]["pixels"]["values"], 3 * (HEIGHT * WIDTH - 18))
         self.assertTrue((self.folder / "out.png").read_bytes().startswith(b"\x89PNG"))
         self.renders("c", picture() * 1.05, 3)
@@ -144,7 +145,8 @@ class Command(unittest.TestCase):
             if "-q" not in command:
                 self.assertIn("a15.exr, 16 renders\nB: ", out)
                 self.assertIn("b15.exr, 16 renders\n", out)
-        # Whose are the files in the middle? And what has a variance, is it A's or B's?
+        # It is ambiguous whether the files in the middle belong to A or B, and which side a file
+        # with a variance belongs to.
         self.assert_bad("32 files, and it is ambiguous which of them are the reference B", *a, *b)
         other = self.reference("other")
         self.assert_bad("Put --reference before", other, reference, self.reference("third"))
@@ -211,7 +213,7 @@ class Command(unittest.TestCase):
             load(self.folder / "none.exr")
 
     def test_colours_of_any_name_are_compared(self):
-        """Of XYZ films, of layers, and of a part after that of depth."""
+        """Tests XYZ films, layers, and a part after a depth part."""
         image = picture()[:, :, None] * (0.8, 0.2, 0.05)
         to_xyz = np.array([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169],
                            [0.019334, 0.119193, 0.950227]])
@@ -239,14 +241,14 @@ class Command(unittest.TestCase):
             make(one, self.folder / "a10.exr")
             self.assert_bad(f"{one} and {self.folder}/a10.exr: the same file", a, b)
             (self.folder / "a10.exr").unlink()
-        # The shortest names are the same object to Python.
+        # Python interns the shortest names.
         shutil.copy(one, self.folder / "q")
         with contextlib.chdir(self.folder):
             self.assert_bad("q: given more than once", "q,q,q,q", b)
-        # A broken link is no repetition, but no picture either.
+        # A broken link is no repetition, but no image either.
         os.symlink("none.exr", self.folder / "a10.exr")
         self.assert_bad("a10.exr: can't be read", a, b)
-        # Without any noise, other files hold the same picture, and rightly so.
+        # Without noise, several files may contain the same image.
         for i in range(4):
             write_rgb(self.folder / f"s{i}.exr", np.full((20, 20, 3), 0.1))
         same = self.folder / "s*.exr"
@@ -267,7 +269,7 @@ class Command(unittest.TestCase):
         self.assertIn("both images are black", out)
 
     def test_outputs_that_cannot_be_written_are_refused_first(self):
-        # Neither A nor B is there: what is said is said before anything is read.
+        # Neither A nor B exists: the error is reported before any file is read.
         for option in ("--json", "--picture"):
             for path, words in (("no/out.png", "No such file or directory"),
                                 ("file/out.png", "Not a directory"), ("", "Is a directory"),
@@ -312,7 +314,7 @@ class Command(unittest.TestCase):
         out.mkdir()
         before = out / "result.json"
         before.write_text("old")
-        importlib.import_module("compare.picture")  # matplotlib may have files of its own to write
+        importlib.import_module("compare.picture")  # matplotlib may write its own files
         limits = resource.getrlimit(resource.RLIMIT_FSIZE)
         resource.setrlimit(resource.RLIMIT_FSIZE, (500, limits[1]))
         try:
@@ -322,7 +324,7 @@ class Command(unittest.TestCase):
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         self.assertEqual([p.name for p in out.iterdir()], ["result.json"])
         self.assertEqual(before.read_text(), "old")
-        # A link stays one, and a name without ending is taken as it is.
+        # A link stays a link, and a name without an extension is used unchanged.
         (out / "link").symlink_to("result.json")
         status, _, errors = self.run_command(a, a, "--json", out / "link", "--picture", out / "p")
         self.assertEqual(status, 0, errors)
@@ -359,7 +361,7 @@ class Command(unittest.TestCase):
         status, out, _ = self.run_command(a, a, "--json", b)
         self.assertEqual(status, 0, out)
         figures = json.loads(b.read_text())
-        # A against itself: nothing is left but the noise that is subtracted.
+        # A compared with itself: only the subtracted noise remains.
         self.assertLess(figures["relmse"]["relmse"], 0)
         mean, one = (line for line in out.splitlines() if line.startswith("relMSE of"))
         self.assertIn("A's mean: below the reference's noise (-", mean)

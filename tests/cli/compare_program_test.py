@@ -1,5 +1,5 @@
-"""kinome-compare with the program's pictures: as `kinome --variance` writes them, and as sets of
-renders of different seeds."""
+"""Tests of kinome-compare with the program's images: from `kinome --variance`, and as sets of
+renders with different seeds."""
 
 import concurrent.futures
 import contextlib
@@ -25,9 +25,9 @@ KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kin
 
 
 def floor_of_spots(count=50, height=0.05):
-    """A floor seen from above, lit by count² spots right above it, and a lamp that covers half of
-    it. `path` tries one of the spots at a time: of 256 samples few take the one that shines
-    there."""
+    """Returns a scene of a floor seen from above, lit by count² spots right above it, and a lamp
+    that covers half of it. `path` samples one of the spots at a time: few of 256 samples choose the
+    one that lights the point."""
     spots = "".join(
         f"""<emitter type="spot"> <float name="cutoff_angle" value="86"/>
               <transform name="to_world">
@@ -64,7 +64,7 @@ def floor_of_spots(count=50, height=0.05):
 
 
 class PicturesByTheProgram(unittest.TestCase):
-    """`kinome --variance` writes all that the comparison asks for."""
+    """`kinome --variance` writes all values that the comparison needs."""
 
     @classmethod
     def setUpClass(cls):
@@ -110,22 +110,23 @@ class PicturesByTheProgram(unittest.TestCase):
         with unittest.mock.patch("compare.verdict.hardly_found",
                                  lambda a, b, masked: np.zeros((3, 4, 3), bool)):
             status, out = compared_with(a)
-        self.assertEqual(status, 1, out)  # blamed for what it found
+        self.assertEqual(status, 1, out)  # fails because of light that it found
         status, out = compared_with(found("wrong", "-D", "lamp=0.502"))
         self.assertEqual(status, 1, out)
 
     def test_tiles_are_as_uncertain_as_they_are(self):
-        # Of 12 seeds, as separate renders: their tiles vary as each file says. 9 tiles of 12 seeds
-        # tell a variance to 15 % in one case out of three; by pixels alone it would be 0.4 of it.
+        # 12 seeds as separate renders: their tiles must vary as each file states. 9 tiles of 12
+        # seeds determine a variance to 15 % in one case out of three. Pixels alone would give 0.4
+        # of it.
         files = [load(self.render(f"s{i}", 10 + i)) for i in range(12)]
         tiles = np.array([tile_sums(f.mean) for f in files])
-        noisy = tiles[0, :, :, 0] < tiles[0].max() * 0.999  # some see but the even sky
+        noisy = tiles[0, :, :, 0] < tiles[0].max() * 0.999  # others show only the sky
         said = np.mean([f.tile_variance for f in files], axis=0)
         ratio = (tiles.var(axis=0, ddof=1)[noisy] / said[noisy]).mean()
         self.assertTrue(0.5 < ratio < 1.6, ratio)
         whole = np.array([f.mean.sum(axis=(0, 1)) for f in files]).var(axis=0, ddof=1)
         ratio = (whole / np.mean([f.whole_variance for f in files], axis=0)).mean()
-        self.assertTrue(0.2 < ratio < 2.5, ratio)  # chi² of 11 degrees: 0.2 to 2.6 but 1 in 1000
+        self.assertTrue(0.2 < ratio < 2.5, ratio)  # chi², 11 degrees of freedom: fails once in 1000
 
 
 SCENE = """<scene version="3.0.0">
@@ -163,7 +164,8 @@ SCENE = """<scene version="3.0.0">
 
 
 class Renders(unittest.TestCase):
-    """By the program, 48x32 pixels, 16 seeds of 32 samples each: the weak lobe is seen for sure."""
+    """Renders by the program, 48x32 pixels, 16 seeds of 32 samples each: the weak lobe is certainly
+    detected."""
 
     @classmethod
     def setUpClass(cls):
@@ -212,7 +214,7 @@ class Renders(unittest.TestCase):
     def test_a_weak_lobe_is_missing(self):
         dull = self.render("dull", 300, gloss=0)
         share = 1 - dull.mean.sum() / self.correct.mean.sum()
-        self.assertLess(share, 0.01)  # of the light: the case is what it says
+        self.assertLess(share, 0.01)  # fraction of the light: the case is as described
         self.assert_fails(dull)
 
     def test_one_wrong_tile(self):

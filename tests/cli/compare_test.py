@@ -1,5 +1,5 @@
-"""The test of the test: a comparison passes correct renderings at its stated rate, and fails those
-with a small defect, on pictures with known noise."""
+"""Tests of the comparison on images with known noise: it passes correct renders at its stated rate,
+and fails those with a small defect."""
 
 import pathlib
 import sys
@@ -18,7 +18,7 @@ from simulated_renders import (HEIGHT, RENDERS, WIDTH, X, Y, estimate, noisy,  #
 
 
 class FalseAlarms(unittest.TestCase):
-    """Failures are counted against the binomial distribution at a false-alarm rate of 1e-4."""
+    """Failures are tested against the binomial distribution at a false-alarm rate of 1e-4."""
 
     def test_200_correct_comparisons_fail_at_the_stated_rate(self):
         rng = np.random.default_rng(20)
@@ -33,7 +33,7 @@ class FalseAlarms(unittest.TestCase):
             p.append(verdict.tests[0].p)
         for alpha, count in zip(alphas, failures):
             self.assertLessEqual(count, stats.binom.ppf(1 - 1e-4, 200, alpha), alpha)
-        # The image's test promises its rate to the point, not only at most.
+        # The image's test has exactly its stated rate, not only as an upper bound.
         low, high = stats.binom.ppf([0.5e-4, 1 - 0.5e-4], 200, 0.2)
         self.assertGreaterEqual((np.array(p) < 0.2).sum(), low)
         self.assertLessEqual((np.array(p) < 0.2).sum(), high)
@@ -49,7 +49,7 @@ class FalseAlarms(unittest.TestCase):
         rng = np.random.default_rng(3)
 
         def blurred():
-            # As a reconstruction filter of 3x3 pixels does, and some light that all pixels share.
+            # Noise like that of a 3x3 reconstruction filter, and light that all pixels share.
             noise = rng.standard_normal((HEIGHT + 2, WIDTH + 2))
             noise = sum(noise[i:i + HEIGHT, j:j + WIDTH] for i in range(3) for j in range(3))
             return (picture() * (1 + 0.05 * noise + 0.02 * rng.standard_normal()))[:, :, None]
@@ -63,8 +63,8 @@ class FalseAlarms(unittest.TestCase):
         self.assertLessEqual(failures, stats.binom.ppf(1 - 1e-4, 40, 0.05))
 
     def test_a_filter_of_any_width_keeps_the_rate(self):
-        # Gaussian: without the tiles' own variance, a third of the pairs fail. 40 pairs tell that
-        # apart; the full table (200 of every filter) is made by validation/compare_rates.py.
+        # Gaussian: without the variance of tiles, a third of the pairs would fail. 40 pairs suffice
+        # to detect that. validation/compare_rates.py makes the full table (200 of every filter).
         for name, pairs in (("gaussian", 40), ("lanczos", 6)):
             rng = np.random.default_rng(5)
             verdicts = [compare(render(rng, name, 2), render(rng, name, 2), 0.01)
@@ -89,7 +89,7 @@ class FalseAlarms(unittest.TestCase):
         self.assertLessEqual(failures, stats.binom.ppf(1 - 1e-4, 40, 0.05))
 
     def test_a_corner_that_few_samples_miss_is_no_failure(self):
-        # One pixel is 1 % of another colour: the few samples of A all miss it, B's many don't.
+        # A pixel is 1 % of another colour: the few samples of A all miss it, the many of B don't.
         exact = np.repeat(picture()[None, :, :, None], 4, axis=0)
         with_corner = exact.copy()
         with_corner[:, 30, 0] *= np.linspace(0.9899, 0.9901, 4)[:, None]
@@ -108,7 +108,7 @@ class FalseAlarms(unittest.TestCase):
 
 
 def spot(smooth):
-    """A spot straight above a floor: cutoff at 40 degrees, full within 30."""
+    """Returns the image of a spot straight above a floor: cutoff at 40 degrees, full within 30."""
     r2 = ((X - 31.5) / 22) ** 2 + ((Y - 23.5) / 22) ** 2
     theta = np.degrees(np.arctan(np.sqrt(r2)))
     t = np.clip((40 - theta) / 10, 0, 1)
@@ -116,7 +116,7 @@ def spot(smooth):
 
 
 def texture(shift):
-    """A texture of 24x16 texels, read bilinearly."""
+    """Returns the image of a texture of 24x16 texels with bilinear interpolation."""
     texels = np.random.default_rng(1).uniform(0.2, 0.8, (16, 24))
     u, v = (X + 0.5) / WIDTH * 24 - 0.5 + shift, (Y + 0.5) / HEIGHT * 16 - 0.5
     i, j = np.floor(u).astype(int), np.floor(v).astype(int)
@@ -129,8 +129,8 @@ def texture(shift):
 
 
 class Defects(unittest.TestCase):
-    """Noise: 2 % to 6 % of a pixel's mean, as of small references made in a few seconds; a third of
-    that where `samples` says so."""
+    """Noise: 2 % to 6 % of a pixel's mean, like that of small references from a few seconds. A
+    third of that if `samples` is set."""
 
     def assert_fails(self, defective, correct, tests=("image", "tiles", "pixels"), samples=400):
         for seed in range(3):
@@ -174,21 +174,21 @@ class Defects(unittest.TestCase):
             b = estimate(rng, picture(), 100, "gamma", stored=True)
             a = estimate(rng, picture() * (1 + size), 100, "gamma")
             found += not compare(a, b).tests[0].passed
-        # The size itself comes from a variance of 15 degrees of freedom: it may be 20 % too small,
-        # and then the bias is found only 7 times in 10.
+        # The size is estimated from a variance with 15 degrees of freedom. It may be 20 % too
+        # small, and then the bias is found only 7 times in 10.
         self.assertGreaterEqual(found, stats.binom.ppf(1e-4, 60, 0.7))
 
 
 class LightThatTheReferenceHardlyFound(unittest.TestCase):
-    """The right half of the picture, 6 of its 12 tiles, is lit by light that is rare to B: 82 % of
-    its values are exactly 0. A finds all of it with little noise, or is wrong."""
+    """The right half of the image, 6 of its 12 tiles, has light that is rare in B: 82 % of its
+    values are exactly 0. A finds all of it with little noise, or is wrong."""
 
     DIM = np.s_[:, WIDTH // 2:]
     SEEDS = 10
 
     @staticmethod
     def reference(seed, image, hits=0.2):
-        """With the right half rare, as from a file."""
+        """Returns a reference whose right half has rare light, as if read from a file."""
         rng = np.random.default_rng(seed)
         stack = []
         for _ in range(RENDERS):
@@ -219,7 +219,7 @@ class LightThatTheReferenceHardlyFound(unittest.TestCase):
             blamed = sum(not compare(self.dense(seed, picture()),
                                      self.reference(seed, picture())).passed
                          for seed in range(self.SEEDS))
-        self.assertGreater(blamed, 2)  # or there would be nothing to mend
+        self.assertGreater(blamed, 2)  # otherwise the test would be pointless
 
     def assert_fails(self, a_image, b_image, test="tiles", **options):
         for seed in range(3):
@@ -240,9 +240,9 @@ class LightThatTheReferenceHardlyFound(unittest.TestCase):
     def test_light_where_the_reference_is_black_is_wrong(self):
         black, leak = picture(), picture()
         black[16:] = 0
-        leak[17:] = 0  # 1 % of a tile's pixels would do: one row of 32 is lit
+        leak[17:] = 0  # 1 % of a tile's pixels would suffice: one row of 32 is lit
         self.assert_fails(leak, black)
-        # Half of the tile is black, the other is lit and well found.
+        # Half of the tile is black, the other half is lit and well sampled.
         black, leak = picture(), picture()
         black[16:32, :8] = 0
         self.assert_fails(leak, black)
@@ -253,15 +253,15 @@ class LightThatTheReferenceHardlyFound(unittest.TestCase):
         self.assertTrue(compare(self.dense(0, black), self.reference(0, black)).passed)
 
     def test_noise_alone_is_no_excuse(self):
-        # Of 16 renders, 3 or 4 hold most of a value's light, and half of the values are 0 in each
-        # render; but all are known to some degree, and light that is off by a third is wrong.
+        # 3 or 4 of 16 renders contain most of a value's light, and half of the values are 0 in each
+        # render. All are known approximately, so that an error of a third is found.
         rng = np.random.default_rng(4)
         b = Estimate.from_renders("B", [rare(rng, picture(), 8, 1)[:, :, None]
                                         for _ in range(RENDERS)])
         verdict = compare(self.dense(0, picture() * 1.33), b)
         self.assertIsNone(verdict.missed)
         self.assertFalse(verdict.passed)
-        # Rare light whose hits are alike is known by their number.
+        # Rare light with similar hits is determined by their number.
         b = Estimate.from_renders("B", [rare(rng, picture() ** 0, 0.4, 0.2)[:, :, None]
                                         for _ in range(RENDERS)])
         self.assertIsNone(compare(self.dense(0, picture() ** 0), b).missed)

@@ -1,4 +1,4 @@
-// To be preloaded into a program: it crashes where a finished file gets its name.
+// Preloaded library that crashes the program when it renames a finished file.
 #include <cstdio>
 #include <cstdlib>
 

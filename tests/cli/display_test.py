@@ -1,4 +1,4 @@
-"""`--display`: what a viewer that speaks tev's protocol has in the end is the picture, to the bit."""
+"""Tests of `--display`: a viewer with tev's protocol finally has the image, bit by bit."""
 
 import os
 import pathlib
@@ -59,7 +59,8 @@ class Display(unittest.TestCase):
                                self.picture], capture_output=True, text=True, timeout=120)
 
     def shown(self, *options):
-        """The receiver's picture, after a render that must be the same as without a receiver."""
+        """Returns the receiver's image after a render, which must be the same as without a
+        receiver."""
         with Receiver() as receiver:
             result = self.kinome(*options, "--display", receiver.address)
             self.assertEqual((result.returncode, result.stderr), (0, ""))
@@ -81,7 +82,7 @@ class Display(unittest.TestCase):
         self.assertEqual(receiver.creations, 1)
         self.assertEqual(shown.channels[:3], ["R", "G", "B"])
         self.assertIn("position.Z", shown.channels)
-        # The last update of all is of whole cells; none is larger than the picture.
+        # All updates consist of whole cells, and none extends beyond the image.
         for x, y, width, height in shown.updates:
             self.assertEqual((x % 32, y % 32), (0, 0))
             self.assertTrue(x + width <= 80 and y + height <= 50)
@@ -98,7 +99,7 @@ class Display(unittest.TestCase):
                     name in receiver.pictures and len(receiver.pictures[name].updates) > 3):
                 time.sleep(0.01)
             self.assertIsNone(program.poll())
-            program.terminate()  # what there is is written, and shown
+            program.terminate()  # the incomplete image is written, and shown
             self.assertEqual(program.wait(60), 128 + 15)
             receiver.wait()
         names, pixels = read(self.picture)
@@ -107,8 +108,8 @@ class Display(unittest.TestCase):
         np.testing.assert_array_equal(received, pixels)
 
     def test_passes_and_their_variance(self):
-        # Variances are known after a pass, and the image is then created anew. A small image may be
-        # done before the first pass is sent.
+        # Variances are known only after a pass, and the image is then created again. A small image
+        # may be finished before the first pass is sent.
         for side in (64, 256, 1024):
             shown, receiver = self.shown("--variance=4", f"-Dwidth={side}", f"-Dheight={side}")
             self.assertIn("tile_variance.G", shown.channels)

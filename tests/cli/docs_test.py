@@ -1,5 +1,5 @@
-"""Links of all Markdown in the repository lead somewhere: to a file or folder that is in it, and to a
-heading of that page. So do those of the site's pages, as docs/site collects them; MkDocs isn't needed.
+"""Tests that links of all Markdown files point to a file or folder of the repository, and to an
+existing heading. Also tests the site's pages that docs/site collects; MkDocs isn't needed.
 """
 import pathlib
 import re
@@ -65,7 +65,7 @@ class Site(unittest.TestCase):
             navigation = (ROOT / "docs/mkdocs.yml").read_text("utf-8")
             named = re.findall(r": (\S+\.md)$", navigation, re.MULTILINE)
             self.assertEqual([name for name in named if not (root / name).is_file()], [])
-            # Every page about Kinome is in it.
+            # The site contains every page about Kinome.
             ours = {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
             self.assertEqual(ours - set(named), set())
 

@@ -1,6 +1,6 @@
-// What the world does to a program: it is killed, memory and disks are full, files change while
-// they are read, another run writes the same file. Never a crash, never half a file; one line says
-// what is wrong.
+// Tests of external faults: the program is killed, memory or the disk is full, files change while
+// they are read, another run writes the same file. It must never crash, and never leave a partial
+// file; one line reports the error.
 
 #include <csignal>
 #include <cstdlib>
@@ -21,7 +21,7 @@ class Faults : public Cli {
  protected:
   Faults() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
 
-  /// Under a shell's `prefix`, such as "ulimit -v 1000;".
+  /// Runs the program after a shell's `prefix`, such as "ulimit -v 1000;".
   ProcessResult under(const std::string& prefix, const std::vector<std::string>& arguments) const {
     std::vector<std::string> all = {"sh", "-c", prefix + " exec \"$@\"", "sh", KINOME_TEST_PROGRAM};
     all.insert(all.end(), arguments.begin(), arguments.end());
@@ -30,7 +30,8 @@ class Faults : public Cli {
   std::string scene_, image_;
 };
 
-/// At any moment of a run that writes more than it renders: the picture is whole, or the old one.
+/// Kills a run that takes longer to write than to render, at any moment: the image is complete, or
+/// the old one.
 TEST_F(Faults, KilledAnywhereLeavesAWholePictureOrTheOldOne) {
   const std::string log = folder_.path("log");
   const std::vector<std::string> render = {scene_,      "-o", image_,  "--png", "-D",
@@ -51,7 +52,7 @@ TEST_F(Faults, KilledAnywhereLeavesAWholePictureOrTheOldOne) {
   }
 }
 
-/// Two runs, one file: the picture of one of them.
+/// Two runs write one file: it contains the image of one of them.
 TEST_F(Faults, TwoRunsOfOneFile) {
   const auto run = [&](const std::string& width, const std::string& log) {
     return std::make_unique<Background>(
@@ -74,14 +75,14 @@ TEST_F(Faults, TwoRunsOfOneFile) {
 }
 
 #ifndef KINOME_HAS_SANITIZER
-/// From too little for the program to begin, to enough for all: one line, or the picture.
+/// Memory limits from too little for the program to start to enough: one error line, or the image.
 TEST_F(Faults, MemoryEndsAnywhere) {
   std::string xml = small_scene();  // without a bounce, whose light points take long
   const std::string end = "\"$integrator\"/>";
   xml.replace(xml.find(end), end.size(),
               "\"$integrator\"><integer name=\"max_depth\" value=\"2\"/></integrator>");
   folder_.write("scene.xml", xml);
-  // True if there is the picture, whole.
+  // Returns true if the complete image exists.
   const auto does = [&](int kilobytes) {
     SCOPED_TRACE(kilobytes);
     const ProcessResult result =
@@ -93,7 +94,7 @@ TEST_F(Faults, MemoryEndsAnywhere) {
       fs::remove(image_);
       return true;
     }
-    if (result.status == 127) return false;  // not even the libraries fit
+    if (result.status == 127) return false;  // too little memory for the libraries
     EXPECT_EQ(result.status, 1) << result.err;
     EXPECT_EQ(lines(result.err), 1u) << result.err;
     EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
@@ -106,14 +107,14 @@ TEST_F(Faults, MemoryEndsAnywhere) {
   }
   ASSERT_LT(too_little, enough);
   ASSERT_LT(enough, 1400 * 1024);
-  // Where all but the last step has enough: OpenEXR writes a picture with holes then.
+  // Finds a limit at which only the last step fails: OpenEXR would then write an image with holes.
   while (enough - too_little > 256) {
     const int middle = (too_little + enough) / 2;
     (does(middle) ? enough : too_little) = middle;
   }
 }
 
-/// A preloaded library lets a disk run full after so many bytes.
+/// A preloaded library makes a disk full after `bytes` bytes.
 TEST_F(Faults, FullDisk) {
   const auto run = [&](size_t bytes, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"-q", scene_, "-D", "width=200", "-D", "spp=4"};
@@ -121,7 +122,7 @@ TEST_F(Faults, FullDisk) {
     return under("LD_PRELOAD=" KINOME_TEST_FULL_DISK " KINOME_TEST_DISK=" + std::to_string(bytes),
                  arguments);
   };
-  // With room enough, nothing is in the way of the test itself.
+  // With enough space, the test itself must succeed.
   ASSERT_EQ(run(100 << 20, {"-o", image_}).status, 0);
   const auto size = fs::file_size(image_);
   fs::remove(image_);
@@ -129,7 +130,7 @@ TEST_F(Faults, FullDisk) {
     expect_one_error(run(room, {"-o", image_}), "", {image_, "No space left on device"});
     EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
   }
-  // The picture has room (its table is written twice), but not the one for people beside it.
+  // There is space for the image (its table is written twice), but not for the PNG beside it.
   const std::string png = folder_.path("a.png");
   expect_one_error(run(size + 3000, {"-o", image_, "--png"}), "", {png, "No space left on device"});
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{image_});
@@ -143,8 +144,8 @@ TEST_F(Faults, FullDisk) {
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
 }
 
-/// A checkpoint that can't be written is a warning, one that is there stays as it is, and a picture
-/// that can't be written is not lost.
+/// A checkpoint that can't be written causes a warning, and an existing one is kept. An image that
+/// can't be written isn't lost.
 TEST_F(Faults, FullDiskWithCheckpoints) {
   const std::string checkpoint = folder_.path("c");
   const std::vector<std::string> arguments = {scene_,    "-o", image_, "--checkpoint", checkpoint,
@@ -153,7 +154,7 @@ TEST_F(Faults, FullDiskWithCheckpoints) {
     return under("LD_PRELOAD=" KINOME_TEST_FULL_DISK " KINOME_TEST_DISK=" + std::to_string(bytes),
                  arguments);
   };
-  const ProcessResult warned = run(1 << 20);  // of the 1.3 MB of one checkpoint
+  const ProcessResult warned = run(1 << 20);  // less than the 1.3 MB of one checkpoint
   EXPECT_EQ(warned.status, 0) << warned.err;
   EXPECT_NE(warned.err.find("warning: cannot write '" + checkpoint + "': No space left"),
             std::string::npos)
@@ -162,7 +163,7 @@ TEST_F(Faults, FullDiskWithCheckpoints) {
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{image_});
   fs::remove(image_);
 
-  // Three checkpoints have room; the last one of the render, and the picture, have not.
+  // There is space for three checkpoints, but not for the render's last one and the image.
   const ProcessResult failed = run(3900000);
   EXPECT_EQ(failed.status, 1) << failed.err;
   EXPECT_NE(failed.err.find("kinome: cannot write '" + image_ + "': No space left"),
@@ -175,7 +176,7 @@ TEST_F(Faults, FullDiskWithCheckpoints) {
 }
 #endif
 
-/// Cut off, by someone else, while the program reads it.
+/// Another process truncates the file while the program reads it.
 TEST_F(Faults, FilesThatShrinkWhileTheyAreRead) {
   std::string obj, ply =
                        "ply\nformat binary_little_endian 1.0\nelement vertex 200000\n"
@@ -230,9 +231,9 @@ TEST_F(Faults, FilesThatShrinkWhileTheyAreRead) {
   }
 }
 
-#ifndef KINOME_HAS_SANITIZER  // they tell of crashes
-/// Wherever it crashes. A preloaded library does so when a picture is whole, but has not its own
-/// name yet.
+#ifndef KINOME_HAS_SANITIZER  // they report crashes themselves
+/// Wherever the program crashes. A preloaded library crashes it when an image is complete but not
+/// yet renamed.
 TEST_F(Faults, CrashesRemoveTemporaryFiles) {
   const std::string log = folder_.path("log");
   Background program({"-v", scene_, "-o", image_, "-D", "spp=1000000"}, log);

@@ -1,5 +1,5 @@
-// Plugins that throw, crash, or say what can't be: they are named, in one line, and the program
-// ends with a status that tells.
+// Tests of plugins that throw, crash, or return invalid values: one line names them, and the exit
+// status shows the failure.
 
 #include <csignal>
 #include <cstdlib>
@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 class FaultyPlugins : public Cli {
  protected:
-  /// A scene whose sphere, sky and integrator are as given.
+  /// Renders a scene with the given sphere, sky and integrator.
   ProcessResult run(const std::string& bsdf, const std::string& sky, const std::string& integrator,
                     std::vector<std::string> options = {}) {
     const std::string xml = R"(<scene version="3.0.0">
@@ -48,7 +48,7 @@ class FaultyPlugins : public Cli {
     return "<" + tag + " type=\"faulty\" " + attributes + "><string name=\"fault\" value=\"" +
            fault + "\"/></" + tag + ">";
   }
-  /// A square above the scene that shines downward.
+  /// A square above the scene that emits downward.
   static std::string lamp(const std::string& emitter) {
     return R"(<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/>)"
            R"(<translate y="3"/></transform>)" +
@@ -70,7 +70,7 @@ class FaultyPlugins : public Cli {
 };
 
 TEST_F(FaultyPlugins, ThatThrowAreNamed) {
-  // In construction, with its place.
+  // In construction, with its position.
   expect_failure(run(faulty("bsdf", "construction"), sky_, direct_),
                  {"scene.xml:10:60: plugin 'bsdf/faulty' failed: can't construct"});
   expect_failure(run(faulty("bsdf", "no exception in construction"), sky_, direct_),
@@ -96,7 +96,7 @@ TEST_F(FaultyPlugins, ThatThrowAreNamed) {
     expect_failure(run("", sky_, faulty("integrator", fault)),
                    {"kinome: plugin 'integrator/faulty' failed: can't"});
   }
-  // In the middle of Embree's work.
+  // Within Embree.
   for (const char* fault : {"bounds", "intersect", "interaction"}) {
     SCOPED_TRACE(fault);
     expect_failure(run("", sky_ + faulty("shape", fault), direct_),
@@ -104,7 +104,7 @@ TEST_F(FaultyPlugins, ThatThrowAreNamed) {
   }
 }
 
-#ifndef KINOME_HAS_SANITIZER  // they tell of crashes
+#ifndef KINOME_HAS_SANITIZER  // they report crashes themselves
 TEST_F(FaultyPlugins, ThatCrashAreNamed) {
   const auto expect_crash = [&](const ProcessResult& result, int signal, const std::string& line) {
     EXPECT_EQ(result.status, 128 + signal) << result.err;
@@ -136,7 +136,7 @@ TEST_F(FaultyPlugins, ThatCrashAreNamed) {
                      "<integrator type=\"" + std::string(integrator) + "\"/>"),
                  SIGSEGV, "plugin 'bsdf/faulty'" + segv + "rendering");
   }
-  // The innermost of those that are at work, also within Embree.
+  // The innermost active plugin is named, also within Embree.
   expect_crash(
       run("<bsdf type=\"twosided\">" + faulty("bsdf", "crash in eval by SIGSEGV") + "</bsdf>", sky_,
           direct_),
@@ -147,10 +147,10 @@ TEST_F(FaultyPlugins, ThatCrashAreNamed) {
                "plugin 'shape/faulty'" + segv + "rendering");
   expect_crash(run("", sky_, faulty("integrator", "crash in render by SIGSEGV")), SIGSEGV,
                "plugin 'integrator/faulty'" + segv + "rendering");
-  // What a plugin calls may be to blame as well.
+  // A crash in the core that a plugin called may also be the plugin's fault.
   expect_crash(run("", sky_, faulty("integrator", "crash in the core")), SIGSEGV,
                "crashed (SIGSEGV) while rendering, called by plugin 'integrator/faulty'");
-  // Before anything of it is known but its name.
+  // A crash while loading, when only the name is known.
   const std::string textured =
       "<bsdf type=\"diffuse\">" + faulty("texture", "none", "name=\"reflectance\"") + "</bsdf>";
   setenv("KINOME_TEST_CRASH", "1", 1);
@@ -160,8 +160,8 @@ TEST_F(FaultyPlugins, ThatCrashAreNamed) {
 }
 #endif
 
-/// Nothing that a plugin says is silently left out: the picture is written, the plugin named, its
-/// faults counted, and the exit status is 3 unless told otherwise.
+/// Faulty values are never ignored silently. The image is written, the plugin named, its faults
+/// counted, and the exit status is 3 by default.
 TEST_F(FaultyPlugins, ThatSayNonsenseAreNamedAndCounted) {
   const auto expect_fault = [&](const std::string& bsdf, const std::string& sky,
                                 const std::string& integrator, const std::string& who,
@@ -182,7 +182,7 @@ TEST_F(FaultyPlugins, ThatSayNonsenseAreNamedAndCounted) {
       fs::remove(image_);
     }
   };
-  // A status of 3 is never without its reason.
+  // A status of 3 always has a message.
   const ProcessResult quiet = run(faulty("bsdf", "nan"), sky_, direct_, {"-q"});
   EXPECT_EQ(quiet.status, 3);
   EXPECT_NE(quiet.err.find("plugin bsdf/faulty is at fault"), std::string::npos) << quiet.err;
@@ -195,7 +195,7 @@ TEST_F(FaultyPlugins, ThatSayNonsenseAreNamedAndCounted) {
     expect_fault(faulty("bsdf", "nan"), sky_, xml, "bsdf/faulty", "not finite");
     expect_fault(faulty("bsdf", "negative pdf", "id=\"mine\""), sky_, xml, "bsdf/faulty 'mine'",
                  "a density that is negative");
-    // Whatever it is nested in is not to blame.
+    // The enclosing plugin is not named.
     expect_fault("<bsdf type=\"twosided\">" + faulty("bsdf", "nan") + "</bsdf>", sky_, xml,
                  "bsdf/faulty", "not finite");
   }
@@ -207,14 +207,14 @@ TEST_F(FaultyPlugins, ThatSayNonsenseAreNamedAndCounted) {
   expect_fault("", sky_, faulty("integrator", "nan"), "", "samples that were not finite");
 }
 
-/// All values are finite and no density is negative, but they don't fit together: the picture is
-/// wrong, if only by 2 %.
+/// All values are finite and no density is negative, but they are inconsistent: the image is wrong,
+/// if only by 2 %.
 TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
   const auto expect_fault = [&](const ProcessResult& result, const std::string& what) {
     EXPECT_EQ(result.status, 3) << result.err;
     EXPECT_NE(result.err.find("/faulty is at fault: " + what + ", at "), std::string::npos)
         << "no '" << what << "' in " << result.err;
-    // And that the picture is written; what is wrong in two ways may be told twice.
+    // One line reports the image; an inconsistency may be reported twice.
     EXPECT_LE(lines(result.err), 3u) << result.err;
   };
   const std::pair<const char*, const char*> of_skies[] = {
@@ -257,14 +257,14 @@ TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
   for (const auto& [fault, what] : of_bsdfs) {
     SCOPED_TRACE(fault);
     expect_fault(run(faulty("bsdf", fault), sky_, direct_), what);
-    // Whatever it is nested in is not to blame.
+    // The enclosing plugin is not named.
     expect_fault(run("<bsdf type=\"twosided\">" + faulty("bsdf", fault) + "</bsdf>", sky_, direct_),
                  what);
   }
 }
 
-/// A library for AVX-512 lies where one for less belongs, or says what no processor has. It is told
-/// once, though the floor has the same BSDF.
+/// A library for AVX-512 is in the place of one for less, or requires features that no processor
+/// has. It is reported once, though the floor has the same BSDF.
 TEST_F(FaultyPlugins, OfABetterProcessorAreRefused) {
   const fs::path built = fs::path(KINOME_TEST_PLUGINS) / "bsdf/x86-64-v4/diffuse.so";
   if (!fs::exists(built)) GTEST_SKIP() << "plugins are not built for AVX-512";

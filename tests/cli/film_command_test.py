@@ -1,5 +1,5 @@
-"""`kinome film`: frames have the same bits alone and in the film, a film that was interrupted goes on,
-and cameras and parameters go where their keys say."""
+"""Tests of `kinome film`: frames have the same bits alone and in the animation, an interrupted
+animation continues, and cameras and parameters follow their keys."""
 
 import json
 import os
@@ -49,7 +49,7 @@ SCENE = f"""<scene version="3.0.0">
 
 
 def write_sky(path):
-    """Bright on one side, so that it shows how it is turned."""
+    """Writes a map that is bright on one side, so that its orientation is visible."""
     sky = np.full((8, 16, 3), 0.1, "<f4")
     sky[2:5, 3:6] = [8, 6, 4]
     path.write_bytes(b"PF\n16 8\n-1.0\n" + sky[::-1].tobytes())
@@ -82,7 +82,7 @@ class Film(unittest.TestCase):
                               cwd=self.folder, timeout=120, **settings)
 
     def film(self, path, frames, output, *options, status=0, **settings):
-        """What it says."""
+        """Returns the messages of `kinome film`."""
         result = self.run_program("film", "scene.xml", "--path", path, "--frames", frames, "-o",
                                   output, *options, **settings)
         self.assertEqual(result.returncode, status, result.stderr)
@@ -96,13 +96,13 @@ class Film(unittest.TestCase):
         return self.folder / name
 
     def plain(self, scene, seed, *options):
-        """Bits of the picture that a scene's text gives."""
+        """Returns the pixels of a render of the scene's text."""
         (self.folder / "plain.xml").write_text(scene)
         result = self.run_program("plain.xml", "-q", "--seed", seed, "-o", "plain.exr", *options)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         return bits(self.folder / "plain.exr")
 
-    # Frames.
+    # ---- frames
 
     def test_frames_are_the_same_alone_and_differ_in_their_noise(self):
         says = self.film("ellipse", 5, "a/%04d.exr")
@@ -117,7 +117,7 @@ class Film(unittest.TestCase):
             np.testing.assert_array_equal(bits(self.frame(f"a/000{i}.exr")),
                                           bits(self.frame(f"b/{i}.exr")))
         self.assertEqual(len({seed_of(self.frame(f"a/000{i}.exr")) for i in range(5)}), 5)
-        # A camera that stands still sees other noise in each frame, about the same mean.
+        # A static camera sees different noise in each frame, with the same mean.
         still = {"camera": [{"time": 0, "position": [0, 1, 5], "target": [0, 0, 0]}]}
         self.film(self.keys(still), 2, "c-%d.exr", "-D", "spp=16")
         a, b = read(self.frame("c-0.exr")), read(self.frame("c-1.exr"))
@@ -168,7 +168,7 @@ class Film(unittest.TestCase):
         self.assertIn("b/1.exr exists, but its animation is unknown",
                       self.film("orbit", 2, "b/%d.exr", status=1))
 
-    # What changes.
+    # ---- animated values
 
     def test_the_camera_goes_where_its_keys_say(self):
         keys = {"camera": [{"time": 3, "position": [0.3, 1.1, 5], "target": [0.1, 0.2, -0.1], "fov": 40},
@@ -182,7 +182,7 @@ class Film(unittest.TestCase):
             np.testing.assert_array_equal(bits(path), self.plain(scene, seed_of(path)))
 
     def test_circling_cameras_keep_their_distance_and_their_target(self):
-        # A ball about the target looks the same from all sides, if it is black in a white sky.
+        # A black ball at the target under a white sky looks the same from all sides.
         scene = SCENE.replace('type="envmap"', 'type="constant"').replace(
             '<string name="filename" value="sky.pfm"/>', "").replace(SKY, "").replace(
                 "roughconductor", "diffuse").replace(
@@ -214,7 +214,7 @@ class Film(unittest.TestCase):
         np.testing.assert_array_equal(bits(self.frame("o1.exr")), bits(self.frame("p1.exr")))
         self.assertGreater(np.count_nonzero(bits(self.frame("o1.exr")) != bits(self.frame("1.exr"))), 9)
 
-    # What is made of it.
+    # ---- output
 
     def test_a_video(self):
         self.film("orbit", 6, "%d.png", "-D", "spp=16", "-D", "size=31", "--exposure", 1)
@@ -226,7 +226,7 @@ class Film(unittest.TestCase):
         self.assertEqual(list(self.folder.glob("*unfinished*")), [])
         shown = subprocess.run(["ffmpeg", "-v", "error", "-i", "a.mp4", "-f", "rawvideo", "-pix_fmt",
                                 "rgb24", "-"], cwd=self.folder, capture_output=True, check=True).stdout
-        frames = np.frombuffer(shown, np.uint8).reshape(-1, 24, 32, 3)  # an even number of pixels
+        frames = np.frombuffer(shown, np.uint8).reshape(-1, 24, 32, 3)  # even numbers of pixels
         self.assertEqual(len(frames), 6)
         for i, frame in enumerate(frames):
             png = 255 * read(self.frame(f"{i}.png"))[:, :, :3]
@@ -279,7 +279,7 @@ class Film(unittest.TestCase):
         np.testing.assert_array_equal(picture.pixels[:, :, :3].view(np.uint32),
                                       last[:, :, :3].view(np.uint32))
 
-    # Mistakes.
+    # ---- errors
 
     def check_mistake(self, words, *options):
         result = self.run_program("film", "scene.xml", *options)
@@ -348,7 +348,7 @@ class Film(unittest.TestCase):
                  {"parameters": {"sky.to_world": {"axis": [0, 0, 0], "degrees": [[0, 1]]}}}),
                 ("'degrees' is missing", {"parameters": {"sky.to_world": {"axis": [0, 0, 1]}}}),
                 ("too large", '{"camera": [{"time": 1e999}]}'),
-                # Told before a frame is rendered, though only the last one has it.
+                # Reported before a frame is rendered, though only the last one has the error.
                 ("keys.json: ", {"camera": [key | {"fov": 40}, key | {"time": 1, "fov": 300}]}),
                 ("keys.json: ", {"parameters": {"floor.bsdf.reflectance": [[0, 0.5], [1, 1.5]]}})]:
             with self.subTest(keys=keys):

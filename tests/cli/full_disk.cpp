@@ -1,5 +1,5 @@
-// A disk that is full: to be preloaded into a program. Of all that it writes to files by fwrite,
-// KINOME_TEST_DISK bytes find room; what comes after fails with ENOSPC.
+// Preloaded library that simulates a full disk. KINOME_TEST_DISK bytes can be written to files by
+// fwrite; after that, writes fail with ENOSPC.
 #include <dlfcn.h>
 
 #include <cerrno>

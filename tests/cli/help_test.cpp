@@ -1,4 +1,4 @@
-// What the program says of its plugins and options.
+// Tests of the program's help about plugins and options.
 
 #include <algorithm>
 #include <filesystem>
@@ -45,7 +45,7 @@ TEST_F(Help, ListsParametersOfAPlugin) {
   EXPECT_NE(kinome({"plugins", "ply"}).out.find("required"), std::string::npos);
 }
 
-/// What the site's pages are made of.
+/// The pages from which the site is built.
 TEST_F(Help, WritesAPluginsPage) {
   const ProcessResult film = kinome({"plugins", "--markdown", "film/hdrfilm"});
   EXPECT_EQ(film.status, 0) << film.err;
@@ -77,7 +77,8 @@ TEST_F(Help, TakesOptionsOnEitherSideOfAPluginsName) {
   }
 }
 
-/// Wrapped to COLUMNS, or to a terminal's width (which a test has none of); the same words.
+/// Help is wrapped to COLUMNS, or to the width of a terminal (a test has none), without changing
+/// words.
 TEST_F(Help, WrapsWhatItSaysOfPluginsAndOptions) {
   const auto words_of = [](const std::string& text) {
     std::istringstream stream(text);

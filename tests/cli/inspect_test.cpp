@@ -1,4 +1,4 @@
-// --inspect: where a pixel's samples go, as a table and a picture.
+// Tests of --inspect: the samples of a pixel as a table and an image.
 
 #include <map>
 
@@ -10,7 +10,7 @@ namespace {
 
 class Inspect : public Cli {
  protected:
-  /// A closed room: an even sky that shines through its open front, and a spot at a wall.
+  /// A closed room: a uniform sky lights it through its open front, and a spot lights a wall.
   static std::string room(const std::string& parameters) {
     return R"(<scene version="3.0.0">
   <integrator type="clustered"><integer name="light_samples" value="2000"/>
@@ -33,7 +33,7 @@ class Inspect : public Cli {
     const std::string scene = folder_.write("room.xml", room(parameters));
     return kinome({scene, "--inspect", pixel, "-o", folder_.path("out")});
   }
-  /// Columns by name.
+  /// Returns the columns by name.
   std::map<std::string, std::vector<double>> table(const std::string& name) {
     std::istringstream text(read_text(folder_.path(name)));
     std::string line, field;
@@ -75,7 +75,7 @@ TEST_F(Inspect, ShowsEachSetOfLightPoints) {
       EXPECT_EQ(sum(columns["samples"]), 128);
       EXPECT_EQ(*std::max_element(columns["geometric"].begin(), columns["geometric"].end()), 1);
       EXPECT_EQ(*std::max_element(columns["brdf"].begin(), columns["brdf"].end()), 1);
-      // Luminance alone sends no lobe rays.
+      // Only luminance sends no lobe rays.
       EXPECT_EQ(sum(columns["hits"]) > 0, std::string(importance) != "luminance") << stem;
       for (size_t c = 0; c < 60; ++c) {
         if (columns["probability"][c] == 0) {
@@ -84,21 +84,21 @@ TEST_F(Inspect, ShowsEachSetOfLightPoints) {
       }
     }
   }
-  // The sky has directions in its table, the bounce has places.
+  // The table of the sky contains directions, that of the bounce positions.
   EXPECT_NE(table("out.csv")["mean_x"], table("out-2.csv")["mean_x"]);
 }
 
-/// The film has 40 x 30 pixels, on which nothing could be told apart.
+/// The film has 40 x 30 pixels, too few to distinguish details.
 TEST_F(Inspect, PictureOfASmallFilmIsEnlarged) {
   ASSERT_EQ(inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>").status, 0);
   const Png sky = read_png(folder_.path("out.png")), scene = read_png(folder_.path("out-2.png"));
   EXPECT_EQ(sky.width, 1024u);
   EXPECT_EQ(scene.width, 768u);
-  EXPECT_GT(sky.height, 512u);  // by the legend
+  EXPECT_GT(sky.height, 512u);  // larger because of the legend
   EXPECT_GT(scene.height, 576u);
 }
 
-/// Below the picture: on its dark ground the signs of samples, and text.
+/// The legend below the image has markers of samples and text on a dark ground.
 TEST_F(Inspect, HasALegend) {
   ASSERT_EQ(inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>").status, 0);
   for (const auto& [name, height] : {std::pair("out.png", 512u), std::pair("out-2.png", 576u)}) {
@@ -111,7 +111,7 @@ TEST_F(Inspect, HasALegend) {
       text += r > 180 && r == g && g == b;
       ground += r < 40 && r == g && g == b;
     }
-    // Three disks each, of radii up to 6; some hundred letters of some 50 pixels.
+    // Three disks each, with radii up to 6, and some hundred letters of about 50 pixels.
     EXPECT_GT(red, 50) << name;
     EXPECT_EQ(red, blue) << name;
     EXPECT_GT(text, 2000) << name;
@@ -119,7 +119,7 @@ TEST_F(Inspect, HasALegend) {
   }
 }
 
-/// Light points lie a little off their surfaces, on which their clusters are outlined all the same.
+/// Light points are slightly off their surfaces, but their clusters must be outlined anyway.
 TEST_F(Inspect, ClustersAreOutlined) {
   for (const char* importance : {"joint", "product"}) {
     ASSERT_EQ(inspect("20,22",
@@ -134,14 +134,14 @@ TEST_F(Inspect, ClustersAreOutlined) {
       for (size_t i = 0; i < png.rgba.size(); i += 4) {
         yellow += png.rgba[i] > 200 && png.rgba[i + 1] > 200 && png.rgba[i + 2] < 150;
       }
-      // Of the few cells that so small a picture needs, little is to be seen.
+      // Such a small image needs few cells, of which little is visible.
       EXPECT_GT(yellow, std::string(importance) == "joint" ? 200 : 40)
           << importance << ", " << name;
     }
   }
 }
 
-/// The floor's light comes from the sky, the lamp, and the wall that the lamp shines at.
+/// The floor's light comes from the sky, the lamp, and the wall that the lamp lights.
 TEST_F(Inspect, ShowsWhatProductSamplingKnowsOfLocalLight) {
   const ProcessResult result = inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>");
   ASSERT_EQ(result.status, 0) << result.err;
@@ -150,7 +150,7 @@ TEST_F(Inspect, ShowsWhatProductSamplingKnowsOfLocalLight) {
   EXPECT_NEAR(sum(local["light"]), 1, 1e-4);
   EXPECT_GT(sum(sky["probability"]), 0.05);
   EXPECT_GT(sum(local["probability"]), 0.001);
-  // Most of the bounce that is asked for is that of the wall, which faces -x.
+  // Most of the requested bounce is that of the wall, which faces -x.
   double wall = 0;
   for (size_t c = 0; c < local["normal_x"].size(); ++c) {
     if (local["normal_x"][c] < -0.9) wall += local["probability"][c];
@@ -158,7 +158,7 @@ TEST_F(Inspect, ShowsWhatProductSamplingKnowsOfLocalLight) {
   EXPECT_GT(wall, 0.5 * sum(local["probability"]));
 }
 
-/// A floor under an even sky, half of which a wall hides.
+/// A floor under a uniform sky, half of which a wall hides.
 TEST_F(Inspect, ShowsWhatProductSamplingLearned) {
   const std::string scene = folder_.write("wall.xml", R"(<scene version="3.0.0">
   <integrator type="clustered"><integer name="cut_size" value="200"/>
@@ -181,7 +181,7 @@ TEST_F(Inspect, ShowsWhatProductSamplingLearned) {
   EXPECT_GT(cells, 100u);
   EXPECT_NEAR(sum(columns["light"]), 1, 1e-4);
   EXPECT_NEAR(sum(columns["probability"]), 1, 1e-4);
-  EXPECT_LE(sum(columns["samples"]), 90);  // directions below the horizon send none
+  EXPECT_LE(sum(columns["samples"]), 90);  // directions below the horizon get none
   EXPECT_GE(sum(columns["samples"]), 70);
   int seen = 0, behind = 0;
   for (size_t c = 0; c < cells; ++c) {

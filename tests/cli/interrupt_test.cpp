@@ -1,4 +1,4 @@
-// Output that can't be written, and renders that are interrupted: never half a file.
+// Tests of output that can't be written, and of interrupted renders: no partial file remains.
 
 #include <pty.h>
 #include <signal.h>
@@ -12,10 +12,10 @@
 namespace kinome::test {
 namespace {
 
-/// Tiles enough for a render to take far more than a second, when it first tells of its progress.
-/// Those that are left when it is interrupted are to be filled in within two seconds, which takes
-/// some hundredths of a second, by paths; ten times as long under ThreadSanitizer, and as many
-/// times as there are others at work on the machine.
+/// Enough tiles that a render takes far more than a second when it first reports progress. After an
+/// interruption, the remaining tiles must be filled in within two seconds. Paths take some
+/// hundredths of a second for it, ten times as much under ThreadSanitizer, and more on a busy
+/// machine.
 #if defined(__SANITIZE_THREAD__)
 constexpr int kTilesAcross = 4, kSamples = 250, kManySamples = 512, kSamplesOfTenths = 16;
 #else
@@ -27,7 +27,7 @@ class Interrupt : public Cli {
  protected:
   Interrupt() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
 
-  /// The first signal: the tiles at hand are finished, and what there is is written.
+  /// Sends the first signal: current tiles are finished, and the image is written.
   Image interrupted(int signal, const std::string& integrator, ImageMetadata& metadata) {
     const std::string log = folder_.path("log");
     Background program({scene_, "-o", image_, "-t", "2", "-D", "width=" + std::to_string(kWidth),
@@ -42,17 +42,17 @@ class Interrupt : public Cli {
     EXPECT_EQ(metadata["kinome:complete"], "false");
     return image;
   }
-  /// The tiles that were not begun have a sample a pixel, as that is quick; `done`: tiles that are
-  /// finished at least.
+  /// Expects that tiles that weren't started have one sample per pixel, because that is fast.
+  /// `done`: minimum number of finished tiles.
   static void expect_filled(const Image& image, ImageMetadata& metadata, int done) {
     EXPECT_EQ(metadata["kinome:missing"], "0");
     EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
-    // The scene is lit everywhere: what is black has not been rendered.
+    // The scene is lit everywhere: black tiles have not been rendered.
     EXPECT_EQ(dark_tiles(image), 0);
     EXPECT_GT(std::stod(metadata["kinome:filled"]), 0);
     EXPECT_LE(std::stod(metadata["kinome:filled"]), 1 - done / sqr(1. * kTilesAcross));
   }
-  /// Alpha is 0 where nothing was rendered, which is some of the picture.
+  /// Expects that alpha is 0 where nothing was rendered, which is part of the image.
   static void expect_marked(const Image& image, ImageMetadata& metadata) {
     ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "A"}));
     int missing = 0;
@@ -72,7 +72,7 @@ class Interrupt : public Cli {
     const Image image = interrupted(signal, integrator, metadata);
     expect_filled(image, metadata, 1);
   }
-  /// Tiles in which nothing is lit. Of single samples, some find no light.
+  /// Returns the number of tiles without any light. Some single samples find no light.
   static int dark_tiles(const Image& image) {
     int tiles = 0;
     for (int y = 0; y < image.height; y += kTileSize) {
@@ -87,10 +87,10 @@ class Interrupt : public Cli {
     return tiles;
   }
 
-  /// The second signal: the end, and no file.
+  /// Sends the second signal: the program ends, and no file remains.
   void expect_second_signal_ends(int signal) {
     const std::string log = folder_.path("log");
-    // One tile takes seconds, even of the first 1024 samples.
+    // One tile takes seconds, even with the first 1024 samples.
     Background program({"-v", scene_, "-o", image_, "-D", "width=32", "-D", "spp=4000000", "-D",
                         "integrator=path"},
                        log);
@@ -121,20 +121,20 @@ TEST_F(Interrupt, FirstSighupWritesWhatThereIs) {
 TEST_F(Interrupt, PathsAreFilledIn) {
   expect_first_signal_writes(SIGINT, "path");
 }
-/// Here that takes half a second where nothing else goes on, and may be more than there is time for
-/// on a busy machine or under a sanitizer: then it is left, and marked. That it is
-/// filled in, whatever it was at, is shown where time stands still (test_interrupted).
+/// Filling in takes half a second on an idle machine. It may exceed the time limit on a busy
+/// machine or with a sanitizer: then missing pixels are marked. test_interrupted uses a stopped
+/// clock to test that they are filled in at any stage.
 TEST_F(Interrupt, ClusteredIsFilledInOrMarked) {
   ImageMetadata metadata;
   const Image image = interrupted(SIGINT, "clustered", metadata);
   if (metadata["kinome:missing"] == "0") {
-    expect_filled(image, metadata, 0);  // it may still be at its pilot
+    expect_filled(image, metadata, 0);  // it may still be in its pilot
   } else {
     expect_marked(image, metadata);
   }
 }
 
-/// What would take longer than anyone waits is left, and marked in an alpha channel.
+/// Pixels that would take too long are left out, and marked in an alpha channel.
 TEST_F(Interrupt, WhatTakesLongIsMarked) {
   std::string xml = read_text(scene_);
   const std::string integrator = "<integrator type=\"$integrator\"/>";
@@ -144,8 +144,8 @@ TEST_F(Interrupt, WhatTakesLongIsMarked) {
                   "\"/><integer name=\"bsdf_samples\" value=\"0\"/></integrator>");
   folder_.write("scene.xml", xml);
   const std::string log = folder_.path("log");
-  // A pixel takes 65536 shadow rays: 4 billion, of which few machines do more than a hundred
-  // million a second (34 million, and a hundredth of that).
+  // A pixel takes 65536 shadow rays, 4 billion in total. Few machines trace more than a hundred
+  // million per second (34 million, and a hundredth of that).
   Background program({scene_, "-o", image_, "--png", "-t", "2", "-D", "width=256", "-D", "spp=1"},
                      log);
   ASSERT_TRUE(program.says("rendering: "));
@@ -164,7 +164,7 @@ TEST_F(Interrupt, WhatTakesLongIsMarked) {
   }
 }
 
-/// Light paths show all of the picture at any time: nothing is filled in.
+/// Light paths cover the whole image at any time: nothing is filled in.
 TEST_F(Interrupt, LightTracingHasNoGaps) {
   const std::string log = folder_.path("log");
   Background program({scene_, "-o", image_, "-t", "2", "-D", "width=64", "-D", "spp=40000", "-D",
@@ -187,15 +187,15 @@ TEST_F(Interrupt, SecondSigtermEndsAtOnce) {
   expect_second_signal_ends(SIGTERM);
 }
 
-/// A render of as many samples as anyone may ask for shows progress, and is a whole picture as soon
-/// as it has begun.
+/// A render with the maximum number of samples shows progress, and has a whole image soon after its
+/// start.
 TEST_F(Interrupt, EndlessRendersArePictures) {
   for (const char* integrator : {"direct", "clustered"}) {
     const std::string log = folder_.path("log");
     Background program({scene_, "-o", image_, "-t", "2", "-D", "width=8", "-D", "spp=1000000000",
                         "-D", std::string("integrator=") + integrator},
                        log);
-    // A pilot and a plan tell before there is anything of a picture.
+    // A pilot and a plan report progress before there is an image.
     ASSERT_TRUE(program.says("rendering: ", integrator == std::string("clustered") ? 3 : 1));
     program.send(SIGINT);
     EXPECT_EQ(program.wait(), 128 + SIGINT) << program.log();
@@ -221,14 +221,14 @@ TEST_F(Interrupt, BudgetsEndWithWhatThereIs) {
     const Image image = read_exr(image_, {}, &metadata);
     EXPECT_EQ(metadata["kinome:missing"], "0");
     EXPECT_EQ(dark_tiles(image), 0) << budget[0];
-    // Of few samples, as there are where a program has been slow so far, some pixels find no light.
+    // With few samples, as on a slow machine, some pixels find no light.
     if (std::stod(metadata["kinome:samples"]) < 64) continue;
     for (int i = 0; i < 64 * 64; ++i) EXPECT_GT(image.at(i % 64, i / 64, 1), 0) << budget[0];
   }
 }
 
 TEST_F(Interrupt, FolderThatCannotBeWrittenIsFoundFirst) {
-  // Were it found after the render, this would take minutes.
+  // This would take minutes if the error were found after the render.
   const std::vector<std::string> long_render = {scene_, "-D", "width=512", "-D", "spp=100000"};
   const auto fails = [&](const std::string& path, const std::string& part) {
     std::vector<std::string> arguments = long_render;
@@ -266,7 +266,7 @@ TEST_F(Interrupt, TooLittleMemoryIsOneError) {
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
 }
 
-/// Wherever it ends. Least of all is it the machine that is to blame.
+/// Any memory limit. The error must not blame the machine.
 TEST_F(Interrupt, HardlyAnyMemoryIsOneError) {
   int failures = 0;
   for (int kilobytes = 60000; kilobytes < 400000; kilobytes += 20000) {
@@ -274,7 +274,7 @@ TEST_F(Interrupt, HardlyAnyMemoryIsOneError) {
     const ProcessResult result =
         run_process({"sh", "-c", "ulimit -v " + std::to_string(kilobytes) + "; exec \"$@\"", "sh",
                      KINOME_TEST_PROGRAM, "-q", scene_, "-o", image_, "-t", "4", "-D", "spp=1"});
-    if (result.status == 0 || result.status == 127) continue;  // 127: its libraries don't fit
+    if (result.status == 0 || result.status == 127) continue;  // 127: no memory for libraries
     ++failures;
     expect_one_error(result, "", {"memory"});
   }
@@ -283,8 +283,7 @@ TEST_F(Interrupt, HardlyAnyMemoryIsOneError) {
 #endif
 
 TEST_F(Interrupt, FullDiskLeavesNoFile) {
-  // The largest file allowed is far smaller than the picture; the same failed write as on a full
-  // disk.
+  // The maximum file size is far smaller than the image: writes fail as on a full disk.
   const std::string limited = "ulimit -f 16; exec \"$@\"";
   const ProcessResult result =
       run_process({"sh", "-c", limited, "sh", KINOME_TEST_PROGRAM, "-q", scene_, "-o", image_, "-D",
@@ -303,7 +302,7 @@ TEST_F(Interrupt, FailedWriteKeepsTheOldPicture) {
   EXPECT_EQ(other_files({scene_, image_}), std::vector<std::string>{});
 }
 
-/// All that the program writes to a terminal.
+/// Starts the program on a terminal, whose output `master` receives.
 pid_t start_on_terminal(const std::vector<std::string>& arguments, int& master) {
   std::vector<char*> argv = {const_cast<char*>(KINOME_TEST_PROGRAM)};
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
@@ -332,7 +331,7 @@ std::string on_terminal(const std::vector<std::string>& arguments) {
 }
 
 TEST_F(Interrupt, BarOnATerminal) {
-  // Long enough for the bar to be drawn, some tenths of a second.
+  // Long enough for the progress bar to be drawn, some tenths of a second.
   const std::vector<std::string> arguments = {scene_, "-D", "width=256", "-D",
                                               "spp=" + std::to_string(kSamplesOfTenths)};
   const std::string text = on_terminal(arguments);
@@ -345,7 +344,7 @@ TEST_F(Interrupt, BarOnATerminal) {
   EXPECT_EQ(on_terminal(quiet), "");
 }
 
-/// Nothing can be said any more, but the picture is written.
+/// No message can be printed any more, but the image is written.
 TEST_F(Interrupt, ATerminalThatIsClosed) {
   int master = -1;
   const pid_t child = start_on_terminal(

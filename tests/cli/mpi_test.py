@@ -1,5 +1,5 @@
-"""Several processes that render one picture over MPI: the same bits as one, whatever their number;
-what is lost where one of them is killed, and what is said where they can't go on together."""
+"""Tests of several processes that render one image over MPI: the bits are those of a single process
+for any number, little is lost if one is killed, and errors are reported if they can't cooperate."""
 
 import os
 import pathlib
@@ -13,14 +13,14 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
 CORNELL = ROOT / "validation/scenes/cornell.xml"
-# As root only where it is told to be sure; any number of processes, whatever the machine has.
+# Allows MPI to run as root, and any number of processes.
 MPI = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 MPIRUN = ["mpirun", "--oversubscribe"]
-# The launcher kills what doesn't end within a second, which may not do on a busy machine.
+# The launcher kills processes that don't end within a second, which is too short on a busy machine.
 PATIENT = ["--mca", "odls_base_sigkill_timeout", "6"]
 
-# Bright and dark sides, a rough floor and a ball: the pilot of `clustered` has what to learn, and
-# its trial of methods what to compare (which takes place from 300,000 samples on).
+# Bright and dark sides, a rough floor and a ball, so that the pilot of `clustered` has visibility
+# to learn, and its trial has methods to compare (from 300,000 samples on).
 SCENE = """<scene version="3.0.0">
   <default name="integrator" value="clustered"/> <default name="spp" value="40"/>
   <default name="width" value="112"/> <default name="height" value="72"/>
@@ -60,7 +60,7 @@ def processes(count):
 
 
 def wait_for(job, text):
-    """Until what the job says begins so."""
+    """Waits until a line of the job's stderr begins with the text."""
     while not job.stderr.readline().startswith(text):
         if job.poll() is not None:
             raise AssertionError(f"it ended without '{text}'")
@@ -75,7 +75,7 @@ class MpiTest(unittest.TestCase):
         self.scene.write_text(SCENE)
 
     def picture(self, name, *arguments, launcher=()):
-        """The bytes of the file: its header has them in common, too."""
+        """Returns the bytes of the file, including its header."""
         path = self.folder / name
         done = run(*arguments, "-q", "-o", path, launcher=launcher)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -96,7 +96,7 @@ class MpiTest(unittest.TestCase):
 
     def test_clustered_has_the_same_bits(self):
         self.assert_same_bits([self.scene], (2, 1), (3, 2))
-        # Lanes; a trial that chooses paths; bands of the picture, one of which is learned after the other.
+        # Lanes; a trial that chooses paths; bands of the image that are learned one after another.
         self.assert_same_bits([self.scene, "--variance=4"], (3, 1))
         self.assert_same_bits([self.scene, "-Dcube=dielectric"], (2, 1))
         self.assert_same_bits([self.scene, "-Dwidth=320", "-Dheight=300", "-Dspp=4"], (3, 1))
@@ -120,7 +120,7 @@ class MpiTest(unittest.TestCase):
 
     def test_resumes_after_a_kill_with_another_number_of_processes(self):
         for victim in range(2):
-            # A quick machine may be done with few samples before a process can be killed.
+            # A fast machine may finish few samples before a process can be killed.
             for samples in (1024, 4096, 16384):
                 scene = [CORNELL, f"-Dspp={samples}"]
                 kept = self.folder / f"{victim}-{samples}.ck"
@@ -133,8 +133,8 @@ class MpiTest(unittest.TestCase):
             self.assertEqual(self.picture("alone.exr", *scene), resumed)
 
     def is_killed(self, victim, kept, keep):
-        """Renders by three processes and kills one of them after the first checkpoint. Returns
-        False if the image is done before."""
+        """Renders with three processes and kills one of them after the first checkpoint. Returns
+        False if the image is finished before."""
         with subprocess.Popen([*processes(3), PROGRAM, *map(str, keep), "-q", "-o",
                                self.folder / "killed.exr"], env=MPI,
                               stderr=subprocess.PIPE, text=True) as job:
@@ -174,7 +174,7 @@ class MpiTest(unittest.TestCase):
         self.assertRegex(lines[0], what)
 
     def together(self, *lines, env=MPI):
-        """Processes with different command lines."""
+        """Runs processes with different command lines."""
         command = list(MPIRUN)
         for line in lines:
             command += [*([":"] if len(command) > len(MPIRUN) else []), "-n", "1", str(PROGRAM),
@@ -186,7 +186,7 @@ class MpiTest(unittest.TestCase):
     def test_what_cannot_be_rendered_together_is_refused(self):
         output = ["-o", self.folder / "a.exr"]
         missing = self.folder / "missing.xml"
-        # On one process's machine; on all of them.
+        # The file is missing for one process, then for all.
         self.assert_refused(*self.together([CORNELL, *output], [missing, *output]),
                             "rank 1 on .*missing.xml")
         self.assert_refused(*self.together([missing, *output], [missing, *output]),
@@ -195,7 +195,8 @@ class MpiTest(unittest.TestCase):
                             "rank 1 on .* would render another image: its .*'112x72'")
         self.assert_refused(*self.together([CORNELL, *output], [CORNELL, "--seed=1", *output]),
                             "rank 1 .* its seed is '1', but that of rank 0 on .* is '0'")
-        # Threads may differ; what decides where processes meet may not.
+        # Numbers of threads may differ, but not options that determine when processes exchange
+        # data.
         self.assert_refused(*self.together([CORNELL, *output], [CORNELL, "--time=1", *output]),
                             "rank 1 on .*its --time is '1'")
         self.assertFalse((self.folder / "a.exr").exists())
@@ -213,7 +214,7 @@ class MpiTest(unittest.TestCase):
             self.assert_refused(done.returncode, done.stderr, what)
 
     def test_a_full_disk_is_one_error(self):
-        # The limit comes once MPI has made its own files.
+        # The limit is set after MPI has written its own files.
         path = self.folder / "a.exr"
         with subprocess.Popen([*processes(2), PROGRAM, CORNELL, "-Dspp=1024", "-t1", "-v", "-o", path],
                               env=MPI, stderr=subprocess.PIPE, text=True) as job:
@@ -232,7 +233,7 @@ class MpiTest(unittest.TestCase):
             lines = [[CORNELL, "-Dspp=1", f"--mpi={mode}", "-o", self.folder / name]
                      for name in ("a.exr", "b.exr")]
             self.assertEqual("libkinome_mpi" in self.together(*lines, env=loads)[1], loaded)
-            # Each by itself has its own.
+            # Separate processes write separate files.
             self.assertNotEqual((self.folder / "b.exr").exists(), loaded)
         alone = self.picture("alone.exr", CORNELL)
         self.assertEqual(alone, self.picture("one.exr", CORNELL, "--mpi=on"))
@@ -249,7 +250,8 @@ class MpiTest(unittest.TestCase):
         self.assertIn("incomplete", message)
 
     def test_a_launcher_of_another_mpi_is_refused(self):
-        # As where the environment tells of two, and MPI, which doesn't know that launcher, of one.
+        # The environment reports two processes, and MPI, which doesn't support that launcher,
+        # reports one.
         done = run(CORNELL, "-o", self.folder / "a.exr",
                    env=MPI | {"PMI_RANK": "0", "PMI_SIZE": "2"})
         self.assert_refused(done.returncode, done.stderr, "different MPI versions")

@@ -1,5 +1,5 @@
-/// Files of the user: no command overwrites one that it has read, or removes one that it has not
-/// made, and a scene reads its own wherever the program is started.
+/// Tests that no command overwrites a file that it has read or removes a file that it has not made,
+/// and that a scene finds its own files wherever the program is started.
 #include <sys/stat.h>
 
 #include "cli.h"
@@ -31,7 +31,7 @@ class OwnFiles : public Cli {
            map + R"("/></emitter></scene>)";
   }
 
-  /// Runs a command that must fail because it would overwrite the map, before it renders.
+  /// Runs a command that must fail before it renders, because it would overwrite the map.
   void expect_refusal(std::vector<std::string> arguments) {
     const std::string before = read_text(map_);
     arguments.insert(arguments.begin(), scene_);

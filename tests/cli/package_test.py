@@ -1,5 +1,6 @@
-"""The Debian packages that CPack makes of this build: unpacked into a folder, they have the program, its
-licence, docs, manual page and completion, and what plugins are built with; and the program renders.
+"""Tests of the Debian packages that CPack makes of this build. Unpacked into a folder, they contain
+the program, its licence, docs, manual page and completion, and the files for building plugins; and
+the program renders.
 """
 import os
 import pathlib
@@ -80,7 +81,8 @@ class Packages(unittest.TestCase):
     def test_render(self):
         scene = self.folder / "scene.xml"
         scene.write_text(SCENE, "utf-8")
-        # As it would find its library in /usr/lib; everything else it finds by its own place.
+        # The program finds its library as in /usr/lib, and all other files relative to its own
+        # location.
         run(self.usr / "bin/kinome", "-q", scene, "-o", self.folder / "picture.exr")
         self.assertGreater((self.folder / "picture.exr").stat().st_size, 0)
         self.assertIn("plugins", run(self.usr / "bin/kinome", "plugins", "bsdf") + "plugins")
@@ -120,7 +122,7 @@ class Packages(unittest.TestCase):
                          {s for s in shown if s.startswith("--")})
 
     def completed(self, *words):
-        """What bash offers for the last of these words."""
+        """Returns bash's completions for the last of these words."""
         script = f"""
             source {self.usr}/share/bash-completion/completions/kinome
             compopt() {{ :; }}

@@ -1,5 +1,5 @@
-"""`kinome --part` and `kinome merge`: parts that were rendered by themselves make the file that one
-program writes of all of them, and the scripts of scenes/farm do what they say."""
+"""Tests of `kinome --part` and `kinome merge`: separately rendered parts are merged into the same
+file as a single program writes, and the scripts of scenes/farm work."""
 
 import os
 import pathlib
@@ -100,7 +100,7 @@ class Parts(unittest.TestCase):
                          ("3/12", "1", "true"))
         self.assertEqual(colours(path).shape, (30, 40, 3))
         self.assertGreater(colours(path).mean(), 0.1)
-        # Of one sample: noisy, but nothing else is it.
+        # The part has one sample: it is noisy, but otherwise correct.
         self.render("all/12", "-o", "whole")
         whole = colours(self.folder / "whole.exr")
         self.assertLess(abs(colours(path).mean() / whole.mean() - 1), 0.1)
@@ -119,7 +119,7 @@ class Parts(unittest.TestCase):
         self.assertEqual((found["kinome:missing_parts"], found["kinome:samples"],
                           found["kinome:complete"]), ("3 and 5", "6", "false"))
         self.refused("2.exr: it is given twice", "merge", *parts, "2.exr", "-o", "b")
-        # Of other pictures, by what they differ in.
+        # Parts of other images, by their difference.
         for words, *options in [("its seed is 1, expected 0", "--seed", 1),
                                 ("its scene (scene.xml) or its values of -D differ",
                                  "-D", "size=41")]:
@@ -201,7 +201,7 @@ class Parts(unittest.TestCase):
         whole = self.check_script("sh", ROOT / "scenes/farm/parts.sh", "scene.xml", 3, "out", "-t", 1,
                                   count=3)
         self.assertEqual(self.bytes("out/picture.exr"), whole)
-        # What is missing, and nothing else, is rendered again.
+        # Only missing parts are rendered again.
         before = (self.folder / "out/part-1of3.exr").stat().st_mtime_ns
         (self.folder / "out/part-2of3.exr").unlink()
         self.check_script("sh", ROOT / "scenes/farm/parts.sh", "scene.xml", 3, "out", count=3)
@@ -209,7 +209,7 @@ class Parts(unittest.TestCase):
         self.assertEqual(self.bytes("out/picture.exr"), whole)
 
     def test_the_script_for_dask(self):
-        """With a stand-in for Dask, unless it is there: a bag that does what it is told at once."""
+        """Uses a stand-in for Dask if it isn't installed: a bag that runs its tasks immediately."""
         if shutil.which("dask") is None:
             (self.folder / "dask").mkdir()
             (self.folder / "dask/__init__.py").touch()
@@ -223,7 +223,7 @@ class Parts(unittest.TestCase):
         self.assertEqual(self.bytes("out/picture.exr"), whole)
 
     def test_the_script_for_slurm(self):
-        """As the tasks of an array see it."""
+        """Runs the script with the environment of an array's tasks."""
         script = ROOT / "scenes/farm/parts.slurm"
         isa = {"KINOME_ISA": header_isa(self)}
         for i in (1, 2, 3):
@@ -241,7 +241,8 @@ class Parts(unittest.TestCase):
 
 
 def header_isa(test):
-    """The instruction set that plugins are built for here: scripts ask for one that all machines have."""
+    """Returns the instruction set of plugins here. The scripts request one that all machines
+    support."""
     test.render("1/1", "-o", "isa")
     return header(test.folder / "isa.exr")["kinome:isa"]
 

@@ -1,4 +1,4 @@
-// The program's options, what it writes, and what it says.
+// Tests of the program's options, output files and messages.
 
 #include <set>
 #include <sstream>
@@ -18,7 +18,7 @@ class Program : public Cli {
  protected:
   Program() : scene_(folder_.write("scene.xml", small_scene())), image_(folder_.path("a.exr")) {}
 
-  /// Renders quietly, which must say nothing at all.
+  /// Renders with -q, which must print nothing.
   void render_quietly(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"-q", scene_});
     const ProcessResult result = kinome(arguments);
@@ -26,7 +26,7 @@ class Program : public Cli {
     EXPECT_EQ(result.err, "");
     EXPECT_EQ(result.out, "");
   }
-  /// Bytes of the picture that these options make.
+  /// Returns the bytes of the image with these options.
   std::string picture(std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {"-o", image_});
     render_quietly(arguments);
@@ -46,7 +46,7 @@ TEST_F(Program, PictureLiesBesideTheScene) {
   EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
 }
 
-/// What of Mitsuba's isn't here is a mistake, or is left out and listed.
+/// Unsupported parts of Mitsuba scenes are errors, or are omitted and listed.
 TEST_F(Program, LeavesOutWhatIsMissingIfAsked) {
   const std::string scene = folder_.write(
       "fog.xml",
@@ -196,7 +196,7 @@ TEST_F(Program, WarnsOfEmittersWithoutArea) {
             "has no ar");
   EXPECT_EQ(warning_of(sphere("1e-12")), "is so sma");
   EXPECT_EQ(warning_of(sphere("1e-5")), "");
-  // Thousands of them aren't told one by one, but that there are more is.
+  // Thousands of them aren't reported one by one, but the message states that there are more.
   const auto warnings_of = [&](int lamps) {
     std::string xml = small_scene();
     for (int i = 0; i < lamps; ++i) {
@@ -222,7 +222,7 @@ TEST_F(Program, WarnsOfChannelsThatAPfmCannotHold) {
   EXPECT_NE(run().err.find("store only colour"), std::string::npos) << run().err;
 }
 
-/// The emitter that an integrator brings along is nothing to worry about: for those who debug.
+/// The emitter that an integrator adds itself is reported only with debug messages.
 TEST_F(Program, LightPointsOfABounceComeWithoutANotice) {
   std::string xml = small_scene();
   xml.replace(xml.find("\"$integrator\"/>"), 16,
@@ -293,7 +293,8 @@ TEST_F(Program, StatsForPeopleGoToStderr) {
   }
 }
 
-/// Stages come as they run, with what they are, and parts add up to what they are part of.
+/// Stages are listed in the order in which they run, with a description, and parts add up to their
+/// whole.
 TEST_F(Program, StatsForPeopleAddUp) {
   const ProcessResult result =
       kinome({scene_, "--stats", "-t", "2", "-D", "integrator=clustered", "-D", "spp=160"});
@@ -326,7 +327,7 @@ TEST_F(Program, StatsForPeopleAddUp) {
       ++count;
     }
     if (count == 0) continue;
-    // Each is rounded to a tenth of a per cent, and a rest of no account is left out.
+    // Each is rounded to a tenth of a percent, and a negligible rest is omitted.
     EXPECT_NEAR(parts, rows[i].share, 0.05 * static_cast<double>(count + 1) + 0.1) << result.err;
   }
   const std::vector<std::string> order = {"load", "build", "render", "write"};
@@ -372,7 +373,8 @@ TEST_F(Program, InstructionSetsAreForced) {
   EXPECT_NE(kinome({scene_, "--stats"}).err.find("instruction set      " + best),
             std::string::npos);
 
-  // One that the processor has, but no plugin: the nearest lower one, which a warning names.
+  // If the processor supports a set but no plugin has it, the next lower one is used, with a
+  // warning.
   if (best != lowest) {
     for (const auto& category : std::filesystem::directory_iterator(KINOME_TEST_PLUGINS)) {
       if (!category.is_directory()) continue;
@@ -413,7 +415,7 @@ TEST_F(Program, OnlyNamedPluginsAreLoaded) {
             (std::set<std::string>{"bsdf/diffuse", "emitter/constant", "film/hdrfilm",
                                    "integrator/direct", "rfilter/box", "sampler/independent",
                                    "sensor/perspective", "shape/rectangle", "shape/sphere"}));
-  // What the dynamic linker opened is the proof.
+  // The dynamic linker's trace proves which library is opened.
   const std::string trace = folder_.path("trace");
   const ProcessResult result = run_process(
       {"env", "LD_DEBUG=files", "LD_DEBUG_OUTPUT=" + trace, KINOME_TEST_PROGRAM, "-q", scene_});

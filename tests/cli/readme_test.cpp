@@ -1,5 +1,5 @@
-// README and docs say nothing that isn't so: their commands run, their listings are the files
-// themselves, their tables are what the program prints. (docs_test.py checks links.)
+// Tests that README and docs are correct: their commands run, their listings equal the files, and
+// their tables equal the program's output. (docs_test.py checks links.)
 
 #include <map>
 #include <regex>
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// All of `text` that lies between `begin` and `end`, in order.
+/// Returns all parts of `text` between `begin` and `end`, in order.
 std::vector<std::string> between(const std::string& text, const std::string& begin,
                                  const std::string& end) {
   std::vector<std::string> found;
@@ -30,8 +30,8 @@ std::vector<std::string> blocks(const std::string& page, const std::string& lang
   return between(page, "```" + language + "\n", "```");
 }
 
-/// A command of these pages in its small form. A render keeps all that they say but its size and
-/// budget; run.sh keeps all but the number of tests (it is running us).
+/// Returns a command of these pages in a small form. A render keeps everything except its size and
+/// budget. run.sh runs fewer tests, because it is running this test.
 std::string small_form(std::string command) {
   if (std::regex_search(command, std::regex("^sh tests/run\\.sh$"))) {
     return command + " -R '^math\\.'";
@@ -59,7 +59,7 @@ class Readme : public Cli {
     }
   }
 
-  /// A clone's top folder as the README's reader sees it, whose build folder is ours.
+  /// Makes the top folder of a clone, with this build folder.
   void make_clone() {
     for (const auto& entry : fs::directory_iterator(KINOME_TEST_SOURCE)) {
       const std::string name = entry.path().filename().string();
@@ -123,7 +123,7 @@ TEST_F(Readme, ListingsAreTheFilesThemselves) {
   EXPECT_EQ(blocks(page, "cpp"), std::vector<std::string>{source});
   EXPECT_EQ(blocks(page, "cmake"),
             std::vector<std::string>{read_text(project + "CMakeLists.txt")});
-  // The README has parts of it, in its order.
+  // The README contains parts of it, in the same order.
   const std::vector<std::string> excerpts = blocks(pages_["README.md"], "cpp");
   ASSERT_EQ(excerpts.size(), 1u);
   size_t at = 0;
@@ -146,7 +146,7 @@ TEST_F(Readme, MitsubasPluginsAreWhatTheProgramPrints) {
               "<!-- /mitsuba -->");
   ASSERT_EQ(tables.size(), 1u);
   EXPECT_EQ(kinome({"plugins", "--mitsuba", "--markdown"}).out, tables[0]);
-  // One a line, for people.
+  // One per line, human-readable.
   EXPECT_NE(kinome({"plugins", "--mitsuba"}).out.find("bsdf        diffuse              yes\n"),
             std::string::npos);
 }
@@ -164,7 +164,7 @@ TEST_F(Readme, OptionTableHoldsEveryOptionAndNoOther) {
   ASSERT_EQ(tables.size(), 1u);
   const std::set<std::string> of_pictures = options_in(kinome({"--help"}).out);
   EXPECT_EQ(options_in(tables[0]), of_pictures);
-  // Of films, those that pictures have not, and where these are written.
+  // For animations, the options that images lack, and --output.
   std::set<std::string> own = {"--output"};
   for (const std::string& option : options_in(kinome({"film", "--help"}).out)) {
     if (of_pictures.count(option) == 0) own.insert(option);

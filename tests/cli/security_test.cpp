@@ -1,5 +1,5 @@
-// Scenes and files of strangers: they write nothing, load nothing but the program's own plugins,
-// and whatever they claim to be, it takes no more than a second and a gigabyte to say no.
+// Tests with untrusted scenes and files: they write nothing and load only the program's own
+// plugins. Whatever they contain, the program takes at most a second and a gigabyte to refuse them.
 
 #include <sys/stat.h>
 
@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 
 class Security : public Cli {
  protected:
-  /// A second of processor time and a gigabyte of memory, beyond which the program is killed.
+  /// Runs the program with limits of a second of processor time and a gigabyte of memory, beyond
+  /// which it is killed.
   static ProcessResult bounded(std::vector<std::string> arguments) {
 #ifdef KINOME_HAS_SANITIZER
     const std::string limits;  // sanitizers are slow, and reserve terabytes
@@ -62,7 +63,7 @@ TEST_F(Security, ScenesDontSayWhereThingsAreWritten) {
                  std::string(name) + "\" value=\"../../elsewhere.exr\"/></film></sensor>"),
         {"'" + std::string(name) + "'"});
   }
-  // Nor do names of sensors and other objects.
+  // Names of sensors and other objects don't write files, either.
   std::string xml = small_scene();
   xml.replace(xml.find("id=\"front\""), 10, "id=\"../../front\"");
   const std::string scene = folder_.write("scene.xml", xml);
@@ -70,7 +71,7 @@ TEST_F(Security, ScenesDontSayWhereThingsAreWritten) {
   EXPECT_EQ(other_files({scene}), std::vector<std::string>{folder_.path("scene.exr")});
 }
 
-/// A plugin that lies beside the scene, or wherever the scene points.
+/// A plugin beside the scene, or anywhere the scene points to.
 TEST_F(Security, ScenesDontBringPlugins) {
   for (const char* folder : {"", "bsdf", "plugins/bsdf", "lib/kinome/plugins/bsdf"}) {
     fs::create_directories(folder_.path(folder));
@@ -85,7 +86,7 @@ TEST_F(Security, ScenesDontBringPlugins) {
     refused(type);
   }
   refused(folder_.path("bsdf/faulty"));
-  // With the scene's folder as the one that the program is run in.
+  // The program runs in the scene's folder.
   const std::string scene = folder_.write("scene.xml", in_scene("<bsdf type=\"faulty\"/>"));
   const ProcessResult result = run_process({"sh", "-c", "cd \"$1\" && exec \"$2\" scene.xml", "sh",
                                             folder_.folder(), KINOME_TEST_PROGRAM});
@@ -130,7 +131,7 @@ TEST_F(Security, XmlThatGrows) {
   }
   folder_.write("n15.xml", in_scene(""));
   expect_refused(in_scene("<include filename=\"n1.xml\"/>"), {"too many includes"});
-  // One of a megabyte, a thousand times.
+  // A value of a megabyte, a thousand times.
   std::string large;
   for (int i = 0; i < 20000; ++i) large += "<default name=\"a\" value=\"some text, not much\"/>\n";
   folder_.write("large.xml", in_scene(large));
@@ -165,9 +166,9 @@ TEST_F(Security, FilesWithoutAnEnd) {
                  {"/dev/zero", "not a regular file"});
 }
 
-/// Regular files by their kind, of any size, or that wait for ever.
+/// Kernel files that are regular files of any size, or that block for ever.
 TEST_F(Security, FilesThatTheKernelMakes) {
-  // Whatever way leads there.
+  // Also through a link.
   const std::string link = folder_.path("link");
   fs::create_symlink("/proc/self/maps", link);
   const std::string relative = fs::relative("/proc/self/maps", folder_.folder());
@@ -175,7 +176,7 @@ TEST_F(Security, FilesThatTheKernelMakes) {
   for (const std::string& file :
        {std::string("/proc/self/mem"), std::string("/proc/self/pagemap"), of_sys, link, relative}) {
     SCOPED_TRACE(file);
-    if (file == of_sys && !fs::exists(file)) continue;  // some containers have no such thing
+    if (file == of_sys && !fs::exists(file)) continue;  // missing in some containers
     expect_refused(in_scene("<include filename=\"" + file + "\"/>"), {file, "kernel"});
     for (const char* type : {"obj", "ply", "gltf"}) {
       expect_refused(with_file("shape", type, file), {file, "kernel"});
@@ -237,7 +238,7 @@ TEST_F(Security, NumbersThatAreTooLarge) {
                  {"light_samples", "1000000000000"});
 }
 
-/// A PNG that claims a size, with a header whose checksum is right.
+/// A PNG that claims a size, with a header whose checksum is correct.
 std::string png_of(uint32_t side) {
   std::string header = "IHDR";
   const auto put = [](std::string& to, uint32_t number) {
@@ -284,7 +285,7 @@ TEST_F(Security, PicturesThatClaimToBeHuge) {
     }
     in_both("b.exr", huge);
   }
-  // An attribute of a type that nobody knows, and its size.
+  // An attribute of an unknown type, and its size.
   std::string attribute = exr;
   const size_t type = attribute.find("screenWindowCenter") + 19;
   attribute.replace(type, 3, "xyz");
@@ -303,7 +304,7 @@ TEST_F(Security, MeshesThatClaimToBeHuge) {
       std::string(36, '\0');
   folder_.write("a.ply", ply);
   expect_refused(with_file("shape", "ply", "a.ply"), {"a.ply", "1000000000000"});
-  // Of an accessor, of a buffer, and of one mesh in a hundred thousand nodes.
+  // Counts of an accessor and of a buffer, and a mesh in a hundred thousand nodes.
   const auto gltf = [](const std::string& count, const std::string& bytes, int nodes) {
     std::string list, indices;
     for (int i = 0; i < nodes; ++i) {

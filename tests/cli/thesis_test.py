@@ -1,4 +1,5 @@
-"""validation/thesis.sh in its small form: its page, pictures and numbers; and how it compares."""
+"""Tests validation/thesis.sh in its small form: its page, images and numbers, and its comparison.
+"""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""validation/run.sh report: the arithmetic of times and errors, and what the tables make of it."""
+"""Tests of validation/run.sh report: the arithmetic of times and errors, and the tables."""
 
 import pathlib
 import sys
@@ -54,7 +54,7 @@ class Analysis(unittest.TestCase):
         self.assertEqual([p["relmse"] for p in bounded], [1.1e-2, 4e-3])
         seconds, kind = analysis.seconds_to(bounded, 1e-2)
         self.assertEqual(kind, "measured")
-        # Later than by the point itself, never sooner.
+        # Later than with the point itself, never earlier.
         self.assertGreater(seconds, analysis.seconds_to(points, 1e-2)[0])
         self.assertLess(seconds, 3)
         self.assertEqual(analysis.bounded(points, 1.0), [])
@@ -69,7 +69,7 @@ class Analysis(unittest.TestCase):
         self.assertEqual(seconds(slow, 1e-2), (200, "extrapolated"))
         self.assertEqual(seconds(slow, 0.05), (160, "extrapolated"))
         self.assertEqual(seconds(slow, 1e-3), (None, "beyond"))
-        steep = line([1, 4, 16], [1, 1 / 8, 1 / 64])  # and of -3/2
+        steep = line([1, 4, 16], [1, 1 / 8, 1 / 64])  # a slope of -3/2
         self.assertAlmostEqual(seconds(steep, 1 / 64 / 27 / 8)[0], 16 * 36, places=6)
 
     def test_ratios_and_their_mean(self):
@@ -83,7 +83,7 @@ class Analysis(unittest.TestCase):
         self.assertEqual(analysis.ratios(scenes, 1e-3),
                          {"X": {"a": (2.0, "measured"), "b": (None, "peer only")},
                           "Y": {"a": (0.5, "measured")}})
-        # Who never arrives has lost, and no mean hides it.
+        # A renderer that never reaches the error loses, and no mean hides it.
         rows = tables_of_results.overview(scenes)[1]
         self.assertEqual([row[-1] for row in rows],
                          ["2.00 (faster)", "peer only (slower)", "2.00 (faster)"])

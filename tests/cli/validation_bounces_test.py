@@ -1,4 +1,4 @@
-"""validation/bounces.py and load_times.py: errors, the page, and the files they make."""
+"""Tests of validation/bounces.py and load_times.py: errors, the page, and the files."""
 import argparse
 import pathlib
 import struct
@@ -34,7 +34,7 @@ class Bounces(unittest.TestCase):
         images = [truth * (1 + 0.1 * rng.standard_normal(truth.shape)) for _ in range(4)]
         found = bounces.errors(images, truth)
         expected = float((0.01 * truth ** 2 / (truth ** 2 + 0.01 * truth.mean() ** 2)).mean())
-        # 6,000 values of a variance of 3 degrees of freedom: 4 standard deviations are 4 %.
+        # 6,000 values of a variance with 3 degrees of freedom: 4 standard deviations are 4 %.
         self.assertAlmostEqual(found["relmse"] / expected, 1, delta=0.045)
         self.assertLess(found["trimmed"], found["relmse"])
 

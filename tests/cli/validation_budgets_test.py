@@ -1,5 +1,5 @@
-"""validation/run.sh budgets: derived scene files, errors at equal time, and the page of a tiny scene; and
-the page of seeds.py."""
+"""Tests of validation/run.sh budgets: derived scene files, errors at equal time, and the page of a
+tiny scene; and of the page of seeds.py."""
 import contextlib
 import dataclasses
 import io
@@ -73,7 +73,7 @@ class SceneFiles(InFolder):
             self.assertEqual(budget_scenes.name_of(pathlib.Path(path)), name)
 
     def test_every_scene_of_the_project_can_be_derived(self):
-        # A copy of the scene files, in which included assets are empty: a fresh clone has none.
+        # A copy of the scene files with empty included assets, because a fresh clone has none.
         copies = self.folder / "copies"
         shutil.copytree(ROOT / "scenes", copies, ignore=shutil.ignore_patterns("assets", "tools"))
         for asset in ("kitchen/assets/instances", "kitchen/assets/lamps", "lamps/assets/pillars",

@@ -1,4 +1,4 @@
-"""validation/run.sh correctness: what is compared with what, and how."""
+"""Tests of validation/run.sh correctness: the pairs that are compared, and how."""
 
 import pathlib
 import sys
@@ -16,7 +16,7 @@ from suite.correctness import (Correctness, checks_of_big, checks_of_small,  # n
 
 
 class Recorder:
-    """Takes the place of the program, and remembers what it was asked for."""
+    """Replaces the program, and records the requests."""
 
     program = "0123"
 
@@ -66,7 +66,7 @@ class WhatIsCompared(unittest.TestCase):
             defines = work.defines(check)
             self.assertEqual((defines["sampler"], defines["importance"]), ("ldsampler", "product"))
             self.assertFalse(set(defines) & {*tables.POINTS, *tables.CUT})
-            # The scene file that is rendered hands the importance on.
+            # The rendered scene file passes the importance on.
             path, options = work.scene_file(check)
             self.assertIn("$integrator.xml", path.read_text("utf-8"))
             self.assertEqual(bool(options), check.big is None)
@@ -80,7 +80,7 @@ class WhatIsCompared(unittest.TestCase):
 
 
 class PairedRenders(unittest.TestCase):
-    """What two renders of a seed share is no noise of their difference."""
+    """Noise that two renders with one seed share is not part of their difference."""
 
     def verdict(self, bias):
         rng = np.random.default_rng(5)

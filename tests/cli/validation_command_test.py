@@ -1,4 +1,5 @@
-"""validation/run.sh as it is called: words, what is forgotten, what is missing, signals."""
+"""Tests of the command line of validation/run.sh: arguments, stored results, missing parts,
+signals."""
 
 import contextlib
 import fcntl
@@ -26,7 +27,7 @@ class Command(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = pathlib.Path(temporary.name)
-        # The program that was built, but a memory and an output of its own.
+        # The built program, with its own store and output.
         self.build = self.folder / "build"
         self.build.mkdir()
         for name in ("bin", "plugins"):
@@ -50,7 +51,7 @@ class Command(unittest.TestCase):
         return (self.folder / "out/summary.md").read_text(encoding="utf-8")
 
     def test_a_small_scene_is_proven_and_reported(self):
-        # FLIP's package isn't one of Debian's: 2, as something is left out.
+        # FLIP's package isn't in Debian: the status is 2 if something is left out.
         status, said = self.run_command("correctness", "diffuse_area", "--quick")
         self.assertIn(status, (0, 2), said)
         self.assertIn("check 5 of 5", said)
@@ -58,13 +59,13 @@ class Command(unittest.TestCase):
         status, said = self.run_command("report", "--quick")
         self.assertEqual(status, 0, said)
         self.assertIn("5 comparisons on 1 scenes, 0 red", self.summary())
-        # A part of a run says what the rest is.
+        # A partial run lists the rest.
         self.assertRegex(self.summary(), r"missing: \d+ comparisons have not been made, of .*hebe")
         self.assertIn("- missing: not timed: hebe, box, plate, blocks", self.summary())
         status, said = self.run_command("report", "diffuse_area", "--quick")
         self.assertEqual(status, 0, said)
         self.assertNotRegex(self.summary(), "have not been made|not timed")
-        # A row that repeats another's figures says so.
+        # A row that repeats another row's figures is marked.
         page = (self.folder / "out/index.html").read_text(encoding="utf-8")
         self.assertIn("another method, 2 in all", page)
         self.assertIn("clustered luminance =", page)
@@ -101,7 +102,7 @@ class Command(unittest.TestCase):
         self.assertIn("nothing to report: run correctness or benchmark first", said)
 
     def run_script(self, *words, build="none"):
-        """run.sh itself, where nothing can be installed or built, should it come to that."""
+        """Runs run.sh itself, with stubs that prevent installing and building."""
         stubs = self.folder / "stubs"
         stubs.mkdir(exist_ok=True)
         for name in ("apt-get", "cmake", "ninja", "pip"):

@@ -1,4 +1,5 @@
-"""validation/run.sh engine: slopes, medians, goals and page of made-up times, and turns."""
+"""Tests of validation/run.sh engine: slopes, medians, goals and page of simulated times, and the
+order of renders."""
 
 import csv
 import io
@@ -29,8 +30,8 @@ def run(label, seed, samples, seconds, processor, **more):
 
 
 def timed(label, nanoseconds, fixed=0.3, seeds=(1, 2, 3), samples=(16, 64), **more):
-    """Renders that take so many nanoseconds of processor time a sample, half of that on the clock,
-    and `fixed` seconds beside; the third seed met a busy machine."""
+    """Returns renders with this processor time in nanoseconds per sample, half of that as elapsed
+    time, plus `fixed` seconds. The third seed simulates a busy machine."""
     return [run(label, seed, count, fixed + 0.5e-9 * nanoseconds * PIXELS * count * slow,
                 fixed + 1e-9 * nanoseconds * PIXELS * count * slow, **more)
             for seed, slow in zip(seeds, (1, 1, 3)) for count in samples]
@@ -245,12 +246,12 @@ class Turns(unittest.TestCase):
 
     def test_both_take_turns_at_each_count(self):
         rows = self.engine().run(engine.units(["spot"], ["direct"], False), 1e9)
-        # 16 samples take the fake 32 ms: it is timed at the higher counts.
+        # The fake takes 32 ms for 16 samples: it is timed at the higher counts.
         turns = [one for one in self.said if one[2] != engine.WARM_UP]
         self.assertEqual(turns, [(who, n, seed) for seed in (1, 2, 3) for n in engine.HIGH
                                  for who in ("ours", "Mitsuba")])
         self.assertEqual([one["rays"] for one in rows[0]["runs"][:2]], [8, 0])
-        self.assertAlmostEqual(analysis.faster(rows[0]), 2)  # 2 ms a sample of ours, 4 of the fake
+        self.assertAlmostEqual(analysis.faster(rows[0]), 2)  # Kinome: 2 ms per sample, the fake: 4
         self.assertEqual(self.log.problems, [])
         self.said.clear()
         self.assertEqual(self.engine().run(engine.units(["spot"], ["direct"], False), 1e9), rows)

@@ -1,4 +1,5 @@
-"""validation/run.sh maps: what pixels see, what class they are of, and the page of a tiny scene."""
+"""Tests of validation/run.sh maps: visible surfaces and classes of pixels, and the page of a tiny
+scene."""
 
 import contextlib
 import dataclasses
@@ -131,7 +132,7 @@ class Patches(unittest.TestCase):
         patch, new = surfaces.patches_of(points, 2)
         self.assertEqual((new.sum(), new[2:, 5, 5].all()), (2, True))
         self.assertEqual(set(patch[:, 5, 5]), {0, 1})
-        # Without a pilot, there is nothing that could be new to it.
+        # Without a pilot, no surface is new to it.
         glossy, visible = np.array([False, False, False]), np.ones((8, 8))
         self.assertEqual(set(maps.classify(points, 0, glossy, visible).flat),
                          {maps.NAMES.index("dull"), maps.NAMES.index("several patches")})
@@ -214,8 +215,8 @@ class ATinyScene(InFolder):
         classes = found["classes"]
         self.assertAlmostEqual(sum(row["pixels"] for row in classes.values()), 1)
         self.assertAlmostEqual(sum(row["error"] for row in classes.values()), 1)
-        # The sky (where, of some pixels, no camera ray happened to meet an edge), the cube's and
-        # the floor's edges, its front, and the floor.
+        # The sky (where, in some pixels, no camera ray met an edge), the edges of the cube and the
+        # floor, the cube's front, and the floor.
         self.assertGreater(classes["nothing"]["pixels"], 0.3)
         self.assertLess(classes["nothing"]["error"], 0.02)
         for name in ("several patches", "dull, partly lit"):

@@ -1,4 +1,5 @@
-"""validation/run.sh without Mitsuba: its arithmetic, what it remembers, its page, its bad input."""
+"""Tests of validation/run.sh without Mitsuba: its arithmetic, stored results, page, and invalid
+input."""
 
 import base64
 import csv
@@ -121,7 +122,7 @@ class OtherProcesses(InFolder):
                          ["Mitsuba isn't installed (pip failed?): its columns are left out"])
 
     def test_a_render_is_timed_when_it_is_warm(self):
-        # The first render of a number of samples after loading takes twice as long here.
+        # The first render of a sample count after loading takes twice as long here.
         first, second = (Theirs(self.mitsuba("good"), c, HEBE, SIZE)
                          for c in configurations(HEBE)[:2])
         shared = Theirs(first.mitsuba, second.configuration, HEBE, SIZE)
@@ -137,7 +138,7 @@ class OtherProcesses(InFolder):
 
 
 class Explanations(unittest.TestCase):
-    """What is known to be red is explained, and nothing beyond it."""
+    """Known failures are explained, and no others."""
 
     def test_only_the_known_tests_and_no_further(self):
         def row(method="direct", t=9.8, red="tiles"):
@@ -154,7 +155,7 @@ class Explanations(unittest.TestCase):
 
 
 class FakeKinome:
-    """Renders with less noise than the fake Mitsuba, and counts."""
+    """Renders with less noise than the fake Mitsuba, and counts renders."""
 
     program = "0123"
 
@@ -209,7 +210,7 @@ class TimeAgainstError(InFolder):
         self.assertAlmostEqual(ratio[0], 8, delta=2.5)
         self.check_page({"hebe": entry})
 
-        # A finalist was chosen by its luck in the search: it is timed anew when it takes its turns.
+        # The search selects finalists partly by chance: they are timed again in the final round.
         keys = [json.loads(key) for key in Store(self.folder / "store.jsonl").values]
         for name in peers:
             parts = {key.get("part") for key in keys
@@ -292,7 +293,7 @@ class TimeAgainstError(InFolder):
         long = {row["name"] for row in rows if row["samples"] == 256}
         self.assertIn(("scalar_rgb", "path", "multijitter"), long)
         self.assertNotIn(("scalar_rgb", "direct", "multijitter"), long)
-        # Nobody else would have the long count.
+        # No other renderer would have the long count.
         self.assertIn(("scalar_rgb", "direct", "ldsampler"), long)
         self.assertEqual(len([row for row in rows if row["samples"] == 16]), 24)
 

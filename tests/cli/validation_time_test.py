@@ -1,4 +1,5 @@
-"""validation/run.sh benchmark: what is left undone to save time; the scenes that fit a time."""
+"""Tests of validation/run.sh benchmark: work that is skipped to save time, and the scenes that fit
+a time limit."""
 
 import argparse
 import dataclasses
@@ -22,7 +23,7 @@ MACHINE = {"processor": "A", "cores": 2}
 
 
 class Search(InFolder):
-    """Mitsuba's configurations that are tried, by seconds and errors that are given."""
+    """Tests which of Mitsuba's configurations are tried, for given seconds and errors."""
 
     def rows(self, seconds=lambda c: 1.0, error=lambda c, samples: 1 / samples):
         renders = []
@@ -48,7 +49,7 @@ class Search(InFolder):
         rows, renders = self.rows()
         self.assertEqual(len(rows), 2 * len(configurations(HEBE)))
         self.assertFalse(any(row["left_behind"] for row in rows))
-        # Of many samples the first render is the warm-up.
+        # With many samples, the first render is the warm-up.
         self.assertEqual({warm for _, samples, warm in renders if samples == 16}, {True})
         self.assertEqual([warm for name, samples, warm in renders
                           if samples == 256 and name == configurations(HEBE)[0].name],
@@ -90,7 +91,8 @@ class Search(InFolder):
 
 class Turns(InFolder):
     def counts(self, kind, claimed, seconds, error, own=1e-9):
-        """Those that one renderer is asked for, by its seconds and its error at one sample."""
+        """Returns the sample counts requested of a renderer, for its seconds and its error with one
+        sample."""
         made = benchmark.Benchmark(FakeKinome(), None, None, FakeReferences(),
                                    dataclasses.replace(tables.FULL, seeds=2),
                                    Store(self.folder / "store.jsonl"), self.folder, self.log)
@@ -117,13 +119,13 @@ class Turns(InFolder):
     def test_no_larger_counts_of_what_is_below_the_targets(self):
         self.assertEqual(self.counts("peer", True, 1e-6, 2e-3), [4, 16, 64])
         self.assertEqual(self.counts("ours", True, 1e-6, 2e-3), [4, 16, 64, 256, 1024])
-        # Nor of what the reference can't tell.
+        # The same for errors below the reference's own.
         self.assertEqual(self.counts("ours", True, 1e-6, 2e-3, own=1e-3), [4, 16])
 
     def test_what_is_not_claimed_to_be_fast_takes_less(self):
         self.assertEqual(self.counts("ours", True, 0.01, 1e3), [4, 16, 64, 256])
         self.assertEqual(self.counts("ours", False, 0.01, 1e3), [4, 16, 64])
-        # Three counts may take longer, so that there is a slope.
+        # Three counts may take longer, to determine a slope.
         self.assertEqual(self.counts("ours", True, 0.1, 1e3), [4, 16, 64])
         self.assertEqual(self.counts("ours", False, 0.1, 1e3), [4, 16])
 
@@ -191,7 +193,8 @@ class ScenesFor(InFolder):
                         MACHINE)
 
     def take(self, seconds, program="1", scenes=(HEBE, CAR, GRACE), search=50, turns=40):
-        """(names taken, names left): a reference takes 100 s, once, as does a search."""
+        """Returns (names taken, names left). A reference takes 100 s, once, and so does a search.
+        """
         schedule, end = self.schedule(program), self.now + seconds
         names = []
 
@@ -216,7 +219,7 @@ class ScenesFor(InFolder):
         usual = sum(USUAL.values())
         self.assertEqual(self.take(usual - 1), ([], ["hebe", "car", "grace"]))
         self.assertEqual(self.take(usual), (["hebe"], ["car", "grace"]))
-        # The others are taken for what hebe took, but for its start-up, of which nothing is known.
+        # The others are assumed to take as long as hebe, except for the unknown start-up.
         needs = 190 + USUAL["startup"]
         self.assertEqual(self.take(needs - 1), (["hebe"], ["car", "grace"]))
         self.assertEqual(self.take(needs), (["car"], ["grace", "hebe"]))
@@ -253,9 +256,9 @@ class ScenesFor(InFolder):
             store = Store(path)
             return [store.get(key) is not None for key in keys]
 
-        # Begun by this program, and interrupted: it goes on.
+        # An interrupted run of this program continues.
         self.assertEqual(kept("1"), [True] * 6)
-        # By another, or once more.
+        # Another program's results, or a new run.
         self.assertEqual(kept("2"), [False, False, True, True, True, True])
         self.assertEqual(kept("1"), [False, False, True, True, True, True])
 

@@ -9,7 +9,7 @@
 
 #include "kinome/plugin.h"
 
-/// Plugins that do what plugins must not, each in the way that its parameter `fault` says.
+/// Plugins with a fault that the parameter `fault` selects.
 namespace kinome::test {
 
 #define KINOME_FAULT_PARAMETER \
@@ -17,7 +17,7 @@ namespace kinome::test {
 
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// Never returns where n > 0, and can't be made a loop.
+/// Never returns if n > 0, and can't be compiled to a loop.
 inline int recurse(int n) {
   volatile char frame[256];
   frame[n & 255] = static_cast<char>(n);
@@ -36,7 +36,7 @@ class Fault {
     if (is(fault)) throw std::runtime_error(std::string("can't ") + what);
   }
 
-  /// `where` this is: "crash WHERE by SIGNAL".
+  /// Crashes if the fault is "crash WHERE by SIGNAL" with this `where`.
   void crash_if(const char* where) const {
     const std::string crash = std::string("crash ") + where + " by ";
     if (!fault_.starts_with(crash)) return;

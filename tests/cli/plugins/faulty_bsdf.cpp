@@ -1,4 +1,4 @@
-// A BSDF with a fault, for tests of what the program makes of it.
+// A BSDF with a fault, for tests of the program's reaction.
 
 #include <cmath>
 #include <new>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr Parameter kTable[] = {KINOME_FAULT_PARAMETER};
 
-/// White and diffuse but for its fault.
+/// White and diffuse, except for its fault.
 class FaultyBsdf final : public Bsdf {
  public:
   explicit FaultyBsdf(const Properties& props) : fault_(props) { lobes_ = Lobe::kDiffuse; }

@@ -1,4 +1,4 @@
-// An emitter with a fault, for tests of what the program makes of it.
+// An emitter with a fault, for tests of the program's reaction.
 
 #include <cmath>
 
@@ -12,7 +12,8 @@ namespace {
 
 constexpr Parameter kTable[] = {KINOME_FAULT_PARAMETER};
 
-/// A sky that is brighter toward +x, drawn evenly, but for its fault; nested in a shape, a lamp.
+/// A uniformly sampled sky that is brighter toward +x, except for its fault; in a shape, an area
+/// light.
 class FaultyEmitter final : public Emitter {
  public:
   explicit FaultyEmitter(const Properties& props)
@@ -76,7 +77,7 @@ class FaultyEmitter final : public Emitter {
   }
 
  private:
-  /// Radiance at a place of the grid.
+  /// Returns the radiance at a position of the grid.
   Rgb at(const Vec2& place) const {
     const float shift = fault_.is("grid") ? 0.5f : 0.f;
     const float phi = (place.x + shift) * 2 * kPi / 64, theta = place.y * kPi / 32;

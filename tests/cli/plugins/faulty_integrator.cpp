@@ -1,4 +1,4 @@
-// An integrator with a fault, for tests of what the program makes of it.
+// An integrator with a fault, for tests of the program's reaction.
 
 #include <array>
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr Parameter kTable[] = {KINOME_FAULT_PARAMETER};
 
-/// Grey pixels but for its fault.
+/// Grey pixels, except for its fault.
 class FaultyIntegrator final : public Integrator {
  public:
   explicit FaultyIntegrator(const Properties& props) : fault_(props) {}

@@ -1,4 +1,4 @@
-// A shape with a fault, for tests of what the program makes of it.
+// A shape with a fault, for tests of the program's reaction.
 
 #include "faulty.h"
 #include "kinome/shape.h"
@@ -12,7 +12,7 @@ constexpr Parameter kTable[] = {
     {"emitter", ParameterType::kObject, nullptr, "Its light.", false, Category::kEmitter},
 };
 
-/// A square in the plane z = 0 but for its fault.
+/// A square in the plane z = 0, except for its fault.
 class FaultyShape final : public Shape {
  public:
   explicit FaultyShape(const Properties& props) : Shape(props), fault_(props) {}

@@ -1,4 +1,4 @@
-// A texture with a fault, for tests of what the program makes of it.
+// A texture with a fault, for tests of the program's reaction.
 
 #include "faulty.h"
 #include "kinome/texture.h"
@@ -8,13 +8,13 @@ namespace {
 
 constexpr Parameter kTable[] = {KINOME_FAULT_PARAMETER};
 
-/// As its library is loaded.
+/// Crashes while its library is loaded.
 const bool crashes_at_once = [] {
   if (std::getenv("KINOME_TEST_CRASH")) raise(SIGSEGV);
   return false;
 }();
 
-/// Grey but for its fault.
+/// Grey, except for its fault.
 class FaultyTexture final : public Texture {
  public:
   explicit FaultyTexture(const Properties& props) : fault_(props) {}
