@@ -2,8 +2,8 @@
 
 All three use any number of bounces (max_depth -1). The error is the variance between seeds, as in bounces.py.
 Time is processor time minus that of a tiny render, so other programs on the machine have little effect. The
-error of `path` at the time of `clustered` is interpolated on its own curve. For budgets of seconds, it is
-that of a render by `path` with the same budget.
+error of `path` at the time of `clustered` is interpolated on its own curve. For budgets of seconds
+and of errors, it is that of a render by `path` with the same budget, which spends time on the same checks.
 """
 import dataclasses
 import math
@@ -126,13 +126,13 @@ class Budgets:
         fit = int(SECONDS_OF_SEEDS / max(first["processor"], 1e-3))
         return max(self.options.seeds, min(fit, MAX_SEEDS))
 
-    def runs_to_errors(self, scene, found):
-        """Returns the same for `clustered` with --error. Skips renders that would take longer than
+    def runs_to_errors(self, scene, integrator, found):
+        """Returns the same with --error. Skips renders that would take longer than
         MAX_SECONDS_OF_ERROR, estimated from the errors by number of samples."""
         mean = weighted_mean([best(found)])
         points = [point(budget, renders, mean, 0) for budget, renders in found.items()]
         last = max(points, key=seconds_of)
-        return self.runs(scene, "clustered", [
+        return self.runs(scene, integrator, [
             Budget(error=error) for error in ERRORS
             if seconds_of(last) * last["relmse"] / error < MAX_SECONDS_OF_ERROR])
 
@@ -141,7 +141,7 @@ class Budgets:
         start = self.start(scene)
         runs = {"path": self.runs(scene, "path", [Budget(samples=n) for n in PATH_SAMPLES])}
         times = [Budget(seconds=s) for s in self.options.seconds]
-        timed = self.runs(scene, "path", times)
+        timed = self.runs(scene, "path", times) | self.runs_to_errors(scene, "path", runs["path"])
         try:
             light = self.runs(scene, "ptracer", [Budget(samples=n) for n in PTRACER_SAMPLES])
             if is_same(means(runs["path"]), means(light)):
@@ -150,7 +150,7 @@ class Budgets:
             self.log.say(f"{scene.name}: without ptracer: {reason}")
         by_samples = self.runs(scene, "clustered", [Budget(samples=n) for n in SAMPLES])
         runs["clustered"] = (by_samples | self.runs(scene, "clustered", times) |
-                             self.runs_to_errors(scene, by_samples))
+                             self.runs_to_errors(scene, "clustered", by_samples))
         mean = weighted_mean([best(found) for found in runs.values()])
         runs["path"] |= timed
         curves = {who: [point(budget, renders, mean, start) for budget, renders in found.items()]
@@ -197,11 +197,14 @@ def seconds_of(one):
 
 def error_at(curve, seconds, budget=""):
     """Returns the relMSE after `seconds`. Interpolates between measured points in logarithms, and extrapolates
-    as 1 / time. If `budget` is one of seconds and was measured, uses only its point."""
-    is_timed = {one["budget"]: one["budget"].endswith(" s") for one in curve}
-    same = [one for one in curve if one["budget"] == budget and is_timed[budget]]
-    points = sorted((seconds_of(one), one["relmse"]) for one in curve
-                    if one["relmse"] > 0 and (one in same if same else not is_timed[one["budget"]]))
+    as 1 / time. If `budget` is one of seconds or of an error and was measured, uses only its point."""
+    def has_no_samples(name):
+        return name.endswith(" s") or name.startswith("relMSE ")
+
+    same = [one for one in curve if one["budget"] == budget and has_no_samples(budget)]
+    others = [one for one in curve if not has_no_samples(one["budget"])]
+    points = sorted((seconds_of(one), one["relmse"]) for one in same or others
+                    if one["relmse"] > 0)
     if not points:
         return None
     first, last = points[0], points[-1]

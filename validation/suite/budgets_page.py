@@ -52,14 +52,15 @@ def page(machine, scenes):
         f"Written by `sh validation/run.sh budgets` at {', '.join(commits)}, on "
         f"{machine['processor']}, {machine['cores']} cores. Images of {SIZE[0]}x{SIZE[1]} pixels unless "
         "the name gives another size, "
-        f"max_depth -1, {'/'.join(map(str, seeds))} seeds, and up to {MAX_SEEDS} for short renders. Each figure is the relMSE of the better of "
-        "`path` and `ptracer` at equal time, divided by that of `clustered`: above 1, `clustered` is "
-        "better. Time is processor time (user and system, of all threads) without start-up and loading; "
-        "error is the variance between seeds, so that few seeds tell ratios to some 20 % only, and light "
-        "that no render found is not seen. The last column compares the means of the images with "
-        "those of `path`, with one standard error. Errors of `path` between its measured "
-        "sample counts are interpolated; beyond them they fall by 1 / time. By `--time`, `path` has the same "
-        "time, and what either got of the processors is allowed for.", "",
+        f"max_depth -1, {'/'.join(map(str, seeds))} seeds, and up to {MAX_SEEDS} for short renders. "
+        "Each figure is the relMSE of the better of `path` and `ptracer` at equal time, divided by that "
+        "of `clustered`: above 1, `clustered` is better. Time is processor time (user and system, of "
+        "all threads) without start-up and loading. Error is the variance between seeds: few seeds tell "
+        "ratios to some 20 % only, and light that no render found is not seen. The last column compares "
+        "the means of the images with those of `path`, with one standard error. Errors of `path` "
+        "between its measured sample counts are interpolated; beyond them they fall by 1 / time. By "
+        "`--time` and `--error`, `path` has the same budget, and its error is scaled to the processor "
+        "time that `clustered` took.", "",
         f"{len(every)} figures, {below} below {LIMIT}." if every else "Nothing was measured.", "",
         "![relMSE ratio of all scenes and budgets](plot.png)", "",
         "\\*: `clustered` left the image to `path` with at least one seed. †: `ptracer` is the better "
