@@ -44,7 +44,7 @@ struct SurfaceHit {
   SurfaceInteraction si;
   uint32_t shape;
   float depth;  ///< distance from the camera's near plane, as in Mitsuba
-  Vec2 duv_dx;  ///< 0 unless a type has needs_next_rays, like duv_dy
+  Vec2 duv_dx;  ///< 0 unless needed, like duv_dy
   Vec2 duv_dy;
 };
 

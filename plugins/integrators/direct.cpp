@@ -42,16 +42,16 @@ struct DirectWorker {
   float* straight;  ///< see transport::Vertices
 };
 
-void add_light(DirectWorker& worker, const Scene& scene, const transport::LightSamples& wanted,
+void add_light(DirectWorker& worker, const Scene& scene, const transport::LightSamples& counts,
                const transport::CameraBlock& block, const PixelSamples& samples,
                RenderCounters& counters) {
   transport::DirectLight& light = worker.light;
   constexpr auto kDimensions = transport::DirectLight::kDimensions;
   const transport::Surfaces& seen = block.seen();
   if (seen.reflecting() == 0) return;
-  const int emitter_samples = scene.emitters().empty() ? 0 : wanted.emitter;
+  const int emitter_samples = scene.emitters().empty() ? 0 : counts.emitter;
   const bool meets_light = scene.environment() || scene.has_surface_emitters();
-  const int bsdf_samples = meets_light ? wanted.bsdf : 0;
+  const int bsdf_samples = meets_light ? counts.bsdf : 0;
   transport::Vertices vertices{&seen, seen.points().ray, {}};
   vertices.straight = worker.straight;
   for (int k = 0; k < std::max(emitter_samples, bsdf_samples); ++k) {
@@ -64,7 +64,7 @@ void add_light(DirectWorker& worker, const Scene& scene, const transport::LightS
     {
       const StageTimer timer(counters.stage_seconds["shade"]);
       light.sample(samples, vertices, dimension(emitter_samples, 0),
-                   dimension(bsdf_samples, wanted.emitter));
+                   dimension(bsdf_samples, counts.emitter));
     }
     if (k < emitter_samples) light.add_emitter_samples(vertices, block.radiance(), counters);
     if (k >= bsdf_samples) continue;

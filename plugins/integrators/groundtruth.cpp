@@ -1,9 +1,9 @@
 // groundtruth: direct light and one bounce from a set of light points, each used exactly once
 // (Åkerlund 2008, 5.2).
 //
-// The only random choice is the position in the pixel. The image is the expectation of `clustered`
-// with the same `light_samples`. It takes a shadow ray for each light point above the horizon, so
-// use it for small images.
+// No light points are chosen: only positions in pixels are sampled. The image is the expectation of
+// `clustered` with the same `light_samples`. It takes a shadow ray for each light point above the
+// horizon, so use it for small images.
 //
 //   <integrator type="groundtruth"> <integer name="light_samples" value="32768"/> </integrator>
 #include <numeric>

@@ -71,7 +71,7 @@ constexpr Parameter kParameters[] = {
      "'product': render with 'path' if a trial on some tiles finds that it takes less work for the "
      "same error, or if the render is short. Never if 'path' can't find some of the light."},
     {"rr_depth", ParameterType::kInteger, "5",
-     "'product': Russian roulette ends paths from the camera after this many surface points."},
+     "'product': Russian roulette ends paths from the camera from this many surface points on."},
     KINOME_POINT_LIGHT_PARAMETERS,
     {"cut_size", ParameterType::kInteger, "512",
      "Number of clusters in the cut; for 'product', of cells of the environment."},

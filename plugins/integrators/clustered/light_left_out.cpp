@@ -29,11 +29,11 @@ struct BatchSums {
 /// Samples of pixels distributed over the image, or of all pixels if the image is small. In a small
 /// image, samples of one pixel have distinct random numbers. In a large image, two samples rarely
 /// have the same pixel; they then have the same random numbers.
-struct Places {
+struct RandomPixels {
   uint32_t x[kBatchPaths], y[kBatchPaths];
   PixelSamples samples;
 
-  Places(const Rect& crop, uint32_t batch, uint64_t seed)
+  RandomPixels(const Rect& crop, uint32_t batch, uint64_t seed)
       : samples{x, y, kBatchPaths, 0, 1, hash_words(seed, 3, batch)} {
     const auto area = static_cast<uint32_t>(crop.area());
     if (area <= kBatchPaths) {
@@ -51,7 +51,7 @@ struct Places {
       y[i] = static_cast<uint32_t>(crop.y0) + row;
     }
   }
-  Places(const Places&) = delete;
+  RandomPixels(const RandomPixels&) = delete;
 };
 
 BatchSums trace_batch(const PathSettings& settings, uint32_t longest,
@@ -89,8 +89,8 @@ LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longe
   std::array<BatchSums, kBatches> batches;
   const transport::SceneTable table(scene);
   context.parallel_for(kBatches, [&](size_t i) {
-    const Places places(sensor.film().crop(), static_cast<uint32_t>(i), seed);
-    batches[i] = trace_batch(settings, longest, table, sensor, places.samples);
+    const RandomPixels pixels(sensor.film().crop(), static_cast<uint32_t>(i), seed);
+    batches[i] = trace_batch(settings, longest, table, sensor, pixels.samples);
   });
   BatchSums sums;
   for (const BatchSums& batch : batches) {
@@ -108,11 +108,11 @@ LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longe
   return left_out;
 }
 
-void warn_of_light_left_out(const Location& where, const PathSettings& asked, uint32_t longest,
+void warn_of_light_left_out(const Location& where, const PathSettings& requested, uint32_t longest,
                             const Scene& scene, const Sensor& sensor, RenderContext& context) {
-  if (longest >= asked.length.max_depth || log_level() == LogLevel::kQuiet) return;
+  if (longest >= requested.length.max_depth || log_level() == LogLevel::kQuiet) return;
   const StageTimer timer(context.stats().counters.stage_seconds["light left out"]);
-  const LightLeftOut found = measure_light_left_out(asked, longest, scene, sensor, context);
+  const LightLeftOut found = measure_light_left_out(requested, longest, scene, sensor, context);
   if (found.share < kMinShare || found.share < kMinErrors * found.error) return;
   log_warn(Error(where, std::string("light after ") + (longest == 3 ? "two bounces" : "a bounce") +
                             " and more is left out: about " + percent(found.share) +

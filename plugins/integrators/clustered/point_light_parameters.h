@@ -34,12 +34,12 @@ inline constexpr const char* kModes[] = {"auto", "distant", "local", "both"};
   }
 
 /// Maximum number of edges of paths over light points.
-inline constexpr uint32_t kLongestPath = 3;
+inline constexpr uint32_t kMaxPathEdges = 3;
 
 struct PointLightSettings {
   uint32_t light_samples = 0;
-  PointLightOptions options;  ///< max_depth is at most kLongestPath
-  PathSettings asked;         ///< paths requested by max_depth
+  PointLightOptions options;  ///< max_depth is at most kMaxPathEdges
+  PathSettings requested;     ///< paths requested by max_depth
   Location where;             ///< location of the integrator in the scene file
 };
 
@@ -52,9 +52,9 @@ inline PointLightSettings read_point_light_parameters(const Properties& props) {
   options.local = mode != 1;
   options.hide_emitters = props.boolean("hide_emitters");
   settings.where = props.where();
-  settings.asked.length.max_depth = read_max_depth(props);
-  settings.asked.hide_emitters = options.hide_emitters;
-  options.max_depth = std::min(settings.asked.length.max_depth, kLongestPath);
+  settings.requested.length.max_depth = read_max_depth(props);
+  settings.requested.hide_emitters = options.hide_emitters;
+  options.max_depth = std::min(settings.requested.length.max_depth, kMaxPathEdges);
   options.max_geometry_term = props.real("max_geometry_term");
   if (!(options.max_geometry_term >= 0)) {
     throw props.error("max_geometry_term",
@@ -73,17 +73,17 @@ inline const char* indirect_emitter(const PointLightSettings& settings) {
 inline bool render_without_surfaces(const PointLightSettings& settings, const Scene& scene,
                                     const Sensor& sensor, RenderContext& context) {
   if (settings.options.max_depth >= 2) return false;
-  transport::render_paths(settings.asked, scene, sensor, context);
+  transport::render_paths(settings.requested, scene, sensor, context);
   return true;
 }
 
 /// Implements Integrator::warn_of_light_left_out. Warns only if longer paths are requested than
-/// kLongestPath.
+/// kMaxPathEdges.
 inline void warn_of_light_left_out(const PointLightSettings& settings, const Scene& scene,
                                    const Sensor& sensor, RenderContext& context) {
-  if (settings.asked.length.max_depth <= kLongestPath) return;
-  const uint32_t longest = settings.options.local ? kLongestPath : 2;
-  warn_of_light_left_out(settings.where, settings.asked, longest, scene, sensor, context);
+  if (settings.requested.length.max_depth <= kMaxPathEdges) return;
+  const uint32_t longest = settings.options.local ? kMaxPathEdges : 2;
+  warn_of_light_left_out(settings.where, settings.requested, longest, scene, sensor, context);
 }
 
 inline ScenePointLights gather(const PointLightSettings& settings, const Scene& scene,

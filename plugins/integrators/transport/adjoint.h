@@ -11,10 +11,10 @@
 /// that the path comes from. All functions are thread-safe.
 namespace kinome::transport {
 
-/// Returns the factor of flux that arrives along `from` and leaves along `to`, for a BSDF evaluated
-/// as for paths from the camera: f times |cos| of `from`. It corrects shading normals and all other
-/// scattering that isn't reciprocal (Veach 1997, 5.3). Arguments are cosines with the surface's
-/// normal, float or wide::Float. Returns 0 for light that arrives edge-on, which brings no flux.
+/// Returns the factor of flux that arrives along `from` and leaves along `to`, relative to the BSDF
+/// value for paths from the camera (f times |cos| of `from`). It corrects for shading normals and
+/// all other scattering that isn't reciprocal (Veach 1997, 5.3). Arguments are cosines with the
+/// surface's normal, float or wide::Float. Returns 0 for light that arrives edge-on.
 template <class F>
 F adjoint_factor(F cos_from, F cos_to) {
   using plain::select, std::abs;

@@ -35,7 +35,7 @@ inline uint32_t read_max_depth(const Properties& props) {
 /// Limits on the length of paths.
 struct PathLength {
   uint32_t max_depth = kNoMaxDepth;  ///< number of edges
-  uint32_t rr_depth = 5;             ///< number of surface points before Russian roulette
+  uint32_t rr_depth = 5;             ///< first surface point with Russian roulette, counted from 1
 
   PathLength() = default;
   PathLength(uint32_t edges, uint32_t roulette_from)

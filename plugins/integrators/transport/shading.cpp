@@ -22,10 +22,10 @@ void shade(const Surfaces& surfaces, const Columns3& wi, const BsdfQuery& query,
     for (; k < ranges.size() && ranges[k].row->bsdf == &bsdf; ++k) {
       end = ranges[k].first + ranges[k].count;
     }
-    BsdfQuery asked = query.from(first);
-    if (first >= surfaces.scattering()) asked.wo = {};
-    if (!asked.wo.x && !asked.u1) continue;
-    bsdf.shade_block(points.part(first, end - first), asked, answer.from(first));
+    BsdfQuery of_bsdf = query.from(first);
+    if (first >= surfaces.scattering()) of_bsdf.wo = {};
+    if (!of_bsdf.wo.x && !of_bsdf.u1) continue;
+    bsdf.shade_block(points.part(first, end - first), of_bsdf, answer.from(first));
   }
 }
 

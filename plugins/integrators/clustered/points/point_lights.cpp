@@ -30,14 +30,14 @@ void add_points(LightPoints points, bool is_indirect, std::vector<PointLightSet>
 ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context, uint32_t count,
                                      const PointLightOptions& options) {
   ScenePointLights lights;
-  const auto is_wanted = [&](Kind kind) {
+  const auto is_enabled = [&](Kind kind) {
     return kind == Kind::kDistant ? options.distant : options.local;
   };
   for (const Emitter* emitter : scene.emitters()) {
     const Kind expected = emitter->is_environment() ? Kind::kDistant : Kind::kLocal;
     std::optional<LightPoints> points;
-    if (is_wanted(expected)) points = emitter->light_points(scene, context, count);
-    if (points && is_wanted(points->kind)) {
+    if (is_enabled(expected)) points = emitter->light_points(scene, context, count);
+    if (points && is_enabled(points->kind)) {
       // A black emitter has no points.
       add_points(std::move(*points), false, lights.sets);
     } else {

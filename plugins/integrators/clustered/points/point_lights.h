@@ -73,9 +73,9 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
 /// visibility. Contributions of zero take no shadow ray. Emitters without light points get one
 /// emitter sample each.
 ///
-/// Rays follow mirror (delta) lobes, to which light points can't contribute; the surfaces that they
-/// hit are lit in the same way. Light that reaches a surface via a mirror is left out. Stages:
-/// primary, choose (timed by `choose` itself), evaluate, shadow, film.
+/// Rays follow mirror (delta) lobes, to which light points can't contribute. The surfaces that they
+/// hit are lit in the same way, within max_depth. Light that reaches a surface via a mirror is left
+/// out. Stages: primary, choose (timed by `choose` itself), evaluate, shadow, film.
 void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext& context,
                          const ScenePointLights& lights, const PointLightOptions& options);
 
