@@ -66,7 +66,7 @@ void PrintTo(const BadMesh& mesh, std::ostream* out) {
 }
 
 /// Returns the end of an error about a file that the scene names by `text`.
-std::string asked_for_by(const std::string& scene, const std::string& text) {
+std::string referenced_by(const std::string& scene, const std::string& text) {
   std::ifstream stream(scene);
   const std::string xml{std::istreambuf_iterator<char>(stream), {}};
   const size_t at = xml.find(text);
@@ -101,7 +101,7 @@ TEST_P(BadMeshTest, IsOneErrorThatNamesTheFile) {
   EXPECT_EQ(lines(result.err), 1u) << result.err;
   EXPECT_EQ(result.err.rfind("kinome: " + path + ":", 0), 0u) << result.err;
   EXPECT_TRUE(result.err.ends_with(
-      asked_for_by(scene, "<string name=\"filename\" value=\"" + std::string(mesh.file))))
+      referenced_by(scene, "<string name=\"filename\" value=\"" + std::string(mesh.file))))
       << result.err;
   for (const std::string& part : mesh.parts) {
     EXPECT_NE(result.err.find(part), std::string::npos) << part << " in " << result.err;
@@ -199,7 +199,7 @@ class BadImage : public Cli {
     EXPECT_EQ(lines(result.err), 1u) << result.err;
     EXPECT_EQ(result.err.rfind("kinome: " + own.back() + ":", 0), 0u) << result.err;
     if (own.size() > 1) {
-      EXPECT_TRUE(result.err.ends_with(asked_for_by(scene, "<string name=\"filename\"")))
+      EXPECT_TRUE(result.err.ends_with(referenced_by(scene, "<string name=\"filename\"")))
           << result.err;
     }
     for (const std::string& part : parts) {

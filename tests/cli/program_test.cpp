@@ -229,13 +229,13 @@ TEST_F(Program, LightPointsOfABounceComeWithoutANotice) {
               "\"clustered\"><integer name=\"max_depth\" value=\"3\"/></integrator>");
   xml.erase(xml.find("<default"), xml.find("/>") + 2 - xml.find("<default"));
   const std::string scene = folder_.write("bounce.xml", xml);
-  const auto said = [&](const char* verbosity) {
+  const auto log_with = [&](const char* verbosity) {
     const ProcessResult result = kinome({scene, verbosity, "-D", "width=8", "-D", "spp=1"});
     EXPECT_EQ(result.status, 0) << result.err;
     return result.err;
   };
-  EXPECT_EQ(said("-v").find("vpl"), std::string::npos) << said("-v");
-  EXPECT_NE(said("-vv").find("adds a 'vpl' emitter"), std::string::npos) << said("-vv");
+  EXPECT_EQ(log_with("-v").find("vpl"), std::string::npos) << log_with("-v");
+  EXPECT_NE(log_with("-vv").find("adds a 'vpl' emitter"), std::string::npos) << log_with("-vv");
 }
 
 TEST_F(Program, VariantIsAcceptedWithANote) {
@@ -352,7 +352,7 @@ TEST_F(Program, InstructionSetsAreForced) {
     if (set <= processor_instruction_set()) best_built = std::max(best_built, set);
   }
   const std::string best = to_string(best_built);
-  const auto told_by = [&](const std::vector<std::string>& words, const std::string& variable) {
+  const auto isa_with = [&](const std::vector<std::string>& words, const std::string& variable) {
     std::vector<std::string> all = {
         "env", "KINOME_ISA=" + variable, KINOME_TEST_PROGRAM, "--stats=json", scene_, "-o", image_};
     all.insert(all.end(), words.begin(), words.end());
@@ -364,11 +364,11 @@ TEST_F(Program, InstructionSetsAreForced) {
     EXPECT_EQ(metadata["kinome:isa"], isa);
     return isa;
   };
-  EXPECT_EQ(told_by({}, ""), best);
-  EXPECT_EQ(told_by({}, lowest), lowest);
-  EXPECT_EQ(told_by({"--isa", lowest}, ""), lowest);
+  EXPECT_EQ(isa_with({}, ""), best);
+  EXPECT_EQ(isa_with({}, lowest), lowest);
+  EXPECT_EQ(isa_with({"--isa", lowest}, ""), lowest);
   if (best != lowest) {
-    EXPECT_EQ(told_by({"--isa", best}, lowest), best);
+    EXPECT_EQ(isa_with({"--isa", best}, lowest), best);
   }
   EXPECT_NE(kinome({scene_, "--stats"}).err.find("instruction set      " + best),
             std::string::npos);
@@ -385,13 +385,13 @@ TEST_F(Program, InstructionSetsAreForced) {
         std::filesystem::copy_file(file, to / file.path().filename());
       }
     }
-    const ProcessResult asked =
+    const ProcessResult result =
         kinome({scene_, "-o", image_, "--isa", best, "--plugin-path", folder_.path("low")});
     EXPECT_NE(
-        asked.err.find("--isa " + best +
-                       ": no plugin of this scene is built for it; using those for " + lowest),
+        result.err.find("--isa " + best +
+                        ": no plugin of this scene is built for it; using those for " + lowest),
         std::string::npos)
-        << asked.err;
+        << result.err;
   }
 
   const auto error_of = [&](const ProcessResult& result) {

@@ -19,11 +19,11 @@ const std::string kCorner =
 TEST(NoIntegrator, IsPathWithOneWarning) {
   testing::internal::CaptureStderr();
   const auto scene = scene_from(kCorner);
-  const std::string told = testing::internal::GetCapturedStderr();
+  const std::string messages = testing::internal::GetCapturedStderr();
   const std::string expected = "the scene has no integrator: using 'path'";
-  const size_t at = told.find(expected);
-  ASSERT_NE(at, std::string::npos) << told;
-  EXPECT_EQ(told.find(expected, at + 1), std::string::npos) << told;
+  const size_t at = messages.find(expected);
+  ASSERT_NE(at, std::string::npos) << messages;
+  EXPECT_EQ(messages.find(expected, at + 1), std::string::npos) << messages;
   EXPECT_EQ(scene->integrator().plugin(), "integrator/path");
   EXPECT_EQ(render_scene(*scene).data,
             render_scene(*scene_from("<integrator type=\"path\"/>" + kCorner)).data);

@@ -256,9 +256,10 @@ TEST_F(MeshFiles, MeshesWithoutFacesAreInvisible) {
       "<shape type='instance'><ref id='half'/><transform name='to_world'>"
       "<translate x='30'/></transform></shape>");
   const Image image = render_scene(*scene);
-  const std::string told = testing::internal::GetCapturedStderr();
-  EXPECT_NE(told.find("c.obj: the file has no faces: the shape is invisible"), std::string::npos)
-      << told;
+  const std::string messages = testing::internal::GetCapturedStderr();
+  EXPECT_NE(messages.find("c.obj: the file has no faces: the shape is invisible"),
+            std::string::npos)
+      << messages;
   EXPECT_EQ(scene->shapes().size(), 1u);
   for (const float value : image.data) EXPECT_EQ(value, 1.f);
 }
@@ -268,8 +269,8 @@ TEST_F(MeshFiles, MergesAndGroupsWithUnusualContents) {
   const auto shapes_of = [](const std::string& xml) {
     testing::internal::CaptureStderr();
     const size_t count = scene_from(xml)->shapes().size();
-    const std::string told = testing::internal::GetCapturedStderr();
-    EXPECT_NE(told.find("warning"), std::string::npos) << xml;
+    const std::string messages = testing::internal::GetCapturedStderr();
+    EXPECT_NE(messages.find("warning"), std::string::npos) << xml;
     return count;
   };
   EXPECT_EQ(shapes_of("<shape type='merge'/>"), 0u);

@@ -156,15 +156,15 @@ TEST(Budget, ErrorIsWhatItIsSaidToBe) {
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
     const auto scene = scene_of(integrator, 32, 24, 16);
     for (const double target : {1e-2, 1e-3}) {
-      double said = 0, is = 0;
+      double reported = 0, actual = 0;
       for (uint64_t seed = 1; seed <= 8; ++seed) {
         const Rendered r = render_with(*scene, {.rel_mse = target}, seed);
         EXPECT_LE(r.stats.rel_mse, target);
-        said += r.stats.rel_mse;
-        is += rel_mse(r.image, truth);
+        reported += r.stats.rel_mse;
+        actual += rel_mse(r.image, truth);
       }
-      EXPECT_LT(said, 1.5 * is) << integrator << " " << target;
-      EXPECT_GT(said, is / 1.5) << integrator << " " << target;
+      EXPECT_LT(reported, 1.5 * actual) << integrator << " " << target;
+      EXPECT_GT(reported, actual / 1.5) << integrator << " " << target;
     }
   }
 }
@@ -188,18 +188,18 @@ TEST(Budget, VarianceIsThatOfThePicture) {
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
     const auto scene = scene_of(integrator, 16, 12, 32);
     std::vector<Moments> moments(16 * 12);
-    double said = 0;
+    double reported = 0;
     for (uint64_t seed = 1; seed <= kRenders; ++seed) {
       const Image image = render_with(*scene, {.lanes = 8}, seed).image;
       for (int i = 0; i < 16 * 12; ++i) {
         moments[i].add(image.at(i % 16, i / 16, 1));
-        said += image.at(i % 16, i / 16, 4) / kRenders;
+        reported += image.at(i % 16, i / 16, 4) / kRenders;
       }
     }
-    double is = 0;
-    for (const Moments& m : moments) is += m.variance_of_mean() * kRenders;
-    EXPECT_LT(said, 1.5 * is) << integrator;
-    EXPECT_GT(said, is / 1.5) << integrator;
+    double actual = 0;
+    for (const Moments& m : moments) actual += m.variance_of_mean() * kRenders;
+    EXPECT_LT(reported, 1.5 * actual) << integrator;
+    EXPECT_GT(reported, actual / 1.5) << integrator;
   }
 }
 

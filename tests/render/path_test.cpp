@@ -309,7 +309,7 @@ TEST(MaxDepth, IsWhatMitsubaTakes) {
 /// In a furnace, paths of at least n edges carry the fraction rho^(n - 2) of all light. The only
 /// noise is from roulette, about a thousandth of that.
 TEST(LightLeftOut, IsToldAsItIs) {
-  const auto told = [](const std::string& rho, const std::string& integrator) {
+  const auto reported = [](const std::string& rho, const std::string& integrator) {
     const std::string text = warning_of(furnace_xml(rho) + integrator);
     if (text.empty()) return text;
     EXPECT_EQ(text.find("kinome: warning: test.xml:1:"), 0u) << text;
@@ -322,28 +322,29 @@ TEST(LightLeftOut, IsToldAsItIs) {
   const std::string distant = "<string name=\"mode\" value=\"distant\"/>";
   for (const std::string type : {"clustered", "groundtruth"}) {
     const std::string few = type == "groundtruth" ? kJoint.substr(kJoint.find("/>") + 2) : kJoint;
-    EXPECT_EQ(told("0.5", integrator_xml(type, -1, few)), two + "25 %");
-    EXPECT_EQ(told("0.5", "<integrator type=\"" + type + "\">" + few + "</integrator>"),
+    EXPECT_EQ(reported("0.5", integrator_xml(type, -1, few)), two + "25 %");
+    EXPECT_EQ(reported("0.5", "<integrator type=\"" + type + "\">" + few + "</integrator>"),
               two + "25 %");
-    EXPECT_EQ(told("0.9", integrator_xml(type, 4, few)), two + "30 %") << "0.81 / 2.71";
-    EXPECT_EQ(told("0.05", integrator_xml(type, -1, few)), two + "0.2 %") << "0.25 %";
-    EXPECT_EQ(told("0.5", integrator_xml(type, -1, few + distant)),
+    EXPECT_EQ(reported("0.9", integrator_xml(type, 4, few)), two + "30 %") << "0.81 / 2.71";
+    EXPECT_EQ(reported("0.05", integrator_xml(type, -1, few)), two + "0.2 %") << "0.25 %";
+    EXPECT_EQ(reported("0.5", integrator_xml(type, -1, few + distant)),
               "light after a bounce and more is left out: about 50 %");
     // Too little to be reported, and light that wasn't requested.
-    EXPECT_EQ(told("0.03", integrator_xml(type, -1, few)), "");
+    EXPECT_EQ(reported("0.03", integrator_xml(type, -1, few)), "");
     for (const int depth : {0, 1, 2, 3}) {
-      EXPECT_EQ(told("0.5", integrator_xml(type, depth, few)), "") << depth;
-      EXPECT_EQ(told("0.5", integrator_xml(type, depth, few + distant)), "") << depth;
+      EXPECT_EQ(reported("0.5", integrator_xml(type, depth, few)), "") << depth;
+      EXPECT_EQ(reported("0.5", integrator_xml(type, depth, few + distant)), "") << depth;
     }
   }
-  EXPECT_EQ(told("0.5", "<integrator type=\"aov\"><string name=\"aovs\" value=\"n:sh_normal\"/>" +
-                            integrator_xml("clustered", -1, kJoint) + "</integrator>"),
-            two + "25 %");
+  EXPECT_EQ(
+      reported("0.5", "<integrator type=\"aov\"><string name=\"aovs\" value=\"n:sh_normal\"/>" +
+                          integrator_xml("clustered", -1, kJoint) + "</integrator>"),
+      two + "25 %");
   // `product` includes all of it, unless local light isn't requested.
-  EXPECT_EQ(told("0.5", integrator_xml("clustered", -1)), "");
-  EXPECT_EQ(told("0.5", integrator_xml("clustered", -1, distant)),
+  EXPECT_EQ(reported("0.5", integrator_xml("clustered", -1)), "");
+  EXPECT_EQ(reported("0.5", integrator_xml("clustered", -1, distant)),
             "light after a bounce and more is left out: about 50 %");
-  EXPECT_EQ(told("0.5", integrator_xml("path", -1)), "");
+  EXPECT_EQ(reported("0.5", integrator_xml("path", -1)), "");
 }
 
 /// Measuring the omitted light changes neither the image nor the ray counts, and doesn't depend on

@@ -25,7 +25,7 @@ void set_all(Visibility& visibility, float v, float sigma) {
   std::fill(visibility.sigma_mixed.begin(), visibility.sigma_mixed.end(), sigma);
 }
 
-void tell(Lie lie, uint32_t cells, std::vector<Visibility>& learned) {
+void falsify(Lie lie, uint32_t cells, std::vector<Visibility>& learned) {
   std::mt19937 rng(7);
   std::vector<uint32_t> order(cells);
   std::iota(order.begin(), order.end(), 0u);
@@ -157,7 +157,7 @@ class LyingRenderer {
       learner.add(records[p], 16);
       learner.finish(known.visibility[p]);
     }
-    tell(lie_, local_ ? padded_size() : cells_.size(), known.visibility);
+    falsify(lie_, local_ ? padded_size() : cells_.size(), known.visibility);
   }
 
   /// Learns from the same rays that the unit is going to weight. Only sigma determines where these

@@ -84,13 +84,13 @@ TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
     EXPECT_NEAR(mean[c], expected, expected * 2e-3) << c;
   }
 
-  // Light after a bounce needs functions that this emitter lacks, which the error states.
+  // Light after a bounce needs functions that this emitter lacks, which a message states.
   const std::string bounce = folder_->write("bounce.xml", floor_scene("clustered", sky));
-  const ProcessResult told =
+  const ProcessResult bounced =
       run_process({program(), bounce, "-o", image, "--plugin-path", plugins()});
-  expect_success(told);
-  EXPECT_NE(told.err.find("importance 'product' requires for reflected light"), std::string::npos)
-      << told.err;
+  expect_success(bounced);
+  EXPECT_NE(bounced.err.find("importance 'product' requires for reflected light"), std::string::npos)
+      << bounced.err;
 }
 
 TEST_F(Sdk, IntegratorShowsNormals) {
@@ -130,12 +130,12 @@ TEST_F(Sdk, WidePluginsAreBuiltForEachInstructionSet) {
   for (const std::string& set : sets) {
     if (*instruction_set_named(set) > processor_instruction_set()) continue;
     for (const char* name : {"waves", "ripples"}) {
-      const ProcessResult told = run_process({"env", "COLUMNS=200", program(), "plugins", name,
-                                              "--plugin-path", plugins(), "--isa", set});
-      expect_success(told);
-      EXPECT_NE(told.out.find("Waves, built for " + set + "."), std::string::npos) << told.out;
+      const ProcessResult result = run_process({"env", "COLUMNS=200", program(), "plugins", name,
+                                                "--plugin-path", plugins(), "--isa", set});
+      expect_success(result);
+      EXPECT_NE(result.out.find("Waves, built for " + set + "."), std::string::npos) << result.out;
       if (sets.size() > 1) {
-        EXPECT_NE(told.out.find(list + "\n"), std::string::npos) << told.out;
+        EXPECT_NE(result.out.find(list + "\n"), std::string::npos) << result.out;
       }
     }
     const std::string reflectance = R"(<rgb name="reflectance" value=".5"/>)";
@@ -176,11 +176,11 @@ TEST_F(Sdk, WideBsdfShowsWhatPointsDo) {
   }
   for (const std::string& set : sets_built(folder, {"wide_minnaert.so"})) {
     if (*instruction_set_named(set) > processor_instruction_set()) continue;
-    const ProcessResult told =
+    const ProcessResult result =
         run_process({"env", "COLUMNS=200", program(), "plugins", "wide_minnaert", "--plugin-path",
                      plugins(), "--isa", set});
-    expect_success(told);
-    EXPECT_NE(told.out.find("Minnaert's, for " + set + "\n"), std::string::npos) << told.out;
+    expect_success(result);
+    EXPECT_NE(result.out.find("Minnaert's, for " + set + "\n"), std::string::npos) << result.out;
     for (const std::string& samples : {std::string(), bsdf_samples}) {
       const std::string scene = floor_scene("direct", light, samples);
       const Image points = render_text(with_bsdf(scene, "minnaert"), {"--isa", set});

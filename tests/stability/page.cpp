@@ -112,10 +112,10 @@ void add_trial(std::string& page, const Row& row) {
 void add_list(std::string& page, const std::vector<Row>& rows, Answer verdict) {
   for (const Row& row : rows) {
     for (size_t m = 0; m < methods().size(); ++m) {
-      std::set<std::string> said;
+      std::set<std::string> listed;
       for (size_t k = 0; k < row.cells[m].size(); ++k) {
         const Cell& cell = row.cells[m][k];
-        if (cell.verdict != verdict || !said.insert(cell.text).second) continue;
+        if (cell.verdict != verdict || !listed.insert(cell.text).second) continue;
         page +=
             fmt::format("- case {}, {}, `{}`", row.of->number, row.trial->name, methods()[m].name);
         if (verdict != Answer::kNotMeant) page += ", " + row.trial->materials[k].name;

@@ -28,8 +28,8 @@ TEST(Statistics, Chi2TailHasKnownValues) {
 // bounds are 4.5 deviations, which are exceeded once in 1e5.
 constexpr int kRuns = 1000;
 constexpr double kAlpha = 0.05;
-constexpr int kFewest = 19;
-constexpr int kMost = 81;
+constexpr int kMinAlarms = 19;
+constexpr int kMaxAlarms = 81;
 
 TEST(Statistics, Chi2AlarmsAtTheStatedRate) {
   std::mt19937 bits(1);
@@ -42,8 +42,8 @@ TEST(Statistics, Chi2AlarmsAtTheStatedRate) {
     for (size_t i = 0; i < weights.size(); ++i) expected[i] = weights[i] * 2000 / 100.03;
     alarms += !chi2_test(observed, expected, kAlpha).passed;
   }
-  EXPECT_GE(alarms, kFewest);
-  EXPECT_LE(alarms, kMost);
+  EXPECT_GE(alarms, kMinAlarms);
+  EXPECT_LE(alarms, kMaxAlarms);
 }
 
 TEST(Statistics, Chi2RefusesWhatCannotBe) {
@@ -77,8 +77,8 @@ TEST(Statistics, SphereChi2AlarmsAtTheStatedRate) {
     test.subdivide = 4;
     alarms += !sphere_chi2_test(test, kAlpha).passed;
   }
-  EXPECT_GE(alarms, kFewest);
-  EXPECT_LE(alarms, kMost);
+  EXPECT_GE(alarms, kMinAlarms);
+  EXPECT_LE(alarms, kMaxAlarms);
 }
 
 TEST(Statistics, SphereChi2FindsDefectsOfOnePercent) {
@@ -147,8 +147,8 @@ TEST(Statistics, ZTestAlarmsAtTheStatedRateAndFindsBias) {
     alarms += !z_test(a, b, kAlpha).passed;
     found += !z_test(a, biased, kAlpha).passed;
   }
-  EXPECT_GE(alarms, kFewest);
-  EXPECT_LE(alarms, kMost);
+  EXPECT_GE(alarms, kMinAlarms);
+  EXPECT_LE(alarms, kMaxAlarms);
   // 1.5 on each of 20 is 6 deviations of the sum.
   EXPECT_GT(found, 0.99 * kRuns);
   EXPECT_TRUE(z_test({{1, 0}}, {{1, 0}}, 0.5).passed) << "equal exact values";
@@ -169,9 +169,9 @@ TEST(Statistics, LargestZTestAlarmsNoMoreOftenWherePairsDependOnOneAnother) {
     alarms_of_same += !largest_z_test(same, expected, kAlpha).passed;
     found += !largest_z_test({{11 + normal(bits), 1}}, {{5, 0}}, kAlpha).passed;
   }
-  EXPECT_GE(alarms, kFewest);
-  EXPECT_LE(alarms, kMost);
-  EXPECT_LE(alarms_of_same, kMost);
+  EXPECT_GE(alarms, kMinAlarms);
+  EXPECT_LE(alarms, kMaxAlarms);
+  EXPECT_LE(alarms_of_same, kMaxAlarms);
   EXPECT_GT(found, 0.99 * kRuns);
 }
 

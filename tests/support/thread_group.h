@@ -34,9 +34,9 @@ class ThreadGroups {
  private:
   struct Shared {
     explicit Shared(int processes)
-        : barrier(processes), said(static_cast<size_t>(processes)), size(processes) {}
+        : barrier(processes), gathered(static_cast<size_t>(processes)), size(processes) {}
     std::barrier<> barrier;
-    std::vector<std::string> said;
+    std::vector<std::string> gathered;
     const int size;
     std::mutex mutex;
     uint64_t counters[2] = {0, 0};
@@ -50,13 +50,13 @@ class ThreadGroups {
     std::string machine() const override { return "here"; }
 
     std::vector<std::string> gather(std::string_view own, const char* what) override {
-      shared_.said[static_cast<size_t>(rank_)] = own;
+      shared_.gathered[static_cast<size_t>(rank_)] = own;
       shared_.barrier.arrive_and_wait();
-      const std::vector<std::string> said = shared_.said;
+      const std::vector<std::string> gathered = shared_.gathered;
       shared_.barrier.arrive_and_wait();
       const std::lock_guard lock(mutex_);
       ++traffic_[what].messages;
-      return said;
+      return gathered;
     }
     std::string broadcast(std::string_view bytes, const char* what) override {
       return gather(is_root() ? bytes : std::string_view(), what)[0];
