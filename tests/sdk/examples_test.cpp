@@ -86,11 +86,11 @@ TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
 
   // Light after a bounce needs functions that this emitter lacks, which a message states.
   const std::string bounce = folder_->write("bounce.xml", floor_scene("clustered", sky));
-  const ProcessResult bounced =
+  const ProcessResult deep =
       run_process({program(), bounce, "-o", image, "--plugin-path", plugins()});
-  expect_success(bounced);
-  EXPECT_NE(bounced.err.find("importance 'product' requires for reflected light"), std::string::npos)
-      << bounced.err;
+  expect_success(deep);
+  EXPECT_NE(deep.err.find("importance 'product' requires for reflected light"), std::string::npos)
+      << deep.err;
 }
 
 TEST_F(Sdk, IntegratorShowsNormals) {
