@@ -55,10 +55,10 @@ class Command(unittest.TestCase):
         status, said = self.run_command("correctness", "diffuse_area", "--quick")
         self.assertIn(status, (0, 2), said)
         self.assertIn("check 5 of 5", said)
-        self.assertNotIn("RED", said)
+        self.assertNotIn("failed:", said)
         status, said = self.run_command("report", "--quick")
         self.assertEqual(status, 0, said)
-        self.assertIn("5 comparisons on 1 scenes, 0 red", self.summary())
+        self.assertIn("5 comparisons on 1 scenes, 0 failed", self.summary())
         # A partial run lists the rest.
         self.assertRegex(self.summary(), r"missing: \d+ comparisons have not been made, of .*hebe")
         self.assertIn("- missing: not timed: hebe, box, plate, blocks", self.summary())
@@ -78,7 +78,7 @@ class Command(unittest.TestCase):
         status, said = self.run_command("report", "--quick")
         self.assertEqual(status, 1, said)
         self.assertIn("at least one comparison failed", said)
-        self.assertIn("- red: diffuse_area, direct", self.summary())
+        self.assertIn("- failed: diffuse_area, direct", self.summary())
 
     def test_groups_stand_for_their_scenes(self):
         self.assertEqual(tables.named(["hebe", "plain"]),

@@ -91,7 +91,7 @@ class Arithmetic(unittest.TestCase):
         self.assertAlmostEqual(analysis.fixed_cost(found), 0.08)
         self.assertAlmostEqual(analysis.ray_cost(found), 200)
         self.assertTrue(goal([found], "product, 256x256: fixed cost").met)
-        self.assertFalse(goal([found], "product, 256x256, 64 spp: processor time a ray").met)
+        self.assertFalse(goal([found], "product, 256x256, 64 spp: processor time per ray").met)
 
     def test_pictures_that_are_not_the_same(self):
         found = beside("direct", "hebe", 120, 180, mean=1.04)
@@ -143,7 +143,7 @@ class Goals(unittest.TestCase):
         self.assertEqual(goal(rows, "baseline against AVX-512").verdict, "not met")
 
     def test_a_plugin_for_single_points_against_the_wide_one(self):
-        what = "a plugin with functions for single points alone"
+        what = "a plugin with only scalar functions"
         for nanoseconds, met in ((190, True), (210, False)):
             rows = [row("plugin", "sponge",
                         timed("wide", 100) + timed("point by point", nanoseconds))]
@@ -153,7 +153,7 @@ class Goals(unittest.TestCase):
     def test_what_watertight_surfaces_cost(self):
         rows = [row("watertight", "tree", timed("watertight", 120) + timed("not watertight", 100))]
         self.assertEqual(engine_page.watertight(rows)[1], [["tree", "120", "100", "1.2"]])
-        self.assertIn("rays that don't slip through edges", engine_page.page(rows, [], False))
+        self.assertIn("robust intersections", engine_page.page(rows, [], False))
 
     def test_seconds_threads_and_memory(self):
         rows = [row("short", "noon", [run("ours", s, 4, t, t) for s, t in enumerate((3, 1, 2))] +
@@ -185,9 +185,9 @@ class Page(unittest.TestCase):
                       lines[hebe])
         self.assertIn("at least 1.35: not met", lines[spot])
         self.assertIn("not met by 1 of 2: spot", text)
-        self.assertIn("Samples a pixel: 16 and 64.", text)
+        self.assertIn("Samples per pixel: 16 and 64.", text)
         self.assertIn("seeds 1, 2, 3", text)
-        self.assertIn("| `path` to depth 5 | at least 1.3 times as fast a sample as Mitsuba | 1.5 "
+        self.assertIn("| `path` to depth 5 | at least 1.3 times as fast per sample as Mitsuba | 1.5 "
                       "| met |", text)
         self.assertIn("- missing: ball, direct: gone", text)
         self.assertNotIn("small form", text)

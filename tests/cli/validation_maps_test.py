@@ -145,7 +145,7 @@ class Patches(unittest.TestCase):
                                   ("patches.cpp", "kConeFactor", surfaces.CONE_FACTOR),
                                   ("patches.cpp", "kConeMargin", surfaces.CONE_MARGIN),
                                   ("patches.cpp", "kPlaneWidths", surfaces.PLANE_WIDTHS),
-                                  ("patches.cpp", "kMaxPatches", surfaces.MOST),
+                                  ("patches.cpp", "kMaxPatches", surfaces.MAX_PATCHES),
                                   ("primaries.h", "kTileSide", surfaces.SIDE),
                                   ("product_renderer.cpp", "kMinRaysToLearn", surfaces.PILOT[0][0])):
             found = re.search(rf"constexpr \w+ {name} = ([\d.]+)f?;", texts[file])

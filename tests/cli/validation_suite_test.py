@@ -119,7 +119,7 @@ class OtherProcesses(InFolder):
             with self.assertRaises(Problem):
                 missing.load(configurations(scene)[0], scene, SIZE)
         self.assertEqual(self.log.problems,
-                         ["Mitsuba isn't installed (pip failed?): its columns are left out"])
+                         ["Mitsuba isn't installed (pip failed?), so its columns are left out"])
 
     def test_a_render_is_timed_when_it_is_warm(self):
         # The first render of a sample count after loading takes twice as long here.
@@ -254,7 +254,7 @@ class TimeAgainstError(InFolder):
         self.assertNotIn(str(ROOT), text)
         self.assertNotRegex(text, r"(src|href)=\"(?!data:|#)")
         lines = (output / "summary.md").read_text(encoding="utf-8")
-        self.assertIn("2 comparisons on 1 scenes, 1 red", lines)
+        self.assertIn("2 comparisons on 1 scenes, 1 failed", lines)
         self.assertIn("- missing: bpy isn't there", lines)
         with open(output / "measurements.csv", newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))

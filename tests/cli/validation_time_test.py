@@ -228,8 +228,8 @@ class ScenesFor(InFolder):
         self.assertEqual(self.take(80), (["hebe", "car"], ["grace"]))
         self.assertEqual(self.take(80), (["grace", "hebe"], ["car"]))
         said = self.log.stream.getvalue()
-        self.assertIn("taken in 80 s: grace 40 s, hebe 40 s\n", said)
-        self.assertIn("left for the next time: car (about 40 s)\n", said)
+        self.assertIn("measured in 80 s: grace 40 s, hebe 40 s\n", said)
+        self.assertIn("remaining scenes: car (about 40 s)\n", said)
 
     def test_another_program_measures_all_anew(self):
         self.take(1e4)
@@ -277,7 +277,7 @@ class Words(unittest.TestCase):
         self.assertEqual([duration(text) for text in ("90s", "15m", "2h", "1.5h")],
                          [90, 900, 7200, 5400])
         for text in ("", "15", "m", "0m", "-1m", "1d", "1 m"):
-            with self.assertRaisesRegex(ValueError, "is no time: 90s, 15m, 2h"):
+            with self.assertRaisesRegex(ValueError, "is not a time such as 90s, 15m or 2h"):
                 duration(text)
         with self.assertRaises(argparse.ArgumentTypeError):
             arguments.time_given("soon")

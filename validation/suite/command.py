@@ -90,7 +90,7 @@ class Session:
         kept = [row for row in (read_json(path) or {"rows": []})["rows"]
                 if self.options.words and row["scene"] not in self.options.words]
         red = [f"{row['scene']} by {row['method']}" for row in rows if not row["passed"]]
-        self.log.say(f"{len(rows)} comparisons, {len(red)} red" +
+        self.log.say(f"{len(rows)} comparisons, {len(red)} failed" +
                      (f": {', '.join(red)}" if red else ""))
         self.red = bool(red)
         write_json(path, {"family_alpha": FAMILY_ALPHA, "machine": machine(), "commit": commit(),

@@ -148,7 +148,7 @@ class Correctness:
             target = self.folder / f"{check.scene}-{check.method.replace(' ', '-')}.png"
             target.parent.mkdir(parents=True, exist_ok=True)
             picture.write(target, made, truth, verdict)
-            self.log.say(f"RED: {check.scene}, {check.method}: see {target}")
+            self.log.say(f"failed: {check.scene}, {check.method}: see {target}")
         return row
 
     def scene_file(self, check):

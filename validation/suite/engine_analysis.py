@@ -1,6 +1,6 @@
-"""What follows from the engine's times, and its goals. Only arithmetic: no files, no renderers.
+"""Computes results from the engine's times, and defines its goals. Uses no files and no renderers.
 
-A row is one scene in one part, as engine.py measures it: {"part", "scene", "size", "max_depth",
+A row is the measurement of one scene in one part by engine.py: {"part", "scene", "size", "max_depth",
 "runs": [{"label", "seed", "samples", "seconds", "processor", ...}]}."""
 import dataclasses
 import statistics
@@ -9,20 +9,20 @@ from .analysis import geometric_mean
 from .tables import ISAS
 
 OURS, THEIRS = "ours", "Mitsuba"
-MEANS_DIFFER = 0.05  # of a mean: more, and the two do not show the same picture
-DIRECT, PLASTIC, PATH = 1.35, 1.6, 1.3  # goals: times as fast a sample as Mitsuba
-SLOWER = 1.4, 3  # times, with AVX2 and with neither
+MEANS_DIFFER = 0.05  # relative difference of means beyond which the images are reported as different
+DIRECT, PLASTIC, PATH = 1.35, 1.6, 1.3  # goals for the speed-up per sample against Mitsuba
+SLOWER = 1.4, 3  # goals for the slowdown with AVX2 and with the baseline
 DIFFUSE = {"diffuse", "twosided"}
 ROUGH_PLASTIC = {"roughplastic"}
 
 
 def median(values):
-    """None of nothing."""
+    """Returns the median, or None if there are no values."""
     return statistics.median(values) if values else None
 
 
 def by_seed(row, label):
-    """The runs of a label: {seed: [run, ...] by samples}."""
+    """Returns the runs of a label: {seed: [run, ...] in ascending order of samples}."""
     found = {}
     for run in row["runs"]:
         if run["label"] == label:
@@ -31,7 +31,7 @@ def by_seed(row, label):
 
 
 def line(xs, ys):
-    """(slope, intercept) by least squares; None of fewer than two different x."""
+    """Returns (slope, intercept) by least squares, or None for fewer than two different x."""
     mean_x, mean_y = statistics.fmean(xs), statistics.fmean(ys)
     spread = sum((x - mean_x) ** 2 for x in xs)
     if spread == 0:
@@ -41,15 +41,16 @@ def line(xs, ys):
 
 
 def lines(row, label, clock):
-    """(slope, intercept) of that clock, "processor" or "seconds", over samples a pixel, by seed."""
+    """Returns {seed: (slope, intercept)} of the time over samples per pixel. `clock`: "processor" or
+    "seconds"."""
     found = {seed: line([run["samples"] for run in runs], [run[clock] for run in runs])
              for seed, runs in by_seed(row, label).items()}
     return {seed: fit for seed, fit in found.items() if fit}
 
 
 def rates(row, label, clock="processor"):
-    """Nanoseconds a sample, by seed: slopes, so that what a render takes whatever its samples is
-    not in them. One that noise has turned to zero or less isn't there."""
+    """Returns {seed: nanoseconds per sample}. They are slopes, which exclude the fixed time of a render. Slopes
+    that are zero or negative because of noise are left out."""
     pixels = row["size"][0] * row["size"][1]
     return {seed: 1e9 * slope / pixels for seed, (slope, _) in lines(row, label, clock).items()
             if slope > 0}
@@ -60,20 +61,20 @@ def rate(row, label, clock="processor"):
 
 
 def faster(row, ours=OURS, theirs=THEIRS, clock="processor"):
-    """How many times faster a sample `ours` is, or None."""
+    """Returns the speed-up per sample of `ours` against `theirs`, or None."""
     a, b = (rate(row, label, clock) for label in (ours, theirs))
     return b / a if a and b else None
 
 
 def spread(row):
-    """(least, most) of that ratio, seed by seed, or None."""
+    """Returns the (minimum, maximum) of that speed-up over the seeds, or None."""
     ours, theirs = rates(row, OURS), rates(row, THEIRS)
     found = [theirs[seed] / ours[seed] for seed in ours.keys() & theirs.keys()]
     return (min(found), max(found)) if found else None
 
 
 def of_label(row, label, key, samples=None):
-    """All values of that key, of the most samples or of those given."""
+    """Returns all values of `key` with the given number of samples, or with the largest one."""
     runs = [run for runs in by_seed(row, label).values() for run in runs]
     most = samples or max((run["samples"] for run in runs), default=0)
     return [run[key] for run in runs if run["samples"] == most and run.get(key) is not None]
@@ -92,12 +93,12 @@ def is_diffuse(row):
 
 
 def is_rough_plastic(row):
-    """Of nothing else: beside other materials it decides too little of the time."""
+    """Returns whether rough plastic is the only BSDF. Beside others, it affects the time too little."""
     return bsdfs(row) == ROUGH_PLASTIC
 
 
 def different_pictures(row):
-    """How far the means of both pictures are apart, if by more than MEANS_DIFFER, else None."""
+    """Returns the relative difference of the means of both images if it exceeds MEANS_DIFFER, else None."""
     ours, theirs = (median(of_label(row, label, "mean")) for label in (OURS, THEIRS))
     if not ours or not theirs:
         return None
@@ -106,13 +107,13 @@ def different_pictures(row):
 
 
 def fixed_cost(row, label="product"):
-    """Seconds of rendering that no sample takes: where the line over samples begins."""
+    """Returns the seconds of rendering without samples: the intercept of the line over samples."""
     return median([start for _, start in lines(row, label, "seconds").values()])
 
 
 def ray_cost(row, label="product", start="start"):
-    """Processor nanoseconds of rendering by all rays, at the most samples: loading, which a picture
-    of a few pixels also does, is subtracted, seed by seed."""
+    """Returns the processor nanoseconds per ray with the largest number of samples. Subtracts the time of an
+    image of a few pixels with the same seed, which is that of loading."""
     loads = by_seed(row, start)
     return median([1e9 * (runs[-1]["processor"] - loads[seed][0]["processor"]) / runs[-1]["rays"]
                    for seed, runs in by_seed(row, label).items()
@@ -129,8 +130,7 @@ def quotient(a, b):
 
 @dataclasses.dataclass(frozen=True)
 class Goal:
-    """`bound`: "at least" or "at most" `limit` `unit`; values of None are left out, and without
-    any it isn't told."""
+    """A goal: each value must be `bound` ("at least" or "at most") `limit`. Values of None are ignored."""
 
     what: str
     bound: str
@@ -147,13 +147,13 @@ class Goal:
 
     @property
     def short_of_it(self):
-        """Names of what doesn't reach it, the farthest first."""
+        """Returns the names of values that miss the goal, worst first."""
         names = [name for name, value in self.known.items() if not self.reached(value)]
         return sorted(names, key=self.known.get, reverse=self.bound == "at most")
 
     @property
     def met(self):
-        """None if nothing was measured."""
+        """Returns whether all values reach the goal, or None if nothing was measured."""
         return not self.short_of_it if self.known else None
 
     @property
@@ -177,19 +177,19 @@ def of_part(rows, part):
 
 
 def isa_ratios(rows, isa):
-    """How many times slower than with the best instruction set."""
+    """Returns {scene: slowdown against the best instruction set}."""
     return {name: faster(row, ISAS[0], isa) for name, row in of_part(rows, "isa").items()}
 
 
 def goals(rows):
-    """All of them, in the order of the page."""
+    """Yields all goals, in the order of the page."""
     direct = speeds(rows, "direct")
     found = {name: value for name, value in direct.items() if value is not None}
     parts = of_part(rows, "direct")
     plastic = {name: value for name, value in direct.items() if is_rough_plastic(parts[name])}
     shares = {name: 100 * share for name, row in parts.items() if is_diffuse(row)
               and (share := embree_share(row)) is not None}
-    faster_than = "times as fast a sample as Mitsuba"
+    faster_than = "times as fast per sample as Mitsuba"
     yield Goal("`direct`", "at least", DIRECT, faster_than, direct)
     yield Goal("`direct`, rough plastic alone", "at least", PLASTIC, faster_than, plastic)
     yield Goal("`direct`, geometric mean", "at least", 1.6, faster_than,
@@ -208,7 +208,7 @@ def goals(rows):
     product, threads = of_part(rows, "product"), of_part(rows, "threads")
     yield Goal("product, 256x256: fixed cost", "at most", 0.09, "s",
                {name: fixed_cost(row) for name, row in product.items()})
-    yield Goal("product, 256x256, 64 spp: processor time a ray", "at most", 190, "ns",
+    yield Goal("product, 256x256, 64 spp: processor time per ray", "at most", 190, "ns",
                {name: ray_cost(row) for name, row in product.items()})
     yield Goal("2 threads against 1", "at least", 1.9, "times as fast",
                {f"{method} of {name}": quotient(seconds(row, f"{method}, 1"),
@@ -218,14 +218,14 @@ def goals(rows):
                {f"{method} of {name}": size and size / 1e6
                 for name, row in of_part(rows, "memory").items() for method in ("direct", "product")
                 for size in [max(of_label(row, method, "memory"), default=None)]})
-    yield Goal("a plugin with functions for single points alone", "at most", 2,
-               "times the time of the same one with wide functions",
+    yield Goal("a plugin with only scalar functions", "at most", 2,
+               "times the time of the same plugin with wide functions",
                {name: faster(row, "wide", "point by point")
                 for name, row in of_part(rows, "plugin").items()})
 
 
 def range_text(values, digits=3):
-    """The least and the most of several."""
+    """Formats the minimum and the maximum of several values."""
     if not values:
         return "–"
     low, high = (f"{value:.{digits}g}" for value in (min(values), max(values)))

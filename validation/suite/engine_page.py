@@ -1,4 +1,4 @@
-"""validation/engine/: README.md, the plot in it, and measurements.csv."""
+"""validation/engine/: README.md with its plot, and measurements.csv."""
 import csv
 import io
 
@@ -18,14 +18,14 @@ COLUMNS = ("label", "seed", "samples", "seconds", "processor", "rays", "memory",
 
 
 def goals(rows):
-    head = ["what", "goal", "measured", ""]
+    head = ["quantity", "goal", "measured", ""]
     return head, [[goal.what, f"{goal.bound} {goal.limit:g} {goal.unit}",
                    analysis.range_text(list(goal.known.values())), goal.verdict]
                   for goal in analysis.goals(rows)]
 
 
 def ordered(rows):
-    """As tables.SCENES has the scenes, small ones after them."""
+    """Returns rows in the order of tables.SCENES, followed by those of small scenes."""
     place = {scene.name: i for i, scene in enumerate(SCENES)}
     return sorted(rows, key=lambda row: (place.get(row["scene"], len(place)), row["scene"]))
 
@@ -35,15 +35,15 @@ def of_part(rows, part, max_depth=None):
 
 
 def against(bound, limit, value):
-    """A goal beside one value, and whether that reaches it."""
+    """Formats a goal, and whether one value reaches it."""
     goal = analysis.Goal("", bound, limit, "", {"": value})
     return f"{bound} {limit:g}: {goal.verdict}"
 
 
 def speeds(rows, goal_of):
-    """Of one part and depth. `goal_of(row)`: how many times faster is wished for."""
-    head = ["scene", "ours [ns]", "Mitsuba [ns]", "times faster", "seed by seed", "goal",
-            "wall: ours [ns]", "Mitsuba [ns]", "times faster", "in Embree"]
+    """Returns the table of one part and depth. `goal_of(row)`: the goal for the speed-up."""
+    head = ["scene", "ours [ns]", "Mitsuba [ns]", "speed-up", "range over seeds", "goal",
+            "wall: ours [ns]", "Mitsuba [ns]", "speed-up", "in Embree"]
     table = []
     for row in rows:
         spread = analysis.spread(row)
@@ -63,7 +63,7 @@ def speeds(rows, goal_of):
 
 def instruction_sets(rows):
     head = ["scene", *(f"{isa} [ns]" for isa in ISAS)]
-    head += [text for isa in ISAS[1:] for text in (f"{isa}: times slower", "goal")]
+    head += [text for isa in ISAS[1:] for text in (f"{isa}: slowdown", "goal")]
     return head, [[row["scene"], *(significant(rate(row, isa)) for isa in ISAS),
                    *(text for isa, limit in zip(ISAS[1:], analysis.SLOWER)
                      for value in [faster(row, ISAS[0], isa)]
@@ -72,7 +72,7 @@ def instruction_sets(rows):
 
 
 def short(rows):
-    head = ["scene", "ours [s]", "Mitsuba [s]", "times faster", "goal"]
+    head = ["scene", "ours [s]", "Mitsuba [s]", "speed-up", "goal"]
     return head, [[row["scene"], *(significant(seconds(row, label)) for label in (OURS, THEIRS)),
                    significant(value), against("at least", 1, value)] for row in rows
                   for value in [analysis.quotient(seconds(row, THEIRS), seconds(row, OURS))]]
@@ -80,13 +80,13 @@ def short(rows):
 
 def watertight(rows):
     labels = "watertight", "not watertight"
-    head = ["scene", "robust, our default [ns]", "not robust [ns]", "times slower"]
+    head = ["scene", "robust, our default [ns]", "not robust [ns]", "slowdown"]
     return head, [[row["scene"], *(significant(rate(row, label)) for label in labels),
                    significant(faster(row, *reversed(labels)))] for row in rows]
 
 
 def counts_text(rows):
-    """Between which sample counts slopes lie."""
+    """Formats the sample counts between which slopes are measured."""
     counts = {}
     for row in rows:
         used = sorted({run["samples"] for run in row["runs"] if run["label"] == OURS})
@@ -101,26 +101,27 @@ def introduction(rows):
     seeds = sorted({run["seed"] for row in rows for run in row["runs"]})
     samplers = ", ".join(sorted({row["sampler"] for row in rows}))
     timed = [row for row in rows if row["part"] in ("direct", "path")]
-    text = ("Made by `sh validation/run.sh engine`. Ours and Mitsuba's `llvm_ad_rgb` take turns, "
-            "render by render, on two threads each, with the same integrator and "
-            f"sampler ({samplers}); seeds {', '.join(map(str, seeds))}, medians over them. ns: of "
-            "processor time a sample, by the slope between two sample counts at 256x256, so that "
-            "loading, set-up and compilation are not in it; wall: the same by each program's own "
-            "clock of rendering. Times faster: Mitsuba's by ours; above 1 we are faster. Where both "
-            "render, Embree isn't in its robust mode, which is Mitsuba's default; ours is the robust "
-            "one, at the price that a table below tells (`embree_use_robust_intersections` in the "
-            "scene). Raw figures: [measurements.csv](measurements.csv).")
-    return [text, ""] + ([f"Samples a pixel: {counts_text(timed)}.", ""] if timed else [])
+    text = ("Written by `sh validation/run.sh engine`. Kinome and Mitsuba's `llvm_ad_rgb` take turns for each "
+            "render, on two threads each, with the same integrator and "
+            f"sampler ({samplers}). The values are medians over the seeds {', '.join(map(str, seeds))}.")
+    units = ("*ns* is processor time per sample. It is the slope between two sample counts at 256x256, so it "
+             "excludes loading, setup and compilation. *Wall* is the same by each program's own clock of "
+             "rendering. *Speed-up* is Mitsuba's time divided by ours; above 1, Kinome is faster.")
+    robust = ("Where both render, Embree's robust mode is off, as is Mitsuba's default. It is on by default in "
+              "Kinome (`embree_use_robust_intersections` in the scene); a table below gives its cost. "
+              "Raw values: [measurements.csv](measurements.csv).")
+    return [text, "", units, "", robust, ""] + (
+        [f"Samples per pixel: {counts_text(timed)}.", ""] if timed else [])
 
 
 def page(rows, problems, quick):
     """README.md, as one text."""
-    lines = ["# The engine beside Mitsuba's llvm_ad_rgb", "", machine_text(rows), ""]
+    lines = ["# Speed of the engine, compared with Mitsuba's llvm_ad_rgb", "", machine_text(rows), ""]
     if quick:
-        lines += ["**A small form, which only proves that the command works.**", ""]
+        lines += ["**This is the small form, which only checks that the command works.**", ""]
     lines += [*introduction(rows), *markdown(*goals(rows))]
     if of_part(rows, "direct") or any(of_part(rows, "path", depth) for depth in (2, 5)):
-        lines += ["![Nanoseconds a sample, scene by scene](plot.png)", ""]
+        lines += ["![Nanoseconds per sample by scene](plot.png)", ""]
     for title, part, make in (("`direct`", of_part(rows, "direct"), direct),
                               *((f"`path` to depth {depth}", of_part(rows, "path", depth), path)
                                 for depth in (2, 5)),
@@ -128,14 +129,14 @@ def page(rows, problems, quick):
                                instruction_sets),
                               ("`direct` at 4 spp, 192x144, seconds of rendering",
                                of_part(rows, "short"), short),
-                              ("`direct`, rays that don't slip through edges",
+                              ("`direct` with robust intersections",
                                of_part(rows, "watertight"), watertight)):
         if part:
             lines += [f"## {title}", "", *markdown(*make(part))]
     for row in rows:
         apart = analysis.different_pictures(row)
         if apart:
-            lines.append(f"- not the same picture? {row['scene']}, {row['part']}: the means differ "
+            lines.append(f"- The images may be different: {row['scene']}, {row['part']}: the means differ "
                          f"by {percent(apart)}")
     lines += [f"- missing: {line}" for line in problems]
     return "\n".join(lines).rstrip() + "\n"
@@ -151,8 +152,8 @@ def path(rows):
 
 
 def plot(rows):
-    """Nanoseconds a sample of both, a panel for each part and depth: the bytes of a PNG, or None of
-    nothing."""
+    """Plots nanoseconds per sample of both programs, with a panel for each part and depth. Returns the bytes of
+    a PNG, or None if there are no rows."""
     panels = [(title, part) for title, part in
               (("direct", of_part(rows, "direct")),
                *((f"path to depth {depth}", of_part(rows, "path", depth)) for depth in (2, 5)))
@@ -168,7 +169,7 @@ def plot(rows):
                      if rate(row, label) is not None]
             if found:
                 axis.plot(*zip(*found), mark, color=colour, markersize=4.5, label=label)
-        axis.set(xscale="log", xlabel="ns a sample", title=title,
+        axis.set(xscale="log", xlabel="ns per sample", title=title,
                  ylim=(len(part) - 0.5, -0.5))
         axis.set_yticks(range(len(part)), [row["scene"] for row in part], fontsize=8)
         axis.grid(alpha=0.3, which="both")
@@ -178,7 +179,7 @@ def plot(rows):
 
 
 def measurements(rows):
-    """Every render, as the text of a CSV file."""
+    """Returns all renders as the text of a CSV file."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(["part", "scene", "max_depth", "width", "height", "sampler", *COLUMNS, "bsdfs",

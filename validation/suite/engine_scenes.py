@@ -1,27 +1,27 @@
-"""Copies of scenes as the benchmark of the engine needs them: they find their files from wherever
-they lie, for both programs."""
+"""Copies of scenes for the benchmark of the engine. Both programs find the files of a copy, wherever it
+is."""
 import re
 
 from .kinome import with_parameters
 from .problems import Problem
 
-WATERTIGHT = "watertight"  # the parameter of a copy: "true" or "false"
+WATERTIGHT = "watertight"  # parameter of a copy: "true" or "false"
 
 def with_filenames(text, folder):
-    """A scene's text whose files are named from `folder`."""
+    """Returns a scene's text with `folder` in front of its file names."""
     text = re.sub(r'(<string name="filename" value=")', rf"\g<1>{folder}/", text)
     return re.sub(r'(<include filename=")(?=\.)', rf"\g<1>{folder}/", text)
 
 
 def like_for_like(path, folder, is_small):
-    """A scene whose rays both programs trace by Embree in the same way: not in its robust mode,
-    which is Mitsuba's default and not ours, unless -D says otherwise. A small scene has a size and
-    an integrator of its own: the copy takes them by -D."""
+    """Writes a copy of a scene for which both programs trace rays by Embree in the same way: not in its robust
+    mode, unless -D sets it. Off is Mitsuba's default, but not ours. A small scene has a fixed size and
+    integrator, which become parameters of the copy."""
     if is_small:
         copy = with_size(path, folder)
         text = copy.read_text(encoding="utf-8")
     else:
-        # One folder's scene is named like another's.
+        # Scenes in different folders have the same file name.
         copy = folder / f"{path.parent.name}-{path.name}"
         folder.mkdir(parents=True, exist_ok=True)
         text = path.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Our side: the program, its pictures and its clock."""
+"""Runs Kinome: returns its images and times."""
 import concurrent.futures
 import dataclasses
 import re
@@ -18,11 +18,11 @@ from .tables import RENDERS, ROOT, THREADS
 @dataclasses.dataclass
 class Render:
     image: np.ndarray
-    seconds: float  # of rendering: light points, tree and samples
-    wall: float  # of the whole process
+    seconds: float  # rendering: light points, tree and samples
+    wall: float  # wall time of the whole process
     embree_share: float
-    samples: int  # a pixel; some samplers round up
-    stats: dict = dataclasses.field(default_factory=dict)  # all that the program tells
+    samples: int  # actual number per pixel; some samplers round up
+    stats: dict = dataclasses.field(default_factory=dict)  # all statistics of the program
 
 
 class Kinome:
@@ -31,7 +31,7 @@ class Kinome:
         folder.mkdir(parents=True, exist_ok=True)
         program = build / "bin/kinome"
         if not program.is_file():
-            raise Problem(f"{program} isn't there: run validation/run.sh, which builds it")
+            raise Problem(f"{program} not found: run validation/run.sh, which builds it")
         self.program = hash_of_files([program, *(build / "plugins").rglob("*.so"),
                                       *(build / "lib").glob("*.so*")])
 
@@ -53,7 +53,7 @@ class Kinome:
                       stats["samples"], stats)
 
     def estimate(self, name, scene, defines, first_seed, options=()):
-        """Mean and variance from RENDERS seeds, one thread each."""
+        """Returns the mean and variance of RENDERS seeds, with one thread each."""
 
         def one(seed):
             return self.render(scene, defines, seed, ("-t", "1", *options), f"{name}-{seed}").image
@@ -64,13 +64,13 @@ class Kinome:
 
 
 def sized(scene, size):
-    """What sets the size of a scene of tables.SCENES, and keeps all bits of its pixels."""
+    """Returns the parameters for the size of a scene of tables.SCENES, and for a file with 32-bit floats."""
     return {"width": size[0], "height": size[1], "file_format": "pfm"}
 
 
 def with_parameters(scene, folder):
-    """A copy of a small scene whose integrator takes parameters by -D, as those of the big ones do;
-    to be rendered with `-a` and the folder of the original."""
+    """Writes a copy of a small scene whose integrator accepts parameters by -D, as in big scenes. It must be
+    rendered with `-a` and the folder of the original."""
     text = scene.read_text(encoding="utf-8")
     include = f'<include filename="{ROOT}/scenes/integrators/$integrator.xml"/>'
     changed, count = re.subn(r'<integrator type="\$integrator"/>', include, text)
@@ -83,7 +83,7 @@ def with_parameters(scene, folder):
 
 
 def scene_hash(scene):
-    """Of the file, what it includes and its assets."""
+    """Returns a hash of the file, its includes and its assets."""
     files = [scene, *(ROOT / "scenes/integrators").glob("*.xml")]
     for folder in ("assets", "materials", "maps", "../maps"):
         files += [f for f in (scene.parent / folder).glob("*") if f.is_file()]

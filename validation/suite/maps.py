@@ -1,5 +1,5 @@
-"""Where the error of clustered by product lies: its variance between seeds, pixel by pixel, and the
-shares that classes of pixels have of it. maps_page.py draws it."""
+"""Measures the error of clustered with product in each pixel, by the variance between seeds, and the share of
+classes of pixels in it. maps_page.py draws the results."""
 import dataclasses
 import os
 import re
@@ -15,36 +15,37 @@ from .problems import Problem
 from .tables import ROOT, THREADS
 
 SEEDS = 8
-VIEWS = 16  # renders of one camera ray a pixel that tell what a pixel sees
-RAYS_PER_SAMPLE = 3  # clustered's default
-NEW = 0.5  # share of a pixel's camera rays that the pilot's patches don't fit
-GRAZING = 0.1  # cosine of the angle of view
-SHADE, OPEN = 0.02, 0.98  # shares of the light that is believed to arrive
-WORST = 0.01  # of all pixels
+VIEWS = 16  # number of `aov` renders with one camera ray per pixel, which find the visible points
+RAYS_PER_SAMPLE = 3  # default of clustered
+NEW = 0.5  # minimum share of a pixel's camera rays that fit none of the pilot's patches
+GRAZING = 0.1  # cosine of the viewing angle
+SHADE, OPEN = 0.02, 0.98  # limits of the estimated visible share of the light
+WORST = 0.01  # share of all pixels
 SCENES = ("hebe", "tree", "room", "colonnade", "evening", "blocks")
 INTEGRATORS = ROOT / "scenes/integrators"
 
-# In this order: a pixel is of the first class that it fits. (name, what it says)
+# Pairs of (name, meaning). A pixel belongs to the first class that it fits.
 CLASSES = (
-    ("nothing", "the camera rays meet nothing that reflects"),
-    ("new patch", f"at least {NEW:.0%} of the camera rays meet a patch that a pilot like "
-                  "product's didn't"),
-    ("several patches", "the camera rays meet several patches, or a patch and the background"),
+    ("nothing", "the camera rays hit nothing that reflects"),
+    ("new patch", f"at least {NEW:.0%} of the camera rays hit a patch that a pilot like "
+                  "product's missed"),
+    ("several patches", "the camera rays hit several patches, or a patch and the background"),
     ("grazing view", f"one patch, seen at a cosine below {GRAZING:g}"),
-    ("deep shade", f"one patch; some of its unshadowed light is believed to arrive, but below "
-                   f"{SHADE:.0%}: visibility"),
-    ("glossy, partly lit", "one patch, whose BSDF has a lobe or is a mirror, and of whose light "
-                           f"{SHADE:.0%} to {OPEN:.0%} is believed to arrive: candidates and "
-                           "visibility"),
-    ("glossy", "the same, but none is believed to arrive or nearly all: candidates"),
-    ("dull, partly lit", "one patch without a lobe, and between the two: visibility"),
-    ("dull", "the same, but none is believed to arrive or nearly all"))
+    ("deep shade", f"one patch, with an estimated visible share of its light above 0, but at most "
+                   f"{SHADE:.0%}. Visibility causes the error"),
+    ("glossy, partly lit", "one patch, whose BSDF has a lobe or is a mirror, with an estimated visible "
+                           f"share of its light from {SHADE:.0%} to {OPEN:.0%}. Candidates and "
+                           "visibility cause the error"),
+    ("glossy", "the same, but the estimated visible share is 0 or nearly 1. Candidates cause the error"),
+    ("dull, partly lit", "one patch without a lobe, whose estimated visible share is between these "
+                         "limits. Visibility causes the error"),
+    ("dull", "the same, but the estimated visible share is 0 or nearly 1"))
 NAMES = [name for name, _ in CLASSES]
 
 
 @dataclasses.dataclass
 class Map:
-    """Of one scene. `error`: (rows, columns), relMSE of each pixel, the mean of its channels;
+    """Result for one scene. `error`: (rows, columns), relMSE of each pixel, averaged over channels;
     `classes`: indices of CLASSES."""
 
     picture: np.ndarray
@@ -54,7 +55,7 @@ class Map:
 
 
 def with_floats(path, folder):
-    """A copy of a scene that finds its files, and whose film has 32 bits a value."""
+    """Writes a copy of a scene that finds its files, and whose film has 32 bits per value."""
     text = path.read_text(encoding="utf-8")
     text, scenes = re.subn(r"(<scene [^>]*>)", rf'\1 <path value="{path.parent}"/>', text, count=1)
     text, films = re.subn(r'(<film type="hdrfilm">)',
@@ -67,7 +68,8 @@ def with_floats(path, folder):
 
 
 def write_integrators(folder):
-    """Of the map's own, as the names that $integrator takes: {"views": …, "diagnostics": …}."""
+    """Writes the integrators of the maps. Returns their values for $integrator:
+    {"views": …, "diagnostics": …}."""
     clustered = (INTEGRATORS / "clustered.xml").read_text(encoding="utf-8")
     texts = {"views": '<scene version="3.0.0"> <integrator type="aov"> <string name="aovs" '
                       'value="shape:shape_index,n:sh_normal,p:position"/> </integrator> </scene>\n',
@@ -76,20 +78,21 @@ def write_integrators(folder):
                  '<integrator type="clustered"> <boolean name="diagnostics" value="true"/>')}
     for name, text in texts.items():
         (folder / f"{name}.xml").write_text(text, encoding="utf-8")
-    # Scenes name integrators as files of one folder.
+    # The value of $integrator is relative to the folder of the other integrators.
     return {name: os.path.relpath(folder / name, INTEGRATORS) for name in texts}
 
 
 class Maps:
     def __init__(self, kinome, size_of, samples, folder, log):
-        """`size_of`: of a picture, by scene; `samples`: a pixel; `folder`: for copies of scenes."""
+        """`size_of`: function of a scene, returns the size of its image; `samples`: number per pixel;
+        `folder`: for copies of scenes."""
         self.kinome, self.size_of, self.samples, self.log = kinome, size_of, samples, log
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
         self.integrators = write_integrators(folder)
 
     def scene(self, scene):
-        """Everything about one scene. Raises Problem."""
+        """Measures one scene; returns its Map. Raises Problem."""
         size = self.size_of(scene)
         file = with_floats(scene.path, self.folder)
         self.log.say(f"{scene.name}: {SEEDS} seeds of {self.samples} samples")
@@ -98,7 +101,7 @@ class Maps:
         visibility, cost = (np.mean([r[name] for r in renders], axis=0)
                             for name in ("visibility", "cost"))
         if not any(r["samples"].any() for r in renders):
-            raise Problem(f"{scene.name}: the scene isn't one for product")
+            raise Problem(f"{scene.name}: product sampling doesn't support this scene")
         stack = np.stack([colour(file, r) for r in renders])
         error, picture = relative_variance(stack), stack.mean(axis=0)
         classes = self.classes(scene, file, size, visibility)
@@ -127,12 +130,12 @@ class Maps:
         points = surfaces.points_of(views, surfaces.camera_of(scene.path, size[0]))
         glossy = np.array([False, *surfaces.glossy_shapes(scene.path)])
         if points.shape.max() >= len(glossy):
-            raise Problem(f"{scene.name}: has more shapes than its file names")
+            raise Problem(f"{scene.name}: has more shapes than its file, so their materials are unknown")
         return classify(points, surfaces.pilot_rays(RAYS_PER_SAMPLE * self.samples), glossy,
                         visibility)
 
     def ablations(self, scene, file, size, error, classes):
-        """How many times larger the error of each class, and of all, is without a part."""
+        """Returns the factors by which the error of each class, and of all pixels, grows without each part."""
         found = {}
         for part, defines in PARTS.items():
             if not defines or part in OF_LOCAL_LIGHT and scene.group not in LOCAL:
@@ -147,7 +150,7 @@ class Maps:
 
 
 def classify(points, pilot, glossy, visibility):
-    """Of each pixel, the index of the first of CLASSES that it fits."""
+    """Returns the index of the first of CLASSES that each pixel fits."""
     patch, new = surfaces.patches_of(points, pilot)
     hit = points.shape > 0
     seen = np.maximum(hit.sum(axis=0), 1)
@@ -162,7 +165,8 @@ def classify(points, pilot, glossy, visibility):
 
 
 def relative_variance(stack):
-    """relMSE of each pixel, by what differs between renders; values that are no numbers are 0."""
+    """Returns the relMSE of each pixel, from the variance between renders. Values that aren't finite count as
+    0."""
     stack = np.nan_to_num(stack, posinf=0, neginf=0)
     mean = stack.mean(axis=0)
     floor = 0.01 * mean.mean() ** 2 or 1.0
@@ -170,8 +174,8 @@ def relative_variance(stack):
 
 
 def shares(stack, error, cost, classes):
-    """By class: its share of the pixels, of the rays (`cost`), of the error, of the error by each
-    half of the seeds, and of the worst pixels."""
+    """Returns by class its share of the pixels, of the rays (`cost`), of the error, of the error in each half of
+    the seeds, and of the worst pixels."""
     halves = [relative_variance(part) for part in (stack[::2], stack[1::2])]
     worst = error >= np.sort(error, axis=None)[-number_of_worst(error)]
     found = {}
@@ -197,6 +201,6 @@ def number_of_worst(error):
 
 
 def share_of_worst(error):
-    """Of the error, that of the WORST pixels."""
+    """Returns the share of the WORST pixels in the error."""
     ordered = np.sort(error, axis=None)
     return float(ordered[-number_of_worst(error):].sum() / (ordered.sum() or 1))

@@ -1,4 +1,4 @@
-"""validation/maps/: a picture for each scene, and README.md with the shares of the error."""
+"""validation/maps/: an image for each scene, and README.md with the shares of the error."""
 import matplotlib
 import numpy as np
 
@@ -12,13 +12,14 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  (the backend comes first)
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm  # noqa: E402
 
-DECADES = 4  # of the key, below the 99.9th percentile
+DECADES = 4  # range of the colour scale, below the 99.9th percentile
 COLOURS = ("#f2f2f2", "#b30000", "#f0a202", "#7b2d8b", "#4a4a4a", "#1b6ca8", "#8ec1e0", "#3f8f4f",
            "#b5dca8")
 
 
 def figure(name, one):
-    """The bytes of a PNG: picture, error with its key, and what class each pixel is of."""
+    """Returns the bytes of a PNG with the image, the error with its colour scale, and the class of each
+    pixel."""
     high, wide = one.error.shape
     panel = 4.0
     drawn, (picture, error, scale, classes, key) = pyplot.subplots(
@@ -52,8 +53,8 @@ def percent(value):
 
 
 def shares(figures):
-    head = ["class", "pixels", "rays", "error", "by halves of the seeds", "error a pixel, mean 1",
-            f"of the worst {maps.WORST:.0%}"]
+    head = ["class", "pixels", "rays", "error", "error by halves of the seeds",
+            "error per pixel, relative to the mean", f"worst {maps.WORST:.0%}"]
     rows = []
     for name, row in figures["classes"].items():
         if row["pixels"] == 0:
@@ -65,7 +66,7 @@ def shares(figures):
 
 
 def ablations(figures):
-    """A row for each part, a column for each class that has a share of the error to speak of."""
+    """Returns a table with a row for each part, and a column for each class with at least 2 % of the error."""
     names = ["all"] + [name for name, row in figures["classes"].items() if row["error"] >= 0.02]
     return ["", *names], [[part, *("" if one[name] is None else f"{one[name]:.2f}"
                                    for name in names)]
@@ -73,25 +74,25 @@ def ablations(figures):
 
 
 def page(scenes):
-    """Lines of Markdown, as one text. `scenes`: {name: figures}."""
+    """Returns the page as Markdown. `scenes`: {name: figures}."""
     lines = [
-        "# Where the error of product sampling lies", "",
+        "# Error of product sampling by pixel", "",
         "Written by `sh validation/run.sh maps`, at commit "
-        f"{', '.join(dict.fromkeys(one['commit'][:10] for one in scenes.values()))}. Error is the "
-        f"variance between {maps.SEEDS} seeds, of each pixel, relative to its mean² + .01 M² (M: "
-        "the picture's mean); the estimator is unbiased, so that needs no reference. The key of "
-        f"the maps is logarithmic, over {DECADES} decades. Few seeds tell little of rare bright "
-        "pixels: where the halves of the seeds disagree, neither is to be relied on.", "",
-        "A pixel is of the first class that it fits:", "",
+        f"{', '.join(dict.fromkeys(one['commit'][:10] for one in scenes.values()))}.", "",
+        f"The error of a pixel is its variance between {maps.SEEDS} seeds, divided by mean² + .01 M². M is "
+        "the mean of the image. No reference is needed, because the estimator is unbiased. The colour scale "
+        f"of the maps is logarithmic, over {DECADES} decades. A few seeds give a poor estimate for rare "
+        "bright pixels: if the two halves of the seeds differ much, neither is reliable.", "",
+        "A pixel belongs to the first class that it fits:", "",
         *(f"- **{name}**: {meaning}." for name, meaning in maps.CLASSES), "",
-        f"What a pixel sees is told by {maps.VIEWS} renders with `aov` of one camera ray a pixel; "
-        "patches are made of them by product's own rules (nearly one normal and plane, within a "
-        "tile of 4x4), the first of these renders standing for its pilot. What is believed to "
-        "arrive is `visibility` of `diagnostics`; rays are its `cost`, without the pilot's. Cells "
-        "that straddle a horizon are no class, as each pixel has some: what their control terms "
-        "are worth, and to whom, is the row *nothing known at the horizon*. In the second table of "
-        "each scene: how many times larger the error is without a part.", "",
-        "| | relMSE | " + f"the worst {maps.WORST:.0%} of the pixels have | most of the error |",
+        f"The visible points of a pixel come from {maps.VIEWS} renders with `aov` and one camera ray per "
+        "pixel. Patches are made from them by the rules of product sampling (nearly one normal and plane, "
+        "within a tile of 4x4). The first of these renders represent the pilot. The estimated visible share "
+        "of the light is `visibility` of `diagnostics`. Rays are its `cost`, without those of the pilot. "
+        "Cells that straddle a horizon are no class, because each pixel has some. The row *nothing known at "
+        "the horizon* shows the effect of their control terms. The second table of each scene gives the "
+        "factors by which the error grows without a part.", "",
+        "| | relMSE | " + f"share of the worst {maps.WORST:.0%} of the pixels | largest shares |",
         "|---|---|---|---|"]
     for name, one in scenes.items():
         most = sorted(one["classes"], key=lambda c: -one["classes"][c]["error"])[:2]

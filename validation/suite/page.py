@@ -1,4 +1,4 @@
-"""validation/report/index.html: one file that holds all of its pictures."""
+"""validation/report/index.html: one file, which contains all its images."""
 import html
 
 from . import analysis, plots
@@ -26,14 +26,14 @@ details { margin: .5rem 0 }
 """
 
 CLUSTERED = (
-    "<b>clustered</b> (joint, luminance, brdf) converges to its set of light points, not to the "
-    "light itself. So it is unbiased against our own <b>groundtruth</b>, which uses each of the "
-    "same points exactly once, and is compared with that, seed by seed; its distance to Mitsuba is "
-    "how finely the points stand for the light, and shows below as a floor of its curve. By "
-    "product it uses the light itself, and is compared with Mitsuba.")
+    "<b>clustered</b> with joint, luminance or brdf converges to the light of its light points, not to the "
+    "exact light. It is therefore compared, for each seed, with <b>groundtruth</b>, which uses each of the "
+    "same points exactly once. Its difference from Mitsuba is the error of representing the light by points, "
+    "below which its curve doesn't fall. <b>clustered product</b> uses the exact light, and is compared with "
+    "Mitsuba.")
 LDSAMPLER = (
-    "Mitsuba's ldsampler is biased on paths of several bounces (references/README.md): a curve of "
-    "it may end in a floor there. All references are made with multijitter.")
+    "Mitsuba's ldsampler is biased for paths with several bounces (references/README.md). The error of its "
+    "curves may not fall below this bias. All references are made with multijitter.")
 
 
 def cell(text):
@@ -45,7 +45,7 @@ def cell(text):
 
 
 def table(head, rows, pictures=None):
-    """pictures: a data URL for each row, shown in a last column."""
+    """Formats a table. pictures: a data URL for each row, for an additional last column."""
     lines = ["<div class=\"wide\"><table><thead><tr>",
              *(f"<th>{html.escape(h)}</th>" for h in head),
              "<th>ours, reference, difference</th>" if pictures else "", "</tr></thead><tbody>"]
@@ -66,20 +66,20 @@ def correctness_section(data):
     rows = data["rows"]
     red = [row for row in rows if not row["passed"]]
     parts = ["<h2>Correctness</h2>\n", paragraph(
-        f"{len(rows)} comparisons, {len(red)} red. Together they fail by chance in "
-        f"{100 * data['family_alpha']:g} % of all runs. <i>t</i> is Welch's over the whole "
-        "picture, of the channel that is worst; <i>p</i> is corrected for the number of values; a "
-        "bias of the size given would be found 9 times out of 10. Phong and Ward are compared with "
-        "Python BSDFs in Mitsuba, after 0.6's formulas."), paragraph(CLUSTERED)]
+        f"{len(rows)} comparisons, {len(red)} failed. Their total rate of false alarms is "
+        f"{100 * data['family_alpha']:g} %. <i>t</i> is Welch's t of the mean of the image, for the worst "
+        "channel. <i>p</i> is corrected for the number of values. A bias of the given size would be found with "
+        "a probability of 90 %. Phong and Ward are compared with BSDFs written in Python for Mitsuba, by the "
+        "formulas of Mitsuba 0.6."), paragraph(CLUSTERED)]
     for why in dict.fromkeys(filter(None, map(explanation, red))):
         of = [f"{row['scene']}, {row['method']}" for row in red if explanation(row) == why]
-        parts.append(paragraph(html.escape(f"Red, and why: {'; '.join(of)}: {why} (evidence: "
+        parts.append(paragraph(html.escape(f"Failed for a known reason: {'; '.join(of)}: {why} (evidence: "
                                            "validation/references/README.md).")))
     twins = tables.repeated(rows)
     if twins:
         parts.append(paragraph(
-            f"<b>=</b>: the same figures as a row above with another method, {twins} in all: there "
-            "is nothing in that scene that the two could do differently, so it proves no more."))
+            f"<b>=</b> marks a row with the same values as a row above with another method, {twins} in all. "
+            "The two methods don't differ in that scene, so the row gives no further evidence."))
     parts.append(table(*tables.correctness(rows), [row["picture"] for row in rows]))
     notes = [f"{row['scene']}, {row['method']}: {note}" for row in rows for note in row["notes"]]
     if notes:
@@ -91,11 +91,11 @@ def correctness_section(data):
 
 def reference_text(reference):
     count = reference["masked_pixels"]
-    masked = (f"; {reference['not_finite']} of its values were NaN or Inf, and {count} pixels are "
+    masked = (f". {reference['not_finite']} of its values were NaN or Inf, and {count} pixels are "
               "masked") if count else ""
     return (f"Reference: Mitsuba's {reference['integrator']} ({reference['variant']}), "
             f"{reference['seeds']} × {reference['samples_used']} samples, "
-            f"{reference['sampler']}{masked}; its own noise amounts to a relMSE of "
+            f"{reference['sampler']}{masked}. Its own noise is a relMSE of "
             f"{reference['own_error']:.2g}, which is subtracted.")
 
 
@@ -111,8 +111,8 @@ def scene_section(name, entry, found, trimmed, load_picture):
               for name, one in found.items() if one["not_finite"]]
     goal, crops = plots.equal_time(entry, found, load_picture)
     if crops:
-        parts.append(paragraph(f"After about {goal:.2g} s (the fewest samples, where these take "
-                               "longer), in the place where they differ most:"))
+        parts.append(paragraph(f"Images after about {goal:.2g} s, or with the fewest samples if these take "
+                               "longer, in the region of the largest differences:"))
         parts.append('<div class="crops">' + "".join(
             f'<figure><img src="{url}" alt="crop"/><figcaption>{html.escape(label)}</figcaption>'
             "</figure>" for label, url in crops) + "</div>\n")
@@ -126,25 +126,26 @@ def scene_section(name, entry, found, trimmed, load_picture):
 def benchmark_section(scenes, load_picture):
     found = {name: analysis.summary(scenes[name]) for name in tables.ordered(scenes)}
     parts = ["<h2>Time against error</h2>\n", paragraph(
-        "Wall time of rendering by each program's own clock, without start-up, loading and "
-        "compilation, which have a table of their own. Renderers take turns, on "
-        "the same number of threads; medians of all seeds, bars are quartiles. relMSE is "
-        "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]. <b>~</b> is extrapolated beyond the last "
-        "point (a peer farther than ten times by a slope of -1 at least, in its favour), "
-        "<b>≤</b> reached by the fewest samples already; <b>never</b>: the curve has gone "
-        "flat; <b>far</b>: it would take more than ten times its last point, a peer more than a "
-        "hundred times; <b>noise</b>: less than the reference can tell. A ratio is the best "
-        "peer's seconds by ours: above 1 we are faster, below 1 slower; <b>peer only</b>: ours "
-        "does not get there, which no mean counts. Cycles has no clock of its own for less than a "
-        "whole render, with the file written."),
+        "Times are wall times of rendering by each program's own clock, without start-up, loading and "
+        "compilation, which have a separate table. For Cycles, they include the whole render and writing the "
+        "file, because it has no other clock. Renderers take turns, with the same number of threads. Values "
+        "are medians over all seeds, and bars are quartiles. relMSE is "
+        "mean[((I − R)² − var R) / (R² + 0.01 mean(R)²)]."), paragraph(
+        "<b>~</b> marks times that are extrapolated beyond the last point. Peers are extrapolated by more "
+        "than a factor of ten with a slope of -1 or steeper, which is in their favour. <b>≤</b> means that "
+        "the fewest samples already reach the error. <b>never</b> means that the curve is flat. <b>far</b> "
+        "means more than ten times the time of the last point, or a hundred times for peers. <b>noise</b> "
+        "means that the error is below the noise of the reference."), paragraph(
+        "Ratios are the best peer's seconds divided by ours: above 1, Kinome is faster. <b>peer only</b> "
+        "means that Kinome doesn't reach the error. Such scenes aren't included in the mean."),
         paragraph(LDSAMPLER)]
     for target in analysis.TARGETS:
         parts += [f"<h3>To a relMSE of {target:g}</h3>\n", table(*tables.overview(found, target))]
-    parts += [f"<h3>Each of ours against the best peer, at {tables.MIDDLE:g}</h3>\n",
+    parts += [f"<h3>Kinome's integrators and the best peer, at {tables.MIDDLE:g}</h3>\n",
               table(*tables.by_renderer(found))]
     trimmed = {name: analysis.summary(scenes[name], "trimmed") for name in found}
-    parts += ["<h3>The same without the worst 0.1 % of the values of each picture</h3>\n",
-              paragraph("Single bright pixels decide a relMSE where light is hard to find."),
+    parts += ["<h3>The same without the worst 0.1 % of the values of each image</h3>\n",
+              paragraph("If light is hard to find, single bright pixels dominate the relMSE."),
               table(*tables.overview(trimmed)), table(*tables.by_renderer(trimmed))]
     for name, one in found.items():
         parts.append(scene_section(name, scenes[name], one, trimmed[name], load_picture))
@@ -156,21 +157,21 @@ def machine_text(data):
                 f"{e['machine']['system']}" for e in data}
     commits = {e["commit"][:10] for e in data}
     text = f"On {'; '.join(sorted(machines))}; commit {', '.join(sorted(commits))}."
-    # Rows of a run over a few scenes stand beside those of earlier runs.
+    # The rows may come from several runs, each of a few scenes.
     programs = {row.get("program") for e in data for row in e.get("rows", [e])}
     timed = [(e["cores_of_others"], e["machine"]["cores"]) for e in data if "cores_of_others" in e]
     busy = [(others, cores) for others, cores in timed if others > BUSY * cores]
     if busy:
         others, cores = max(busy, key=lambda pair: pair[0] / pair[1])
-        text += (f" The machine was busy with other things: in {len(busy)} of {len(timed)} "
-                 f"scenes, they had up to {others:.1f} of {cores} cores, and the times are too long.")
+        text += (f" Other processes used the machine: in {len(busy)} of {len(timed)} scenes, they had up to "
+                 f"{others:.1f} of {cores} cores, so the times are too long.")
     if len(programs) > 1:
-        text += " Not all rows are of the same program: some were measured before others."
+        text += " The rows were measured with different versions of the program."
     return text
 
 
 def page(correctness, benchmark, problems, load_picture, quick):
-    """The whole page; either part may be None."""
+    """Returns the whole page. Either part may be None."""
     entries = ([correctness] if correctness else []) + list((benchmark or {}).values())
     parts = ["<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/>"
              "<meta name=\"viewport\" content=\"width=device-width\"/>"
@@ -178,10 +179,10 @@ def page(correctness, benchmark, problems, load_picture, quick):
              "<h1>Kinome against Mitsuba 3</h1>\n",
              paragraph(html.escape(machine_text(entries)))]
     if quick:
-        parts.append(paragraph("<b>A small form, which only proves that the command works.</b>"))
+        parts.append(paragraph("<b>This is the small form, which only checks that the command works.</b>"))
     if problems:
         items = [f'<li class="problem">{html.escape(line)}</li>' for line in problems]
-        parts += ["<h2>What is missing</h2>\n<ul>", *items, "</ul>\n"]
+        parts += ["<h2>Missing results</h2>\n<ul>", *items, "</ul>\n"]
     if correctness:
         parts.append(correctness_section(correctness))
     if benchmark:

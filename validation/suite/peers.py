@@ -1,4 +1,4 @@
-"""Mitsuba's side: its configurations, and one living process a variant."""
+"""Runs Mitsuba: its configurations, and a persistent process for each variant."""
 import dataclasses
 import pathlib
 import typing
@@ -19,7 +19,7 @@ class Configuration:
     integrator: str
     sampler: str
     compensation: bool
-    max_depth: int | None = None  # that of tables.Scene
+    max_depth: int | None = None  # None: that of tables.Scene
 
     @property
     def name(self):
@@ -38,18 +38,18 @@ class Configuration:
 
 
 def configurations(scene):
-    """All that are tried on a scene."""
+    """Returns all configurations to try on a scene."""
     return [Configuration(v, i, s, c) for v in VARIANTS for i in scene.peers for s in SAMPLERS
             for c in ((False, True) if scene.envmap else (False,))]
 
 
 class Unavailable(Problem):
-    """Has been said already."""
+    """A problem that was already reported."""
 
 
 @dataclasses.dataclass
 class Loaded:
-    """The scene that a process holds."""
+    """Scene that a process has loaded."""
 
     what: tuple
     warmed: set = dataclasses.field(default_factory=set)  # sample counts that it has rendered
@@ -58,12 +58,12 @@ class Loaded:
 class Rendered(typing.NamedTuple):
     image: np.ndarray
     seconds: float
-    samples: int  # a pixel that were used
+    samples: int  # actual number per pixel
     processor: float  # seconds
 
 
 class Mitsuba:
-    """Variants that can't be started are said once and then left out."""
+    """Mitsuba's processes. A variant that can't be started is reported once and then left out."""
 
     samples = PEER_SAMPLES
 
@@ -75,7 +75,7 @@ class Mitsuba:
         folder.mkdir(parents=True, exist_ok=True)
 
     def another(self, cache=None):
-        """The same with processes of its own, and kernels in the folder `cache`."""
+        """Returns a Mitsuba with its own processes, and with kernels in the folder `cache`."""
         return Mitsuba(self.python, self.folder, self.log, cache, self.command)
 
     def worker(self, variant):
@@ -84,7 +84,7 @@ class Mitsuba:
         if variant not in self.workers:
             if not pathlib.Path(self.python).is_file():
                 self._give_up(variant, Problem(
-                    "Mitsuba isn't installed (pip failed?): its columns are left out"))
+                    "Mitsuba isn't installed (pip failed?), so its columns are left out"))
             try:
                 worker = Worker(f"Mitsuba {variant}", [*self.command, variant, str(THREADS)],
                                 self.environment)
@@ -100,8 +100,8 @@ class Mitsuba:
         raise self.broken[variant]
 
     def load(self, configuration, scene, size):
-        """The Loaded scene. A process holds one at a time: kernels of llvm would have the plugins
-        of all."""
+        """Returns the Loaded scene. A process has only one scene at a time, because llvm kernels would contain
+        the plugins of all of them."""
         variant = configuration.variant
         wish = (configuration, scene, size)
         worker = self.worker(variant)
@@ -128,7 +128,7 @@ class Mitsuba:
         except Refused:
             raise
         except Dead:
-            # Another scene may fare better: a new process will be started.
+            # A new process will be started, because another scene may work.
             self.workers.pop(variant, None)
             self.loaded.pop(variant, None)
             raise
@@ -141,5 +141,5 @@ class Mitsuba:
 
 
 def version_hash():
-    """What the pinned versions are, as far as a measurement depends on them."""
+    """Returns a hash of the pinned versions and of the worker, on which measurements depend."""
     return hash_of_files([HERE.parent / "requirements.txt", HERE / "workers/mitsuba_worker.py"])

@@ -1,4 +1,4 @@
-"""The page's plots and crops, as data URLs."""
+"""Plots and crops of the page, as data URLs."""
 import base64
 import io
 
@@ -12,13 +12,13 @@ from matplotlib import pyplot  # noqa: E402  (the backend comes first)
 
 CROP = 48  # pixels
 MAGNIFIED = 3
-# Ours in warm colours and full lines, others' in cold ones and broken lines.
+# Kinome has warm colours and solid lines; peers have cold colours and dashed lines.
 OURS = ("#b30000", "#e8590c", "#f0a202", "#8c510a", "#d6336c", "#7f0000", "#c77dff")
 PEERS = ("#0b4f8a", "#2a9d8f", "#5c677d", "#4361ee", "#6a994e")
 
 
 def styles(found):
-    """{renderer: keywords}"""
+    """Returns {renderer: keyword arguments of matplotlib}."""
     count = {"ours": 0, "peer": 0}
     table = {}
     for name, renderer in found.items():
@@ -30,8 +30,8 @@ def styles(found):
 
 
 def error_over_time(found, trimmed, own_error):
-    """log relMSE against log seconds, with quartiles of both; beside it without the worst
-    thousandth. `found`, `trimmed`: of analysis.summary."""
+    """Plots log relMSE over log seconds with quartiles of both, and beside it the same for the trimmed relMSE.
+    `found`, `trimmed`: results of analysis.summary()."""
     figure, axes = pyplot.subplots(1, 2, figsize=(12, 5.4), sharex=True, sharey=True)
     for axis, label, part in zip(axes, ("relMSE", "relMSE without the worst 0.1 %"),
                                  (found, trimmed)):
@@ -50,7 +50,7 @@ def error_over_time(found, trimmed, own_error):
 
 
 def draw(axis, found):
-    """One curve a renderer."""
+    """Draws a curve for each renderer."""
     for name, style in styles(found).items():
         points = [p for p in found[name]["points"] if p["relmse"] > 0 and p["seconds"] > 0]
         if not points:
@@ -59,14 +59,14 @@ def draw(axis, found):
         reach_x, reach_y = ([[max(p[k] - p[k + "_quartiles"][0], 0) for p in points],
                              [max(p[k + "_quartiles"][1] - p[k], 0) for p in points]]
                             for k in ("seconds", "relmse"))
-        # A quartile at or below zero has no logarithm: the bar ends just above it.
+        # A quartile of zero or less has no logarithm, so the bar ends just above zero.
         reach_y[0] = [min(r, 0.999 * v) for r, v in zip(reach_y[0], y)]
         axis.errorbar(x, y, xerr=reach_x, yerr=reach_y, marker="o", markersize=3.5, linewidth=1.4,
                       elinewidth=0.8, capsize=2, label=name, **style)
 
 
 def png_file(figure):
-    """The bytes of a file."""
+    """Returns the bytes of a PNG file."""
     file = io.BytesIO()
     figure.savefig(file, dpi=95, format="png", metadata={"Software": None})
     pyplot.close(figure)
@@ -78,11 +78,11 @@ def png(figure):
 
 
 def equal_time(entry, found, load_picture):
-    """(seconds, [(label, data URL)]): what each renderer has after the same time.
+    """Returns (seconds, [(label, data URL)]): crops of each renderer's image after the same time.
 
-    load_picture(digest): the pixels, or None. The time is the geometric mean of the first and the
-    last of the fastest peer's points; a renderer shows its largest count that takes no longer, or
-    its smallest count if all do, which the label says.
+    load_picture(digest): returns the pixels, or None. The time is the geometric mean of the first and the
+    last point of the fastest peer. A renderer shows its largest sample count that takes no longer, or its
+    fastest one if all take longer. The label gives the count.
     """
     peers = [r["points"] for r in found.values() if r["kind"] == "peer" and r["points"]]
     if not peers:
@@ -119,7 +119,8 @@ def choose(points, goal):
 
 
 def busiest(images, middle):
-    """Corner of the crop in which the renderers differ most, single bright pixels aside."""
+    """Returns the corner of the crop with the largest differences between the renderers. Limits the effect of
+    single bright pixels."""
     spread = np.mean([np.minimum(np.abs(i - middle).mean(axis=2) /
                                  (middle.mean(axis=2) + 0.1 * middle.mean() + 1e-30), 1)
                       for i in images], axis=0)

@@ -1,14 +1,14 @@
-"""What went wrong, in one line each; the rest goes on."""
+"""Problems, each reported in one line. The rest of a run continues."""
 import sys
 import time
 
 
 class Problem(Exception):
-    """One line for people: what is left out, and why."""
+    """A message of one line for the user: what is left out, and why."""
 
 
 class Log:
-    """Progress on stderr, and all problems, which decide the exit status."""
+    """Prints progress on stderr, and collects problems, which decide the exit status."""
 
     def __init__(self, stream=None):
         self.stream = stream or sys.stderr
@@ -19,7 +19,7 @@ class Log:
         print(f"{time.monotonic() - self.started:7.1f} s  {text}", file=self.stream, flush=True)
 
     def problem(self, reason):
-        """Says it once, however often it comes."""
+        """Reports a problem, unless the same line was already reported."""
         line = one_line(reason)
         if line not in self.problems:
             self.problems.append(line)

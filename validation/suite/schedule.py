@@ -1,26 +1,26 @@
-"""Which scenes of the benchmark fit a given time, by what scenes have taken so far."""
+"""Selects the scenes of the benchmark that fit into a given time, by the times of earlier runs."""
 import re
 import statistics
 import time
 
 from .tables import THREADS
 
-# Seconds of a scene's parts, as far as nothing is known of any scene.
+# Assumed seconds of a scene's parts, if no scene was measured yet.
 USUAL = {"reference": 120, "search": 60, "turns": 90, "startup": 15}
-NOTHING = 2.0  # seconds that a scene takes of which all is in the store; that tells nothing
+NOTHING = 2.0  # parts with fewer seconds were in the store, so their times are ignored
 UNITS = {"s": 1, "m": 60, "h": 3600}
 
 
 def duration(text):
-    """Seconds of "90s", "15m", "2h" or "1.5h". Raises ValueError."""
+    """Returns the seconds of "90s", "15m", "2h" or "1.5h". Raises ValueError."""
     found = re.fullmatch(r"(\d+(?:\.\d+)?)([smh])", text)
     if not found or float(found[1]) == 0:
-        raise ValueError(f'"{text}" is no time: 90s, 15m, 2h')
+        raise ValueError(f'"{text}" is not a time such as 90s, 15m or 2h')
     return float(found[1]) * UNITS[found[2]]
 
 
 class Clock:
-    """Seconds by part, one after the other."""
+    """Measures the seconds of consecutive parts."""
 
     def __init__(self):
         self.last, self.laps = time.monotonic(), {}
@@ -31,8 +31,8 @@ class Clock:
 
 
 class Schedule:
-    """What each scene took is a line of the store, for each program: {"ended", "seconds": by part}.
-    A part that was there already takes next to nothing, which is not learned from."""
+    """Estimates the times of scenes. The store has a line for each scene and program: {"ended", "seconds": by
+    part}. The times of parts that were already in the store are ignored."""
 
     def __init__(self, store, references, effort, program, machine):
         self.store, self.references, self.effort = store, references, effort
@@ -47,20 +47,20 @@ class Schedule:
         return {"taken": scene.name, "program": self.program, **self.of_scene(scene)}
 
     def note(self, scene, laps):
-        told = {part: spent for part, spent in laps.items() if spent >= NOTHING}
-        if "turns" in told or not self.is_measured(scene):
+        measured = {part: spent for part, spent in laps.items() if spent >= NOTHING}
+        if "turns" in measured or not self.is_measured(scene):
             self.store.put(self.key(scene), {"ended": time.time(),
-                                             "seconds": self.seconds(scene) | told})
+                                             "seconds": self.seconds(scene) | measured})
 
     def history(self, scene):
-        """What any program took for this scene, the latest last."""
+        """Returns the times of all programs for this scene, latest last."""
         wanted = self.of_scene(scene).items()
         return sorted((values for key, values in self.store.items("taken")
                        if all(key[name] == value for name, value in wanted)),
                       key=lambda values: values["ended"])
 
     def seconds(self, scene):
-        """By part, as it was the last time; {} of a scene that was never measured."""
+        """Returns the latest seconds by part; {} for a scene that was never measured."""
         history = self.history(scene)
         return history[-1]["seconds"] if history else {}
 
@@ -68,8 +68,8 @@ class Schedule:
         return self.store.get(self.key(scene)) is not None
 
     def ordered(self, scenes):
-        """Those first that have not been measured by this program; of each kind, those first whose
-        measurement is the oldest."""
+        """Returns scenes that this program has not measured, followed by the others. Both are sorted by age,
+        oldest measurement first."""
         return sorted(scenes, key=lambda scene: (self.is_measured(scene), self.age(scene)))
 
     def age(self, scene):
@@ -77,21 +77,21 @@ class Schedule:
         return history[-1]["ended"] if history else 0
 
     def estimate(self, scene, scenes):
-        """Seconds that the scene will take: each part that isn't there yet as it was the last time;
-        where there was none, as the mean of `scenes`."""
+        """Returns the estimated seconds of a scene. Sums the latest times of its missing parts. For a part that
+        was never measured, uses the mean over `scenes`."""
         known, others = self.seconds(scene), [self.seconds(other) for other in scenes]
         return sum(known.get(part) or mean([o[part] for o in others if part in o], usual)
                    for part, usual in USUAL.items() if not self.is_there(scene, part))
 
     def is_there(self, scene, part):
-        """Is that part of the scene kept from earlier, so that it needn't be made? (What a search
-        found doesn't depend on our program.)"""
+        """Returns whether that part of the scene is in the store. The result of the search doesn't depend on our
+        program."""
         if part == "reference":
             return self.references.is_there(scene, self.effort.timed_size(scene), timed=True)
         return part != "turns" and bool(self.history(scene))
 
     def is_begun(self, scene):
-        """Has this program taken turns there, and not all of them?"""
+        """Returns whether this program has taken some turns on the scene, but not all."""
         return not self.is_measured(scene) and any(
             self.is_turn(key, scene) and key.get("program") == self.program
             for key, _ in self.store.items("renderer"))
@@ -101,13 +101,13 @@ class Schedule:
                 and list(key["size"]) == list(self.effort.timed_size(scene)))
 
     def forget_turns(self, scene):
-        """So that all renderers take theirs on one day; reference and search are as good as they
-        were."""
+        """Deletes the turns of a scene, so that all renderers take their turns on the same day. Keeps the
+        reference and the search."""
         self.store.forget(lambda key: self.is_turn(key, scene))
 
     def run(self, scenes, end, measure, log):
-        """Calls measure(scene) for those that end before time.monotonic() is `end`, by the
-        estimate; what doesn't fit is passed over. Says what was taken, and what is left."""
+        """Calls measure(scene) for scenes that will end before time.monotonic() is `end`, by the estimate. Skips
+        scenes that don't fit. Reports and returns the measured and the remaining scenes."""
         taken, left, begun = [], [], time.monotonic()
         for scene in self.ordered(scenes):
             needs = self.estimate(scene, scenes)
@@ -120,9 +120,9 @@ class Schedule:
                 self.forget_turns(scene)
             measure(scene)
             taken.append(f"{scene.name} {time.monotonic() - start:.0f} s")
-        log.say(f"taken in {time.monotonic() - begun:.0f} s: {', '.join(taken) or 'none'}")
+        log.say(f"measured in {time.monotonic() - begun:.0f} s: {', '.join(taken) or 'none'}")
         if left:
-            log.say("left for the next time: " + ", ".join(
+            log.say("remaining scenes: " + ", ".join(
                 f"{scene.name} (about {needs:.0f} s)" for scene, needs in left))
         return taken, left
 

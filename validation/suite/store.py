@@ -1,4 +1,4 @@
-"""Finished measurements, so that a rerun goes on where the last one stopped."""
+"""Store of finished measurements, with which a rerun continues where the last run stopped."""
 import hashlib
 import json
 import os
@@ -7,16 +7,17 @@ from compare.output import whole
 
 
 class Store:
-    """Lines of JSON, [key, values]: one for each measurement, on the disk before the next begins.
+    """A file with a line of JSON, [key, values], for each measurement. Each line is written to the disk before
+    the next measurement begins.
 
-    A key is a dictionary of all that the values depend on: scene, program, configuration, machine.
-    Not for several processes at once.
+    A key is a dictionary of everything on which the values depend: scene, program, configuration, machine.
+    Only one process may use the file at a time.
     """
 
     def __init__(self, path):
         self.path = path
         self.values = {}
-        self.torn = 0  # lines that an interruption cut off
+        self.torn = 0  # number of lines that are incomplete because of an interruption
         path.parent.mkdir(parents=True, exist_ok=True)
         for line in self._lines():
             key, values = line
@@ -40,7 +41,7 @@ class Store:
         return self.values.get(canonical(key))
 
     def items(self, word):
-        """(key, values) of those whose key has that word."""
+        """Returns pairs (key, values) whose key contains the entry `word`."""
         return [(json.loads(key), values) for key, values in self.values.items()
                 if f'"{word}": ' in key]
 
@@ -53,14 +54,14 @@ class Store:
         self.values[canonical(key)] = values
 
     def forget(self, is_concerned):
-        """Those measurements whose keys it is true of."""
+        """Deletes measurements for whose keys is_concerned(key) is true."""
         self.values = {key: values for key, values in self.values.items()
                        if not is_concerned(json.loads(key))}
         write_whole(self.path, "".join(as_line(json.loads(key), values)
                                        for key, values in self.values.items()))
 
     def recall(self, key, measure):
-        """The values of that key; measured only if they aren't there."""
+        """Returns the values of a key. Calls measure() only if they are missing."""
         found = self.get(key)
         if found is None:
             found = measure()
@@ -77,12 +78,12 @@ def canonical(key):
 
 
 def digest(key):
-    """A file name for that key."""
+    """Returns a file name for a key."""
     return hashlib.sha256(canonical(key).encode()).hexdigest()[:20]
 
 
 def hash_of_files(paths, start=""):
-    """Of names and contents."""
+    """Returns a hash of the names and contents of files."""
     total = hashlib.sha256(start.encode())
     for path in sorted(paths):
         total.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
@@ -90,7 +91,7 @@ def hash_of_files(paths, start=""):
 
 
 def write_whole(path, text):
-    """The file is there in full or not at all."""
+    """Writes a file atomically: in full or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as file:
         file.write(text.encode())
@@ -101,7 +102,7 @@ def write_json(path, data):
 
 
 def read_json(path):
-    """None where there is no such file."""
+    """Returns the contents of a JSON file, or None if it doesn't exist."""
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""validation/report/summary.md, which docs/results.md quotes, and the raw numbers as CSV."""
+"""validation/report/summary.md, which docs/results.md quotes, and the raw values as CSV."""
 import csv
 import io
 
@@ -14,31 +14,32 @@ def markdown(head, rows):
 
 
 def summary(correctness, benchmark, problems, quick):
-    """Lines of Markdown, as one text."""
+    """Returns the summary as Markdown."""
     entries = ([correctness] if correctness else []) + list((benchmark or {}).values())
     lines = ["# Kinome against Mitsuba 3", "", machine_text(entries), ""]
     if quick:
-        lines += ["**A small form, which only proves that the command works.**", ""]
+        lines += ["**This is the small form, which only checks that the command works.**", ""]
     if correctness:
         red = [row for row in correctness["rows"] if not row["passed"]]
         scenes = {row["scene"] for row in correctness["rows"]}
         lines += [f"Correctness: {len(correctness['rows'])} comparisons on {len(scenes)} scenes, "
-                  f"{len(red)} red.", ""]
+                  f"{len(red)} failed.", ""]
         for row in red:
             why = explanation(row)
-            lines.append(f"- red: {row['scene']}, {row['method']}" + (f" ({why})" if why else ""))
+            lines.append(f"- failed: {row['scene']}, {row['method']}" + (f" ({why})" if why else ""))
         lines += [""] if red else []
     if benchmark:
         found = {name: analysis.summary(benchmark[name]) for name in tables.ordered(benchmark)}
-        lines += ["Seconds of rendering until an error is reached, the best of ours against the "
-                  "fastest configuration of the others; above 1 we are faster. `~`: extrapolated, "
-                  "`≤`: the fewest samples suffice; `peer only`: ours does not get there, which no "
-                  "mean counts.", ""]
+        lines += ["These tables compare the seconds of rendering until an error is reached, for the best of "
+                  "Kinome's integrators and the fastest configuration of the other renderers. Ratios above 1 "
+                  "mean that Kinome is faster. `~` marks extrapolated times. `≤` means that the fewest samples "
+                  "already reach the error. `peer only` means that Kinome doesn't reach it; such scenes aren't "
+                  "included in the mean.", ""]
         for target in analysis.TARGETS:
             lines += markdown(*tables.overview(found, target))
-        lines += [f"The best peer's seconds by ours, at {tables.MIDDLE:g}:", ""]
+        lines += [f"Ratio of the best peer's seconds to ours, at {tables.MIDDLE:g}:", ""]
         lines += markdown(*tables.by_renderer(found))
-        lines += ["The same without the worst 0.1 % of the values of each picture:", ""]
+        lines += ["The same without the worst 0.1 % of the values of each image:", ""]
         lines += markdown(*tables.by_renderer(
             {name: analysis.summary(benchmark[name], "trimmed") for name in found}))
     lines += [f"- missing: {line}" for line in problems]
@@ -46,7 +47,7 @@ def summary(correctness, benchmark, problems, quick):
 
 
 def measurements(benchmark):
-    """Every render that was timed, as the text of a CSV file."""
+    """Returns all timed renders as the text of a CSV file."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(["scene", "group", "width", "height", "renderer", "kind", "samples", "seed",
@@ -67,7 +68,7 @@ def measurements(benchmark):
 
 
 def configurations(benchmark):
-    """Every configuration of Mitsuba's that was tried, as the text of a CSV file."""
+    """Returns all tried configurations of Mitsuba as the text of a CSV file."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(["scene", "variant", "integrator", "sampler", "mis_compensation", "samples",

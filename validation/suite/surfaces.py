@@ -1,6 +1,6 @@
-"""What the pixels of a picture see, by renders with the integrator `aov` of one camera ray a pixel
-each: patches as clustered by product makes them of each tile (its product/patches.cpp), which of
-these its pilot would have met, and from what angle they are seen."""
+"""Finds the surfaces that are visible in pixels, from renders with the integrator `aov` and one camera ray per
+pixel. Computes the patches of each tile as clustered with product does (product/patches.cpp), the patches that
+its pilot would find, and the viewing angle."""
 import dataclasses
 import math
 import re
@@ -10,21 +10,23 @@ import numpy as np
 
 from .problems import Problem
 
-SIDE = 4  # of a tile
-MOST = 48  # patches of a tile
-# A patch takes normals within this cosine of its first point's, and of the pilot's within their own
-# cone, widened; and points so far from its plane, in widths of the tile.
+SIDE = 4  # pixels per side of a tile
+MAX_PATCHES = 48  # per tile
+# A patch contains points whose normal is within COSINE of that of its first point. A patch of the pilot has the
+# cone of its points' normals instead, widened by CONE_FACTOR and CONE_MARGIN (radians). The maximum distance of a
+# point from the plane of its patch is PLANE_WIDTHS times the width of the tile.
 COSINE, CONE_FACTOR, CONE_MARGIN, PLANE_WIDTHS = 0.95, 1.3, 0.0175, 1
-# Camera rays a pixel that the pilot sends, by the rays a pixel of the whole render.
+# Pairs (limit, camera rays per pixel of the pilot). The first pair whose limit exceeds the rays per pixel of the
+# whole render is used.
 PILOT = ((10, 0), (24, 1), (60, 2), (math.inf, 4))
-# BSDFs without a lobe: all others have one, or are mirrors.
+# BSDFs without a lobe. All others have one, or are mirrors.
 DULL = {"diffuse", "twosided", "normalmap", "bumpmap", "mask"}
 
 
 @dataclasses.dataclass
 class Points:
-    """First hits, arrays (renders, rows, columns, …). `shape`: 0 for none; normals face the camera;
-    `cosine`: of the angle of view; `width`: of a tile there."""
+    """First hits, as arrays (renders, rows, columns, …). `shape`: 0 for none; `normal`: facing the camera;
+    `cosine`: of the viewing angle; `width`: of a tile at that distance."""
 
     shape: np.ndarray
     normal: np.ndarray
@@ -36,22 +38,22 @@ class Points:
 @dataclasses.dataclass(frozen=True)
 class Camera:
     origin: tuple
-    pixel: float  # its width at a distance of 1
+    pixel: float  # width of a pixel at a distance of 1
 
 
 def camera_of(path, columns):
-    """Of a scene with one sensor that looks at something. Raises Problem."""
+    """Returns the Camera of a scene whose sensor has a `lookat`. Raises Problem."""
     sensor = resolved(path).find("sensor")
     places = [] if sensor is None else sensor.findall(".//lookat")
     fov = None if sensor is None else sensor.find("float[@name='fov']")
     if len(places) != 1 or fov is None:
-        raise Problem(f"{path.name}: its sensor has no lookat or no fov, which the map needs")
+        raise Problem(f"{path.name}: its sensor has no lookat or no fov, which maps need")
     origin = tuple(float(x) for x in re.split(r"[,\s]+", places[0].get("origin").strip()))
     return Camera(origin, 2 * math.tan(math.radians(float(fov.get("value"))) / 2) / columns)
 
 
 def resolved(path):
-    """The root of a scene file, with what `default` says in the place of $names."""
+    """Returns the root of a scene file, with $names replaced by their defaults."""
     text = path.read_text(encoding="utf-8")
     defaults = dict(re.findall(r'<default name="(\w+)" value="([^"]*)"/>', text))
     for name in sorted(defaults, key=len, reverse=True):
@@ -60,7 +62,7 @@ def resolved(path):
 
 
 def glossy_shapes(path):
-    """Of each shape of a scene, in the order of the file, whether its BSDF has a lobe or is a
+    """Returns for each shape of a scene, in the order of the file, whether its BSDF has a lobe or is a
     mirror."""
     root = resolved(path)
     known = {bsdf.get("id"): bsdf for bsdf in root.iter("bsdf") if bsdf.get("id")}
@@ -76,7 +78,8 @@ def glossy_shapes(path):
 
 
 def points_of(pictures, camera):
-    """Of the channels of several renders with `aovs` = shape:shape_index,n:sh_normal,p:position."""
+    """Returns the Points in the channels of several renders with `aovs` =
+    shape:shape_index,n:sh_normal,p:position."""
     def stack(name, letters):
         found = [np.stack([picture[f"{name}.{c}"] for picture in pictures]) for c in letters]
         return np.stack(found, axis=-1).astype(np.float32)
@@ -92,7 +95,8 @@ def points_of(pictures, camera):
 
 
 def in_tiles(values):
-    """(renders, rows, columns, …) as (tiles, points, …), pixel by pixel; what is missing is 0."""
+    """Rearranges an array (renders, rows, columns, …) to (tiles, points, …), ordered by pixel. Pads incomplete
+    tiles with 0."""
     renders, rows, columns, *rest = values.shape
     down, across = -rows % SIDE, -columns % SIDE
     values = np.pad(values, [(0, 0), (0, down), (0, across)] + [(0, 0)] * len(rest))
@@ -103,24 +107,25 @@ def in_tiles(values):
 
 
 def from_tiles(values, renders, rows, columns):
-    """The other way round."""
+    """Inverts in_tiles()."""
     high, wide = -(-rows // SIDE), -(-columns // SIDE)
     values = values.reshape(high, wide, SIDE, SIDE, renders).transpose(4, 0, 2, 1, 3)
     return values.reshape(renders, high * SIDE, wide * SIDE)[:, :rows, :columns]
 
 
 class Patches:
-    """Those of all tiles, arrays (tiles, patches, …)."""
+    """Patches of all tiles, as arrays (tiles, patches, …)."""
 
     def __init__(self, tiles):
-        self.shape = np.zeros((tiles, MOST), int)  # 0: none
-        self.normal, self.position = (np.zeros((tiles, MOST, 3), np.float32) for _ in range(2))
-        self.cosine, self.tolerance = (np.zeros((tiles, MOST), np.float32) for _ in range(2))
+        self.shape = np.zeros((tiles, MAX_PATCHES), int)  # 0: none
+        self.normal, self.position = (np.zeros((tiles, MAX_PATCHES, 3), np.float32) for _ in range(2))
+        self.cosine, self.tolerance = (np.zeros((tiles, MAX_PATCHES), np.float32) for _ in range(2))
         self.count = np.zeros(tiles, int)
 
     def assign(self, shape, normal, position, width):
-        """(tiles, points, …): the index of each point's patch, -1 for none; where none fits, one is
-        begun, as far as there is room. Each takes the patch of the nearest normal."""
+        """Returns the index of each point's patch, or -1 for none. The arguments are arrays (tiles, points, …).
+        A point gets the fitting patch with the closest normal. If none fits, it begins a new patch, as long
+        as the tile has fewer than MAX_PATCHES."""
         found = np.full(shape.shape, -1)
         every = np.arange(len(shape))
         for k in range(shape.shape[1]):
@@ -131,7 +136,7 @@ class Patches:
                     & (np.abs(off) <= self.tolerance))
             best = np.where(fits, cosine, -2).argmax(axis=1)
             fitting = fits[every, best] & there
-            begun = ~fitting & there & (self.count < MOST)
+            begun = ~fitting & there & (self.count < MAX_PATCHES)
             at = every[begun], self.count[begun]
             self.shape[at], self.normal[at] = shape[begun, k], normal[begun, k]
             self.position[at], self.cosine[at] = position[begun, k], COSINE
@@ -141,7 +146,7 @@ class Patches:
         return found
 
     def settle(self, found, normal, position):
-        """Means in the place of first points, and cones as wide as the points need."""
+        """Replaces the first points of patches by means, and their cones by those of their points."""
         tiles, points = np.nonzero(found >= 0)
         at = tiles, found[tiles, points]
         count = np.zeros(self.shape.shape)
@@ -159,8 +164,8 @@ class Patches:
 
 
 def patches_of(points, pilot):
-    """(patch of each point, whether the pilot didn't know it): arrays (renders, rows, columns). The
-    first `pilot` renders stand for the pilot."""
+    """Returns arrays (renders, rows, columns) of the patch of each point, and of whether the pilot missed it.
+    The first `pilot` renders represent the pilot."""
     size = points.shape.shape
     columns = [in_tiles(x) for x in (points.shape, points.normal, points.position, points.width)]
     of_pilot = np.tile(np.arange(size[0]) < pilot, SIDE * SIDE)

@@ -1,4 +1,4 @@
-"""What is compared: scenes, our integrators, Mitsuba's configurations. One more is one line."""
+"""Data of all comparisons: scenes, our integrators, Mitsuba's configurations. Another one is one line."""
 import dataclasses
 import pathlib
 
@@ -12,7 +12,7 @@ HARD = "hard"
 AREA = "area lights"
 TOGETHER = "sky and lamps"
 DEEP = "any number of bounces"
-# Words of the command line that stand for all scenes of a group.
+# Words of the command line for groups of scenes.
 GROUP_WORDS = {"environment": ENVIRONMENT, "hard": HARD, "bounce": BOUNCE, "plain": PLAIN,
                "area": AREA, "together": TOGETHER, "deep": DEEP}
 ALL_WORD = "all"  # all scenes of SCENES
@@ -20,12 +20,16 @@ ALL_WORD = "all"  # all scenes of SCENES
 
 @dataclasses.dataclass(frozen=True)
 class Scene:
-    """A scene whose size can be set. `truth`: the integrator of Mitsuba's reference; `peers`: those
-    of Mitsuba that are tried for speed; `truth_factor`: its reference is made from this many times
-    as many renders, as Mitsuba hardly finds its light; `timed_share`: the share of its samples that
-    suffices where it is timed. By these its own relMSE, half of which can be told, is about 1e-5 or
-    less (as far as a slope is followed), 2e-5 to 1e-4, or, where even 1e-4 would take most of an
-    hour, 4e-4 to 2e-3."""
+    """A scene with a variable size.
+
+    truth: integrator of Mitsuba's reference. peers: Mitsuba's integrators that are timed.
+    truth_factor: factor of the number of renders of the reference, if Mitsuba hardly finds the light.
+    timed_share: share of the samples of that reference that suffices for timed images.
+
+    With these values, the relMSE of the reference itself is one of these: at most about 1e-5, the error to
+    which slopes are measured; 2e-5 to 1e-4; or 4e-4 to 2e-3, if 1e-4 would take most of an hour. Errors can be
+    distinguished down to half of it.
+    """
 
     name: str
     file: str
@@ -33,20 +37,20 @@ class Scene:
     size: tuple
     truth: str
     peers: tuple
-    envmap: bool = False  # has $mis_compensation
-    cycles: bool = False  # Cycles has all its materials
-    asked: bool = False  # only if it or its group is named: all of them take hours
+    envmap: bool = False  # has the parameter $mis_compensation
+    cycles: bool = False  # Cycles supports all its materials
+    asked: bool = False  # used only if the scene or its group is given
     truth_factor: int = 1
-    truth_compensated: bool = False  # its reference is made with mis_compensation: less noise
+    truth_compensated: bool = False  # renders the reference with mis_compensation, for less noise
     timed_share: float = 1 / 2
-    max_depth: int | None = None  # of the paths that are measured; None: that of the file
+    max_depth: int | None = None  # of measured paths; None: that of the file
 
     @property
     def path(self):
         return ROOT / self.file
 
     def depth(self, integrator):
-        """What limits paths to those that are measured. `direct` has no such parameter."""
+        """Returns the parameter that limits the depth. `direct` has no such parameter."""
         limited = self.max_depth is not None and integrator != "direct"
         return {"max_depth": self.max_depth} if limited else {}
 
@@ -97,7 +101,7 @@ SCENES = (
 
 
 def explanation(row):
-    """Of a red comparison, in words; "" for others, and where what is red isn't known."""
+    """Returns the known cause of a failed comparison, or "" if there is none or the comparison passed."""
     cause = EXPLAINED.get((row["scene"], row["method"]))
     if row["passed"] or not cause:
         return ""
@@ -107,40 +111,43 @@ def explanation(row):
 
 
 def chosen(names, effort):
-    """Big scenes of these names; without any, those that this effort takes."""
+    """Returns the big scenes of these names; without names, the default scenes of the effort."""
     return [s for s in SCENES if s.name in (names or effort.big_scenes)]
 
 
 def named(words):
-    """Names of scenes for words of the command line, groups being replaced by what they hold."""
+    """Returns the names of scenes for words of the command line. Replaces groups by their scenes."""
     return list(dict.fromkeys(name for word in words for name in (
         [s.name for s in SCENES if word == ALL_WORD or s.group == GROUP_WORDS[word]]
         if word in (ALL_WORD, *GROUP_WORDS) else [word])))
 
 
-# Of the others, whose integrator is a part of them, the test `references` alone asks.
+# The other small scenes contain a fixed integrator. Only the test `references` uses them.
 SMALL_SCENES = tuple(path for path in sorted((ROOT / "validation/scenes").glob("*.xml"))
                      if '<integrator type="$integrator"/>' in path.read_text(encoding="utf-8"))
 
-# The benchmark of the engine: its parts, which are words of the command line, and their scenes.
+# Parts of the engine's benchmark, which are words of the command line, and their scenes.
 ENGINE_PARTS = ("product", "threads", "memory", "short", "isa", "plugin", "watertight", "direct",
                 "path")
 HEBE = "hebe"
-PLUGIN_SCENE = "sponge"  # diffuse surfaces alone
+PLUGIN_SCENE = "sponge"  # has only diffuse surfaces
 SHORT_SCENES = ("blocks", "noon", "ball", "mirror")
 ISA_SCENES = ("hebe", "sponge", "ball", "penumbra")
 WATERTIGHT_SCENES = ("hebe", "tree", "room", "attic")
-ISAS = ("x86-64-v4", "x86-64-v3", "x86-64-v2")  # AVX-512, AVX2, SSE4.2: what every one has
-WITHOUT_PEER = ("phong", "ward_balanced", "ward_duer")  # Mitsuba 3 has no such BSDFs
+ISAS = ("x86-64-v4", "x86-64-v3", "x86-64-v2")  # AVX-512, AVX2, and the baseline SSE4.2
+WITHOUT_PEER = ("phong", "ward_balanced", "ward_duer")  # Mitsuba 3 lacks these BSDFs
 
 
 @dataclasses.dataclass(frozen=True)
 class Method:
-    """One of our integrators. `truth`: what it is unbiased against, "mitsuba" or "groundtruth" (of
-    the same light points); `samples`: the counts a pixel that are timed; `any_light`: it stands
-    for itself in small scenes whose reference is direct light; `check_factor`: how many times more
-    samples it takes where it is compared, so that none of its tiles is left without the rare bright
-    path by all renders."""
+    """One of our integrators.
+
+    truth: the reference, "mitsuba" or "groundtruth" (with the same light points).
+    samples: timed sample counts per pixel.
+    any_light: also compared in small scenes whose reference is direct light.
+    check_factor: factor of the number of samples for comparisons. It must be large enough that each tile
+    gets some of the rare bright paths.
+    """
 
     name: str
     defines: dict
@@ -149,18 +156,17 @@ class Method:
     samples: tuple
     any_light: bool = False
     check_factor: int = 1
-    claimed: bool = False  # to be fast: its renders may take as long as a peer's
+    claimed: bool = False  # claimed to be fast, so its renders may take as long as a peer's
 
     def serves(self, scene):
-        """Is it for such a Scene? Only an environment map can be compensated."""
+        """Returns whether the method applies to a Scene. MIS compensation needs an environment map."""
         return scene.group in self.groups and (
             scene.envmap or "mis_compensation" not in self.defines)
 
 
-# ldsampler, ours and Mitsuba's, rounds up to a power of 4, and to 4 at least; halton takes any
-# count.
+# ldsampler, of Kinome and of Mitsuba, rounds up to a power of 4, at least 4. halton supports any count.
 FAST = (4, 16, 64, 256, 1024, 4096)
-SLOW = (1, 2, 4, 8, 16, 32)  # each of these is 128 light samples
+SLOW = (1, 2, 4, 8, 16, 32)  # each sample has 128 light samples
 ALL = (ENVIRONMENT, BOUNCE, PLAIN)
 
 CLUSTERED = {"integrator": "clustered", "sampler": "halton"}
@@ -182,27 +188,27 @@ METHODS = (
 
 @dataclasses.dataclass(frozen=True)
 class Cause:
-    """Why a comparison with Mitsuba's reference is red, where that was found out: the evidence is
-    in references/README.md. It stays red. Explains no more than the tests that it names, and these
-    no further than to the |t| given, about half as much again as was seen."""
+    """Known cause of a failed comparison with Mitsuba's reference. The evidence is in references/README.md. The
+    comparison still fails. `tests` has the explained tests with the maximum |t|, about 1.5 times the observed
+    one."""
 
     tests: dict
     text: str
 
 
 VISIBLE_NORMALS = (
-    "Mitsuba's Beckmann lobes are sampled by nearly, not quite, the visible normals: up to 0.26 % "
-    "against the quadrature of its own BSDF, which ours agrees with")
-ROUNDED = ("single pixels of the photograph, seen directly, differ by rounding, by 2e-5; Mitsuba's "
-           "own variants by half as much")
-BY_LUCK = ("Mitsuba's path hardly ever finds some of the dish's light, and its variance doesn't "
-           "tell; light tracing agrees with ours")
+    "the sampling of visible normals of Mitsuba's Beckmann lobes is biased by up to 0.26 % against the "
+    "quadrature of its own BSDF, with which Kinome agrees")
+ROUNDED = ("rounding changes single pixels of the directly visible photograph by 2e-5; Mitsuba's own "
+           "variants differ by half as much")
+BY_LUCK = ("Mitsuba's path hardly ever finds some of the light on the dish, which its variance doesn't "
+           "include; light tracing agrees with Kinome")
 STARTS_FAR = (
-    "Mitsuba's rays start an eighth of a ridge's flank away, and light leaks into the ridges: "
-    "it is up to 1.5 % brighter in a tile, and more the smaller the scene is made; ours isn't")
+    "Mitsuba's rays start at a distance of an eighth of a ridge's flank, so light leaks into the ridges: "
+    "its tiles are up to 1.5 % brighter, and more in smaller copies of the scene, unlike Kinome's")
 BY_LUCK_OF_LIGHT = (
-    "light tracing hardly ever finds what light two dark pixels have, and its variance doesn't "
-    "tell; product agrees with the reference there")
+    "light tracing hardly ever finds the light of two dark pixels, which its variance doesn't include; "
+    "product agrees with the reference there")
 EXPLAINED = {
     ("hebe", "direct"): Cause({"tiles": 15}, VISIBLE_NORMALS),
     ("hebe", "direct, compensated"): Cause({"tiles": 15}, VISIBLE_NORMALS),
@@ -222,28 +228,28 @@ EXPLAINED = {
 }
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
-SAMPLERS = ("multijitter", "ldsampler", "independent")  # what is mostly best comes first
+SAMPLERS = ("multijitter", "ldsampler", "independent")  # usually in this order, best first
 BIASED_SAMPLERS = ("ldsampler",)  # Mitsuba's, after a bounce: see references/README.md
 PEER_SAMPLES = FAST
 
 
 @dataclasses.dataclass(frozen=True)
 class Effort:
-    """How much of it is done."""
+    """Extent of the measurements."""
 
-    shrink: int  # pictures that are compared are this many times narrower
-    widen: int  # those that are timed are this many times wider than these
-    seeds: int  # of each measurement of time
-    budget: float  # seconds a render may take of a peer, and of ours that is claimed to be fast
-    budget_of_others: float  # of the rest of ours
+    shrink: int  # divisor of the width of compared images
+    widen: int  # width of timed images, relative to that of compared ones
+    seeds: int  # number of seeds of each timed render
+    budget: float  # maximum seconds of a render by peers, and by methods that are claimed to be fast
+    budget_of_others: float  # the same for our other methods
     most_samples: int
-    search_samples: tuple  # where Mitsuba's configurations are tried
+    search_samples: tuple  # sample counts for trying Mitsuba's configurations
     search_seeds: int
     truth_seeds: int
-    truth_samples: int  # of each of these seeds
-    check_samples: int  # of each of our 16 renders that are compared
+    truth_samples: int  # samples for each of these seeds
+    check_samples: int  # samples of each of our 16 compared renders
     small_scenes: tuple
-    big_scenes: tuple  # those that are taken without being asked for
+    big_scenes: tuple  # default scenes
 
     def size(self, scene):
         return tuple(max(16, n // self.shrink) for n in scene.size)
@@ -252,8 +258,8 @@ class Effort:
         return tuple(self.widen * n for n in self.size(scene))
 
 
-RENDERS = 16  # the fewest that a variance of stratified numbers can come from
-# clustered and groundtruth share this many light points, so that each can be used once.
+RENDERS = 16  # minimum number of renders for a variance with stratified samplers
+# Number of light points that clustered and groundtruth share. It is small because groundtruth uses each once.
 POINTS = {"light_samples": 512}
 CUT = {"cut_size": 96}
 

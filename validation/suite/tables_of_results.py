@@ -1,10 +1,10 @@
-"""The report's tables as (heading row, rows of text), which page.py and summary.py write out."""
+"""Tables of the report as (heading row, rows of text), which page.py and summary.py format."""
 from . import analysis
 from .tables import SCENES
 
 MARKS = {"measured": "", "extrapolated": "~", "at most": "≤ ", "at least": "≥ "}
 WORDS = {"never": "never", "beyond": "far", "unknown": "–", "noise": "noise"}
-MIDDLE = 1e-3  # the error that the ratios are about
+MIDDLE = 1e-3  # target error of the ratios
 
 
 def significant(value, digits=3):
@@ -21,18 +21,19 @@ def seconds(found):
 
 
 def ordered(names):
-    """Big scenes as in tables.SCENES, others before them by name."""
+    """Returns the names of small scenes in alphabetical order, then those of big scenes as in
+    tables.SCENES."""
     place = {scene.name: i for i, scene in enumerate(SCENES)}
     return sorted(names, key=lambda name: (place.get(name, -1), name))
 
 
 def figures(row):
-    """What two rows of different pictures hardly share."""
+    """Returns values of a row that two different images hardly ever share."""
     return (row["scene"], row["truth"], row["tests"]["image"]["t"], row["tests"]["pixels"]["p"])
 
 
 def repeated(rows):
-    """How many show the same figures as one before them."""
+    """Returns the number of rows with the same values as a row before them."""
     return len(rows) - len({figures(row) for row in rows})
 
 
@@ -57,7 +58,7 @@ def correctness(rows):
 
 
 def renderers(found, trimmed):
-    """Of one scene. `trimmed`: the same of errors without their worst thousandth."""
+    """Returns the table of one scene. `trimmed`: the same as `found` for trimmed errors."""
     head = ["renderer", "slope", "efficiency"]
     head += [f"s to {target:g}" for target in analysis.TARGETS]
     head += [f"ratio at {MIDDLE:g}", f"trimmed: s to {MIDDLE:g}", "in Embree"]
@@ -80,8 +81,8 @@ def ratio_text(ratio, kind):
 
 
 def verdict(ratio, kind="measured"):
-    """How many times sooner, and who wins; below 1 we lose. A bound on the wrong side of 1 tells
-    nobody's victory."""
+    """Formats a ratio and who is faster. Kinome is slower if it is below 1. If a bound doesn't decide this,
+    returns only the ratio."""
     text = ratio_text(ratio, kind)
     if ratio is None:
         return {"ours only": f"{text} (faster)", "peer only": f"{text} (slower)"}.get(kind, text)
@@ -91,14 +92,15 @@ def verdict(ratio, kind="measured"):
 
 
 def mean_of(ratios):
-    """Geometric mean of what analysis.ratio says, in the same form, or None of nothing."""
+    """Returns the geometric mean of results of analysis.ratio() in the same form, or None if there are
+    none."""
     measured = all(kind == "measured" for _, kind in ratios)
     return (analysis.geometric_mean([value for value, _ in ratios]),
             "measured" if measured else "extrapolated") if ratios else None
 
 
 def overview(scenes, target=MIDDLE):
-    """Best of ours against the best peer on each scene, and the geometric mean.
+    """Returns the table of our best renderer and the best peer on each scene, with the geometric mean.
     `scenes`: {name: summary}."""
     head = ["scene", "best of ours", f"s to {target:g}", "best peer", f"s to {target:g}",
             "peer / ours"]
@@ -120,7 +122,7 @@ def overview(scenes, target=MIDDLE):
 
 
 def by_renderer(scenes, target=MIDDLE):
-    """Ratio of each of ours to the best peer, scene by scene, and the geometric mean."""
+    """Returns the table of the ratios of our renderers to the best peer by scene, with the geometric mean."""
     table = analysis.ratios(scenes, target)
     head = ["", *scenes, "geometric mean"]
     rows = []
@@ -134,7 +136,7 @@ def by_renderer(scenes, target=MIDDLE):
 
 
 def with_startup(entry, found, target=MIDDLE):
-    """Start-up and compilation, and seconds to `target` with them."""
+    """Returns the table of start-up and compilation times, and of the seconds to `target` with them."""
     head = ["renderer", "when", "start-up [s]", f"s to {target:g} with it"]
     rows = []
     for row in entry["startup"]:
@@ -146,7 +148,7 @@ def with_startup(entry, found, target=MIDDLE):
 
 
 def tried(entry):
-    """Every configuration of Mitsuba's, the fastest first."""
+    """Returns the table of all tried configurations of Mitsuba, fastest first."""
     head = ["configuration", "samples", "s", "relMSE", "trimmed", "trimmed efficiency"]
     rows = sorted(entry["tried"], key=analysis.work)
     return head, [[row["name"], str(row["samples"]), significant(row["seconds"]),

@@ -1,5 +1,5 @@
-"""What a plugin of somebody else's costs that has functions for single points alone: Minnaert's
-reflector of the SDK's examples, which is there both ways, on the sponge."""
+"""Measures the cost of a third-party plugin with only scalar functions: Minnaert's reflector of the SDK's
+examples, which has a scalar and a wide version, on the sponge."""
 import re
 import subprocess
 
@@ -12,7 +12,7 @@ REFLECTORS = {"point by point": "minnaert", "wide": "wide_minnaert"}
 
 
 def build(kinome_build, folder):
-    """The folder for --plugin-path: built as everybody builds plugins, against what is installed."""
+    """Builds the plugins against an installed Kinome, as users do. Returns the folder for --plugin-path."""
     prefix, work = (folder.resolve() / name for name in ("installed", "plugins-build"))
     compiler = [line.split("=", 1)[1] for line in
                 (kinome_build / "CMakeCache.txt").read_text(encoding="utf-8").splitlines()
@@ -30,7 +30,7 @@ def build(kinome_build, folder):
 
 
 def scene_with_reflector(path, folder):
-    """A copy of a scene whose diffuse surfaces are of -D reflector."""
+    """Writes a copy of a scene whose diffuse surfaces have the BSDF of -D reflector."""
     text, count = re.subn(r'<bsdf type="diffuse"([^>]*)>(\s*)<rgb name="reflectance"',
                           r'<bsdf type="$reflector"\1>\2<rgb name="albedo"',
                           path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Mitsuba's references of the scenes of tables.SCENES: made when they are needed, and kept."""
+"""Mitsuba's references for the scenes of tables.SCENES. They are made when they are needed, and kept."""
 import subprocess
 
 import numpy as np
@@ -21,7 +21,7 @@ class References:
         self.known = {}
 
     def path(self, scene, size, timed=False):
-        """Where the EXR is or will be. `timed`: what it is for."""
+        """Returns the path of the EXR file. `timed`: whether the reference is for timed images."""
         samples, seeds = self.samples_and_seeds(scene, timed)
         name = (f"{scene.name}-{size[0]}x{size[1]}-{scene.truth}-"
                 f"{'compensated-' if scene.truth_compensated else ''}{samples}x{seeds}-"
@@ -29,19 +29,20 @@ class References:
         return self.folder / name / f"{scene.name}.exr"
 
     def samples_and_seeds(self, scene, timed):
-        """Where a picture is timed, tables.Scene.timed_share of what it takes to compare one."""
+        """Returns the numbers of samples and seeds of a reference. For timed images, the number of all samples
+        is tables.Scene.timed_share of that for comparisons."""
         seeds = self.effort.truth_seeds * scene.truth_factor * (scene.timed_share if timed else 1)
         fewer = min(seeds / RENDERS, 1)
         return round(self.effort.truth_samples * fewer), round(seeds / fewer)
 
     def is_there(self, scene, size, timed=False):
-        # make.py writes the note last: with it, the picture is whole.
+        # make.py writes the JSON file last. If it exists, the image is complete.
         note = read_json(self.path(scene, size, timed).with_suffix(".json"))
         pinned = REQUIREMENTS.read_text("utf-8").split()
         return note is not None and f"mitsuba=={note['version']}" in pinned
 
     def picture(self, scene, size, timed=False):
-        """Path of the EXR; made if it isn't there. Raises Problem."""
+        """Returns the path of the EXR file. Makes the file if it doesn't exist. Raises Problem."""
         path = self.path(scene, size, timed)
         if not self.is_there(scene, size, timed):
             self._make(scene, path.parent, *size, *self.samples_and_seeds(scene, timed))
@@ -62,7 +63,7 @@ class References:
             raise Problem(f"{scene.name}: no reference: {lines[-1]}")
 
     def load(self, scene, size, timed=False):
-        """(Estimate, what is to be told of it). Raises Problem."""
+        """Returns the Estimate and its description. Raises Problem."""
         key = scene.name, size, timed
         if key not in self.known:
             path = self.picture(scene, size, timed)
@@ -71,7 +72,7 @@ class References:
 
 
 def load_reference(path):
-    """An Estimate without NaN outside its mask."""
+    """Returns an Estimate. Raises Problem if it has NaN or Inf outside its mask."""
     try:
         found = load(path)
     except BadInput as reason:
@@ -90,7 +91,7 @@ def describe(path):
 
 
 def own_error(reference):
-    """relMSE that the reference's own noise amounts to; it is subtracted from all others."""
+    """Returns the relMSE of the reference's own noise, which is subtracted from all other errors."""
     r = reference.mean[~reference.masked]
     floor = 0.01 * r.mean() ** 2 or 1.0
     return float(np.mean(reference.variance[~reference.masked] / (r ** 2 + floor)))

@@ -1,4 +1,4 @@
-"""A renderer that stays alive in a process of its own and is asked by lines of JSON."""
+"""A renderer in a persistent separate process, which answers requests in lines of JSON."""
 import json
 import os
 import select
@@ -8,16 +8,16 @@ import time
 
 from .problems import Problem, one_line
 
-HINTS = {signal.SIGILL: "this processor lacks instructions that it needs (AVX?)",
+HINTS = {signal.SIGILL: "this processor lacks required instructions (AVX?)",
          signal.SIGKILL: "out of memory?"}
 
 
 class Dead(Problem):
-    """The process is gone, and with it all that was loaded."""
+    """The process has ended. Its loaded scene is lost."""
 
 
 class Refused(Problem):
-    """The process said no, and can be asked for something else."""
+    """The process has rejected a request. It can process other requests."""
 
 
 class Worker:
@@ -28,7 +28,7 @@ class Worker:
             self.process = subprocess.Popen(
                 [str(word) for word in command], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE, env={**os.environ, **(environment or {})},
-                start_new_session=True)  # Ctrl-C is for us, who then end it
+                start_new_session=True)  # only the parent receives Ctrl-C, and then ends the process
         except OSError as reason:
             raise Dead(f"{name}: can't be started: {reason.strerror}") from reason
         os.set_blocking(self.process.stderr.fileno(), False)
@@ -36,12 +36,12 @@ class Worker:
         self.said = b""
 
     def ask(self, **request):
-        """The answer, a dictionary. Raises Refused or Dead."""
+        """Sends a request; returns the answer, a dictionary. Raises Refused or Dead."""
         try:
             self.process.stdin.write(json.dumps(request).encode() + b"\n")
             self.process.stdin.flush()
         except (OSError, ValueError):
-            pass  # it is gone; reading will tell why
+            pass  # the process has ended; reading reports why
         answer = json.loads(self._line())
         if "error" in answer:
             raise Refused(f"{self.name}: {one_line(answer['error'])}")
@@ -58,7 +58,7 @@ class Worker:
             for pipe in select.select(list(pipes), [], [], left)[0]:
                 got = pipe.read(65536)
                 if pipe is self.process.stderr:
-                    # Read, or else a full pipe would stop it; only the end tells anything.
+                    # Must be read, because a full pipe would block the process. Only the end is kept.
                     self.said = (self.said + (got or b""))[-2000:]
                     if got == b"":
                         pipes.discard(pipe)
@@ -77,7 +77,7 @@ class Worker:
             name = signal.Signals(-status).name
             hint = HINTS.get(-status)
             return Dead(f"{self.name}: died by {name}" + (f": {hint}" if hint else ""))
-        last = self.said.decode(errors="replace").strip().splitlines() or ["without a word"]
+        last = self.said.decode(errors="replace").strip().splitlines() or ["no message"]
         return Dead(f"{self.name}: ended with status {status}: {last[-1]}")
 
     def close(self):

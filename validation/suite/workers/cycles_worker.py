@@ -1,6 +1,6 @@
-"""Renders a scene file with Blender's Cycles when asked: cycles_worker.py THREADS. Runs in a Python
-that has bpy. Knows perspective, constant, rectangle, cube, diffuse and the operations of a
-transform; whatever else a scene holds is refused.
+"""Renders a scene file with Blender's Cycles on request: cycles_worker.py THREADS. Runs in a Python with bpy.
+Supports perspective, constant, rectangle, cube, diffuse and the operations of a transform. Rejects scenes
+with other elements.
 """
 import math
 import sys
@@ -32,7 +32,7 @@ def vector(node, default=0.0):
 
 
 def look_at(node):
-    """A camera that looks along +z, with +x to the left."""
+    """Returns the transform of a camera that looks along +z, with +x to the left."""
     origin, target, up = (Vector(numbers(node.get(k))) for k in ("origin", "target", "up"))
     ahead = (target - origin).normalized()
     left = up.cross(ahead).normalized()
@@ -54,7 +54,7 @@ def transform(node):
         elif step.tag == "lookat":
             one = look_at(step)
         else:
-            raise ValueError(f"<{step.tag}> in a transform isn't known here")
+            raise ValueError(f"unsupported <{step.tag}> in a transform")
         total = one @ total
     return total
 
@@ -62,14 +62,14 @@ def transform(node):
 def colour(node, name):
     found = node.find(f"rgb[@name='{name}']")
     if found is None:
-        raise ValueError(f'<{node.tag} type="{node.get("type")}">: needs an rgb "{name}"')
+        raise ValueError(f'<{node.tag} type="{node.get("type")}">: missing rgb "{name}"')
     value = numbers(found.get("value"))
     return (*(value * 3 if len(value) == 1 else value), 1.0)
 
 
 def material(bsdf):
     if bsdf is None or bsdf.get("type") != "diffuse":
-        raise ValueError("only diffuse surfaces are known here")
+        raise ValueError("unsupported bsdf: must be diffuse")
     made = bpy.data.materials.new("diffuse")
     made.use_nodes = True
     nodes = made.node_tree.nodes
@@ -82,7 +82,7 @@ def material(bsdf):
 
 def add_shape(node):
     if node.get("type") not in SHAPES:
-        raise ValueError(f'a shape of type "{node.get("type")}" isn\'t known here')
+        raise ValueError(f'unsupported shape "{node.get("type")}"')
     points, faces = SHAPES[node.get("type")]
     matrix = transform(node.find("transform"))
     mesh = bpy.data.meshes.new("mesh")
@@ -96,7 +96,7 @@ def add_camera(node):
     camera.sensor_fit = "HORIZONTAL"
     camera.angle_x = math.radians(float(node.find("float[@name='fov']").get("value")))
     thing = bpy.data.objects.new("camera", camera)
-    # Blender's looks along -z, with +x to the right.
+    # Blender's camera looks along -z, with +x to the right.
     thing.matrix_world = transform(node.find("transform")) @ Matrix.Diagonal((-1, 1, -1, 1))
     bpy.context.scene.collection.objects.link(thing)
     bpy.context.scene.camera = thing
@@ -104,7 +104,7 @@ def add_camera(node):
 
 def add_sky(node):
     if node.get("type") != "constant":
-        raise ValueError(f'an emitter of type "{node.get("type")}" isn\'t known here')
+        raise ValueError(f'unsupported emitter "{node.get("type")}"')
     world = bpy.data.worlds.new("sky")
     world.use_nodes = True
     world.node_tree.nodes["Background"].inputs["Color"].default_value = colour(node, "radiance")
@@ -141,13 +141,13 @@ def load(file, width, height):
         if node.tag in ADD:
             ADD[node.tag](node)
         elif node.tag not in ("default", "include"):
-            raise ValueError(f"<{node.tag}> isn't known here")
+            raise ValueError(f"unsupported <{node.tag}>")
     settings(width, height)
     return {}
 
 
 def render(samples, seed, output):
-    """Wall time of the whole operator: Cycles has no clock of its own for less."""
+    """Renders; returns the wall time of the whole operator, because Cycles has no clock for less."""
     scene = bpy.context.scene
     scene.cycles.samples, scene.cycles.seed = samples, seed
     with tempfile.TemporaryDirectory() as folder:
@@ -161,7 +161,7 @@ def render(samples, seed, output):
         pixels = np.empty(width * height * image.channels, np.float32)
         image.pixels.foreach_get(pixels)
         bpy.data.images.remove(image)
-    # Blender's rows run from the bottom.
+    # Blender's first row is at the bottom.
     np.save(output, pixels.reshape(height, width, -1)[::-1, :, :3])
     return {"seconds": seconds, "samples": samples}
 

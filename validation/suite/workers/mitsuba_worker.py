@@ -1,4 +1,4 @@
-"""Renders with Mitsuba when asked: mitsuba_worker.py VARIANT THREADS. Runs in Mitsuba's Python."""
+"""Renders with Mitsuba on request: mitsuba_worker.py VARIANT THREADS. Runs in Mitsuba's Python."""
 import pathlib
 import sys
 import time
@@ -31,7 +31,7 @@ class Renderer:
         return {}
 
     def render(self, samples, seed, output):
-        """Wall and processor time until the pixels are in memory."""
+        """Renders; returns the wall and processor time until the pixels are in memory."""
         start, before = time.perf_counter(), time.process_time()
         pixels = np.array(mi.render(self.scene, spp=samples, seed=seed), np.float32)
         seconds, processor = time.perf_counter() - start, time.process_time() - before

@@ -1,7 +1,7 @@
-"""The other end of ../worker.py: answers lines of JSON on stdin, in the Python of a renderer.
+"""Counterpart of ../worker.py: answers lines of JSON on stdin, in the Python of a renderer.
 
-Only the standard library. This folder is the first that Python searches, so it holds nothing by the
-name of a package.
+Uses only the standard library. Python searches this folder first, so no file in it may have the name of a
+package.
 """
 import json
 import os
@@ -12,12 +12,12 @@ def answer(handlers, request):
     try:
         command = request.pop("command")
         return handlers[command](**request)
-    except Exception as reason:  # whatever a renderer throws: the other end decides
+    except Exception as reason:  # a renderer may raise anything; ../worker.py handles the error
         return {"error": f"{reason}" or type(reason).__name__}
 
 
 def serve(handlers):
-    """Until stdin ends. What the renderer itself prints goes to stderr."""
+    """Answers requests until stdin ends. Redirects the output of the renderer to stderr."""
     replies = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     for line in sys.stdin:
