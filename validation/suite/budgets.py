@@ -22,8 +22,8 @@ SIZE = (160, 120)
 # Budgets of `clustered`: samples, seconds (--time) and errors (--error). Samples of the others.
 SAMPLES, SECONDS, ERRORS = (2, 8, 32, 128), (1, 5, 30), (1e-2, 1e-3)
 PATH_SAMPLES, PTRACER_SAMPLES = (4, 8, 32, 128), (32,)
-# Short renders are made with more seeds than asked for, since few seeds seldom show rare bright
-# samples: as many as fit this processor time, up to a maximum. By --time, with as many as asked for.
+# Short renders use more seeds than requested, as many as fit into this processor time, up to a maximum. Few
+# seeds seldom contain rare bright samples. Renders with --time use the requested number.
 SECONDS_OF_SEEDS, MAX_SEEDS = 5, 16
 MAX_SECONDS = 6  # processor time of a render by `path`; beyond it, its errors are extrapolated
 MAX_SECONDS_OF_ERROR = 15  # estimated processor time of a render by --error; longer ones are skipped
