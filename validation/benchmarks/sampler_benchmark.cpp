@@ -32,10 +32,10 @@ class Pixels {
   PixelSamples block_;
 };
 
-enum class What { kLine, kSquare, kSquareBySamples };
+enum class Mode { kLine, kSquare, kSquareBySamples };
 
 void run(benchmark::State& state, const std::string& type, uint32_t samples, InstructionSet set,
-         What what) {
+         Mode mode) {
   PluginRegistry registry(PluginRegistry::default_folders(), set);
   const auto object = load_object_from_string("<sampler type=\"" + type +
                                                   "\"><integer name=\"sample_count\" value=\"" +
@@ -49,9 +49,9 @@ void run(benchmark::State& state, const std::string& type, uint32_t samples, Ins
   const Columns2 out{columns[0].data(), columns[1].data()};
   uint32_t dimension = 0;
   for (auto _ : state) {
-    if (what == What::kLine) {
+    if (mode == Mode::kLine) {
       sampler.fill_1d_block(block, dimension, out.x);
-    } else if (what == What::kSquare) {
+    } else if (mode == Mode::kSquare) {
       sampler.fill_2d_block(block, dimension, out);
     } else {
       for (size_t p = 0, i = 0; p < block.pixels; ++p) {
@@ -81,19 +81,19 @@ bool add_benchmarks() {
   for (const char* const type :
        {"independent", "ldsampler", "stratified", "multijitter", "halton", "orthogonal"}) {
     const auto add = [type](uint32_t samples, const std::string& how, InstructionSet set,
-                            What what) {
+                            Mode mode) {
       const std::string name =
           "sampler/" + std::string(type) + "/" + std::to_string(samples) + "/" + how;
       benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
-        run(state, type, samples, set, what);
+        run(state, type, samples, set, mode);
       })->MinTime(0.05);
     };
     for (const uint32_t samples : {4u, 64u, 256u}) {
       for (const InstructionSet set : sets) {
-        add(samples, std::string("line/") + to_string(set), set, What::kLine);
-        add(samples, std::string("square/") + to_string(set), set, What::kSquare);
+        add(samples, std::string("line/") + to_string(set), set, Mode::kLine);
+        add(samples, std::string("square/") + to_string(set), set, Mode::kSquare);
       }
-      add(samples, "square/samples", sets.back(), What::kSquareBySamples);
+      add(samples, "square/samples", sets.back(), Mode::kSquareBySamples);
     }
   }
   return true;

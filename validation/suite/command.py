@@ -30,7 +30,7 @@ class Session:
         self.results = self.folder / ("quick" if options.quick else "full")
         self.python = self.folder / "mitsuba/bin/python"
         self.red = False
-        self.told = 0  # number of problems that earlier modes have saved
+        self.saved = 0  # number of problems that earlier modes have saved
 
     def prepare(self):
         self.kinome = Kinome(self.options.build, self.folder / "renders")
@@ -76,8 +76,8 @@ class Session:
             words = self.options.words
             kept = [line for line in earlier.get(mode, [])
                     if words and scene_of(line) and scene_of(line) not in words]
-            write_json(path, earlier | {mode: kept + self.log.problems[self.told:]})
-            self.told = len(self.log.problems)
+            write_json(path, earlier | {mode: kept + self.log.problems[self.saved:]})
+            self.saved = len(self.log.problems)
 
     def correctness(self):
         if importlib.util.find_spec("flip_evaluator") is None:
@@ -211,8 +211,8 @@ class Session:
                 raise Problem(f"nothing to report for {', '.join(words)}: run correctness or "
                               "benchmark for it first")
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
-        told = read_json(self.results / "problems.json") or {}
-        problems = [line for mode, lines in told.items()
+        saved = read_json(self.results / "problems.json") or {}
+        problems = [line for mode, lines in saved.items()
                     if mode not in ("engine", "maps", "budgets")  # these have separate pages
                     for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
