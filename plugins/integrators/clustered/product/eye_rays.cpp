@@ -30,8 +30,6 @@ constexpr uint32_t kEdgesBefore = 2;
 constexpr uint32_t kTileBlock = 7;
 /// Throughput from which paths always survive roulette.
 constexpr float kMinSureThroughput = 0.5f;
-/// Roughness below which every primary with a glossy lobe sends an eye ray.
-constexpr float kSharpAlpha = 0.1f;
 
 /// Returns the balance weight of one of three techniques. Their densities are in the ratio
 /// 1 / odds : 1 : follow_ratio, for light points, for eye rays with a sampled emitter, and for eye
@@ -45,14 +43,6 @@ float share_of(float own, float follow_ratio, float odds) {
 }
 
 }  // namespace
-
-/// The pilot's estimate is not used alone for sharp lobes, because they reflect too few light
-/// points.
-float expected_eye_rays(const Patch& patch, const LocalLight& light) {
-  if (light.needs_eye_rays()) return 1;
-  const float sharpness = std::min(1.f, kSharpAlpha / std::sqrt(patch.alpha2()));
-  return std::max(patch.eye_rays, sharpness * (1 - diffuse_share(patch)));
-}
 
 std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, float u1,
                                                     const Vec2& u) {

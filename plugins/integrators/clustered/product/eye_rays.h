@@ -14,9 +14,6 @@
 
 namespace kinome {
 
-/// Returns the expected number of eye rays of each primary of the patch; at most 1.
-float expected_eye_rays(const Patch& patch, const LocalLight& light);
-
 /// A direction from which delta lobes reflect or transmit light to the viewer.
 struct MirroredDirection {
   Vec3 d;

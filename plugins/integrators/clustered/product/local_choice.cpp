@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "clustered/product/eye_rays.h"
+#include "clustered/product/lobe_values.h"
 #include "clustered/product/spread.h"
 
 namespace kinome {
@@ -22,6 +22,8 @@ constexpr float kLampMargin = 0.05f;
 /// of the noise, and half of the lamps do nearly as well.
 constexpr uint32_t kLampBlockSize = 64, kLampBlockSizeOfDeepLight = 32;
 constexpr int kRateRounds = 4;
+/// Roughness below which every primary with a glossy lobe sends an eye ray.
+constexpr float kSharpAlpha = 0.1f;
 /// Number of points that are tried, relative to the number that is taken.
 constexpr double kTries = 1;
 
@@ -51,6 +53,14 @@ float squared_size(const Patch& patch) {
 }
 
 }  // namespace
+
+/// The pilot's estimate is not used alone for sharp lobes, because they reflect too few light
+/// points.
+float expected_eye_rays(const Patch& patch, const LocalLight& light) {
+  if (light.needs_eye_rays()) return 1;
+  const float sharpness = std::min(1.f, kSharpAlpha / std::sqrt(patch.alpha2()));
+  return std::max(patch.eye_rays, sharpness * (1 - diffuse_share(patch)));
+}
 
 /// Adds the importance of all cells for a patch, given the visibility in assumed_visibility_.
 void LocalChoice::find_importance(const LocalLight& light, const simd::ReflectingPatch& patch) {

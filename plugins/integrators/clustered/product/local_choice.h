@@ -12,6 +12,9 @@
 
 namespace kinome {
 
+/// Returns the expected number of eye rays of each primary of the patch; at most 1.
+float expected_eye_rays(const Patch& patch, const LocalLight& light);
+
 /// Selects the light points of a pass that a tile connects to. Each cell has a rate: three quarters
 /// depend on the light that the tile's patches may get from it, a quarter on its guided flux alone.
 /// So no light is left out. Rates depend on cells and on learned visibility, not on the points.
@@ -25,9 +28,9 @@ class LocalChoice {
   /// Size of a block. A tile's points are dealt into blocks in the order of the cells, so that each
   /// block is a sample of all cells. A primary uses one block. An important point may be in several
   /// blocks, or in all.
-  static constexpr uint32_t kBlockSize = 32;
+  static constexpr uint32_t kBlockSize = kPointBlockSize;
   /// Bounds of the number of blocks. It is a power of two, about half the number of primaries.
-  static constexpr uint32_t kLeastBlocks = 16, kMostBlocks = 64;
+  static constexpr uint32_t kLeastBlocks = kMinPointBlocks, kMostBlocks = 64;
 
   /// Selects points and lamps for a tile with this number of primaries. `visibility` has an entry
   /// for each patch, in which local cells start at `first_cell`.

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "clustered/product/light_point_draw.h"
-#include "clustered/product/local_choice.h"
 #include "clustered/product/local_light.h"
 #include "clustered/product/spread.h"
+#include "clustered/product/tried_points.h"
 #include "kinome/film.h"
 #include "kinome/render_context.h"
 #include "kinome/sensor.h"
@@ -15,7 +15,7 @@ namespace {
 
 /// Effective sample size of a round from which its draws are used: the minimum number of points
 /// that a tile uses.
-constexpr double kMinEffectiveDrawsOfRound = LocalChoice::kLeastBlocks * LocalChoice::kBlockSize;
+constexpr double kMinEffectiveDrawsOfRound = kMinPointBlocks * kPointBlockSize;
 /// Minimum effective sample size from which a guide is learned. Fewer draws may miss most of the
 /// light.
 constexpr double kMinEffectiveDraws = 64;

@@ -52,9 +52,6 @@ constexpr double kMaxDeviation = 0.025;
 constexpr double kMinAimedShare = 0.1;
 /// Paths per sample of product sampling if no trial measures their costs.
 constexpr double kPathsPerSample = 3;
-/// Rays per pixel that are assumed if a render ends at an error.
-constexpr double kRaysOfUnknown = 100;
-
 PathSettings path_settings(const ProductSettings& settings) {
   return {settings.length, settings.hide_emitters};
 }
@@ -175,16 +172,6 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
 }
 
 }  // namespace
-
-RenderLength expected_length(const ProductSettings& settings, const Sensor& sensor,
-                             const RenderContext& context, double seconds) {
-  const RenderBudget& budget = context.budget();
-  const double pixels = std::max(1, sensor.film().sampled().area());
-  if (budget.seconds > 0) {
-    return {seconds * kCarefulSpeed * context.all_threads() / pixels, seconds};
-  }
-  return {budget.rel_mse > 0 ? kRaysOfUnknown : settings.rays_per_pixel};
-}
 
 bool is_path_possible(const Scene& scene, const Sensor& sensor, const ProductSettings& settings) {
   if (!settings.trial || settings.diagnostics) return false;

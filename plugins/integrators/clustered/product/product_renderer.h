@@ -5,7 +5,7 @@
 
 #include "clustered/product/block_renderer.h"
 #include "clustered/product/caustics.h"
-#include "clustered/product/method_choice.h"
+#include "clustered/product/render_length.h"
 #include "clustered/product/method_trial.h"
 #include "clustered/product/pilot.h"
 #include "clustered/product/plan.h"

@@ -11,6 +11,9 @@
 
 namespace kinome {
 
+/// Size of the blocks in which a tile uses its points, and the minimum number of these blocks.
+inline constexpr uint32_t kPointBlockSize = 32, kMinPointBlocks = 16;
+
 /// Light points of a pass that a tile considers, and the expected number of times that it takes
 /// each. This number is in proportion to the light that the tile's patches reflect from the point,
 /// as estimated; a part depends only on the rate of the point's cell. The expected number of takes
