@@ -1,10 +1,10 @@
 // Tiles of an image that product sampling and `path` share.
-#include "clustered/product/method_map.h"
+#include "clustered/product/trial/method_map.h"
 
 #include <gtest/gtest.h>
 
 #include "kit/statistics.h"
-#include "clustered/product/product_renderer.h"
+#include "clustered/product/pass/product_renderer.h"
 #include "product_scenes.h"
 #include "seed_scenes.h"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "clustered/product/product_sampling.h"
+#include "clustered/product/tiles/product_sampling.h"
 #include "path_scenes.h"
 #include "product_scenes.h"
 

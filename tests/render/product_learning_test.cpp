@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-#include "clustered/product/estimator.h"
+#include "clustered/product/strata/estimator.h"
 #include "product_scenes.h"
 
 namespace kinome::test {

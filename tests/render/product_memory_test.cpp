@@ -1,7 +1,7 @@
 // The memory limit for large images doesn't change the result.
 #include <gtest/gtest.h>
 
-#include "clustered/product/product_sampling.h"
+#include "clustered/product/tiles/product_sampling.h"
 #include "product_scenes.h"
 
 namespace kinome::test {

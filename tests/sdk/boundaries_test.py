@@ -31,6 +31,10 @@ ROOMS = {
     "apps/viewer": {CORE, *LIBS, "apps/drawing", "apps/kinome"},
     "apps/python": {CORE, *LIBS},
 }
+# Folders of learned product sampling. Each may include headers of those before it.
+PRODUCT = "plugins/integrators/clustered/product"
+PRODUCT_FOLDERS = ["tiles", "rays", "lights", "choice", "paths", "strata", "pilot", "trial", "pass",
+                   "method"]
 # Folders relative to which a room's headers are included, if not those of the room and its include/.
 ROOTS = {**{room: "libs" for room in LIBS}, "apps/drawing": "apps", "apps/python": "apps/python/src"}
 # Rooms that name no class of a plugin and no algorithm.
@@ -123,6 +127,17 @@ def forbidden_includes(root):
     return {(str(path.relative_to(root)), name) for path, name in found}
 
 
+def upward_includes(root):
+    """Returns (file, included name) of include lines in PRODUCT from a folder to a later one."""
+    found = set()
+    for index, folder in enumerate(PRODUCT_FOLDERS):
+        later = tuple(f"clustered/product/{name}/" for name in PRODUCT_FOLDERS[index + 1:])
+        for path in sources(root / PRODUCT / folder):
+            found |= {(str(path.relative_to(root)), name) for _, name in includes(path)
+                      if later and name.startswith(later)}
+    return found
+
+
 def names_of_plugins(root):
     """Returns the classes of the plugins' headers and those that plugins register."""
     names = set()
@@ -172,6 +187,10 @@ def symbols(library, *options, kinds=None):
 class Boundaries(unittest.TestCase):
     def test_includes(self):
         self.assertEqual(forbidden_includes(ROOT), set(EXCEPTIONS))
+
+    def test_folders_of_product_are_in_order(self):
+        self.assertEqual({path.name for path in (ROOT / PRODUCT).iterdir()}, set(PRODUCT_FOLDERS))
+        self.assertEqual(upward_includes(ROOT), set())
 
     def test_core_names_no_class_of_a_plugin(self):
         self.assertGreater(len(names_of_plugins(ROOT)), 50)
@@ -259,6 +278,13 @@ class BrokenRules(unittest.TestCase):
                 name = re.search(r'["<](.*)[">]', line)[1]
                 self.assertEqual(forbidden_includes(self.root), {(path, name)})
                 self.write(path, text)
+
+    def test_order(self):
+        self.write(f"{PRODUCT}/rays/comb.h", '#include "clustered/product/tiles/unit.h"\n')
+        self.assertEqual(upward_includes(self.root), set())
+        self.write(f"{PRODUCT}/rays/comb.h", '#include "clustered/product/pass/pass.h"\n')
+        self.assertEqual(upward_includes(self.root),
+                         {(f"{PRODUCT}/rays/comb.h", "clustered/product/pass/pass.h")})
 
     def test_names(self):
         self.write("core/base/numbers.cpp", '// Tree\nconst char* a = "Tree"; int b; /* Mesh\n*/')

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "clustered/kernels/candidate_kernels.h"
-#include "clustered/product/patches.h"
+#include "clustered/product/tiles/patches.h"
 #include "kinome/warp.h"
 #include "support/bsdf_cases.h"
 

@@ -1,5 +1,5 @@
 // Tests how the points of a tile are divided into groups.
-#include "clustered/product/groups.h"
+#include "clustered/product/tiles/groups.h"
 
 #include <set>
 

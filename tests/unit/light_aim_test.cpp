@@ -1,5 +1,5 @@
 // Tests of aims: the spheres, and the densities of rays that are aimed at them.
-#include "clustered/product/light_aim.h"
+#include "clustered/product/lights/light_aim.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Tests the guide of light points: its mapping of random numbers, and its densities.
-#include "clustered/product/light_guide.h"
+#include "clustered/product/lights/light_guide.h"
 
 #include <gtest/gtest.h>
 

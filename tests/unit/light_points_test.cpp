@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "clustered/product/light_point_draw.h"
+#include "clustered/product/lights/light_point_draw.h"
 #include "support/render.h"
 
 namespace kinome::test {

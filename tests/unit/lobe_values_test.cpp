@@ -1,7 +1,7 @@
 // Compares values of BSDFs for directions at members of a group: kernels and scalar functions.
-#include "clustered/product/lobe_values.h"
+#include "clustered/product/choice/lobe_values.h"
 
-#include "clustered/product/candidates.h"
+#include "clustered/product/choice/candidates.h"
 #include "stage_tile.h"
 
 namespace kinome::test {

@@ -1,12 +1,12 @@
 // Tests that the choice of light points of a tile is unbiased for any input, and bounded.
-#include "clustered/product/local_choice.h"
+#include "clustered/product/choice/local_choice.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "clustered/product/tried_points.h"
+#include "clustered/product/lights/tried_points.h"
 #include "stage_tile.h"
 #include "support/statistics.h"
 

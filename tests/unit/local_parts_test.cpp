@@ -8,8 +8,8 @@
 #include "clustered/kernels/candidate_kernels.h"
 #include "clustered/kernels/lobe_kernels.h"
 #include "clustered/kernels/local_kernels.h"
-#include "clustered/product/light_point_draw.h"
-#include "clustered/product/point_partition.h"
+#include "clustered/product/lights/light_point_draw.h"
+#include "clustered/product/lights/point_partition.h"
 #include "kernel_helpers.h"
 #include "support/statistics.h"
 

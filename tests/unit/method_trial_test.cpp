@@ -1,5 +1,5 @@
 // Tests which of two rendering methods needs less work, with noise of known variance.
-#include "clustered/product/method_trial.h"
+#include "clustered/product/trial/method_trial.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 #include <tuple>
 
-#include "clustered/product/spread.h"
+#include "clustered/product/tiles/spread.h"
 
 namespace kinome::test {
 namespace {

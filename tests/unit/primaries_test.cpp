@@ -1,6 +1,6 @@
 // Tests camera rays of tiles. The rays of a tile don't depend on other tiles in the same batch.
 // Columns have the values of the shapes and BSDFs.
-#include "clustered/product/primaries.h"
+#include "clustered/product/tiles/primaries.h"
 
 #include <numeric>
 

@@ -1,5 +1,5 @@
 // Tests which scenes `importance` = product renders, and which it leaves to light points.
-#include "clustered/product/product_method.h"
+#include "clustered/product/method/product_method.h"
 
 #include <gtest/gtest.h>
 

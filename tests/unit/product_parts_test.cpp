@@ -9,8 +9,8 @@
 #include <set>
 
 #include "clustered/cells/hilbert_points.h"
-#include "clustered/product/comb.h"
-#include "clustered/product/plan.h"
+#include "clustered/product/rays/comb.h"
+#include "clustered/product/pilot/plan.h"
 #include "kinome/sampler.h"
 #include "support/render.h"
 

@@ -1,5 +1,5 @@
 // Tests the line of strata, and the comb that assigns rays to them.
-#include "clustered/product/ray_comb.h"
+#include "clustered/product/rays/ray_comb.h"
 
 #include <gtest/gtest.h>
 

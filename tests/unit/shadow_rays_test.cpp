@@ -1,5 +1,5 @@
 // Tests queued shadow rays and the destinations of their results.
-#include "clustered/product/shadow_rays.h"
+#include "clustered/product/rays/shadow_rays.h"
 
 #include "stage_tile.h"
 

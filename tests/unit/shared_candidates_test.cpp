@@ -1,10 +1,10 @@
 // Tests candidates that pixels of a tile share: which points share them, and that estimates equal
 // the light that the points reflect.
-#include "clustered/product/shared_candidates.h"
+#include "clustered/product/choice/shared_candidates.h"
 
 #include <gtest/gtest.h>
 
-#include "clustered/product/glossy_strata.h"
+#include "clustered/product/strata/glossy_strata.h"
 #include "stage_tile.h"
 
 namespace kinome::test {

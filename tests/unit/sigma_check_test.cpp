@@ -1,5 +1,5 @@
 // Tests the correction of sigma by the pilot's rays.
-#include "clustered/product/sigma_check.h"
+#include "clustered/product/tiles/sigma_check.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numeric>
 
-#include "clustered/product/source_choice.h"
+#include "clustered/product/lights/source_choice.h"
 #include "kernel_helpers.h"
 
 namespace kinome::test {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "clustered/product/cell_light.h"
-#include "clustered/product/groups.h"
-#include "clustered/product/ray_comb.h"
-#include "clustered/product/shadow_rays.h"
+#include "clustered/product/choice/cell_light.h"
+#include "clustered/product/tiles/groups.h"
+#include "clustered/product/rays/ray_comb.h"
+#include "clustered/product/rays/shadow_rays.h"
 #include "kernel_helpers.h"
 #include "kinome/sensor.h"
 #include "support/render.h"

@@ -2,10 +2,10 @@
 // equal the light that the points reflect. Nothing occludes the light.
 #include <gtest/gtest.h>
 
-#include "clustered/product/diffuse_strata.h"
-#include "clustered/product/eye_rays.h"
-#include "clustered/product/glossy_strata.h"
-#include "clustered/product/local_strata.h"
+#include "clustered/product/strata/diffuse_strata.h"
+#include "clustered/product/paths/eye_rays.h"
+#include "clustered/product/strata/glossy_strata.h"
+#include "clustered/product/strata/local_strata.h"
 #include "stage_tile.h"
 
 namespace kinome::test {

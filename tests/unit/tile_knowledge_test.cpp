@@ -1,5 +1,5 @@
 // Tests the learned visibility of tiles, and the division of an image into tiles.
-#include "clustered/product/tile_knowledge.h"
+#include "clustered/product/pilot/tile_knowledge.h"
 
 #include <gtest/gtest.h>
 

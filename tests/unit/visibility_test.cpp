@@ -1,5 +1,5 @@
 // Tests the visibility that product sampling learns.
-#include "clustered/product/visibility.h"
+#include "clustered/product/tiles/visibility.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 """Finds the surfaces that are visible in pixels, from renders with the integrator `aov` and one camera ray per
-pixel. Computes the patches of each tile as clustered with product does (product/patches.cpp), the patches that
+pixel. Computes the patches of each tile as clustered with product does (product/tiles/patches.cpp), the patches that
 its pilot would find, and the viewing angle."""
 import dataclasses
 import math

@@ -25,7 +25,7 @@
 #include "clustered/clustered_stages.h"
 #include "clustered/point_light_parameters.h"
 #include "clustered/points/thesis_method.h"
-#include "clustered/product/product_method.h"
+#include "clustered/product/method/product_method.h"
 #include "kinome/plugin.h"
 
 namespace {

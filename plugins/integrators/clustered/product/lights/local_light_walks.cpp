@@ -1,0 +1,432 @@
+// The part of LocalLight that traces light paths from the sources and leaves points where they hit.
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+#include "clustered/product/lights/light_point_draw.h"
+#include "clustered/product/lights/local_light.h"
+#include "clustered/product/tiles/patches.h"
+#include "clustered/product/tiles/spread.h"
+#include "kinome/block_points.h"
+#include "kinome/render_context.h"
+#include "transport/adjoint.h"
+#include "transport/adjoint_samples.h"
+#include "transport/rays.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint64_t kSeedOfWalks = 0x77616c6b;
+/// Number of light points, or walks, that a thread draws together.
+constexpr uint32_t kChunk = 1024;
+/// Random numbers of a walk at a surface.
+enum Number : uint32_t { kLobe, kDirection, kSurvival = kDirection + 2 };
+/// Maximum survival probability of roulette, so that lossless paths end.
+constexpr float kMaxSurvival = 0.95f;
+
+}  // namespace
+
+/// Memory in which one thread draws a chunk of light points.
+struct LocalLight::Walker {
+  transport::Arena per_draw{kChunk}, per_point;
+  Columns2 position, direction;  ///< random numbers of draws of one source
+  std::vector<int> aimed;        ///< sphere at which each draw is aimed; see pick_aim()
+  SurfaceBlock leaving;          ///< points of an emitting surface
+  RayHit16* rays;                ///< current ray of each walk
+  float* distance;               ///< distance of each hit along the ray
+  transport::Surfaces met;
+  float* u1;
+  Columns2 u2;
+  transport::AdjointSamples next;
+  /// Walks before their next edge, and reused memory for the walks of a chunk, which is slow to
+  /// allocate.
+  std::vector<LightWalk> walks, spare;
+
+  explicit Walker(const transport::SceneTable& table)
+      : per_point(transport::Surfaces::most_points(table, kChunk)),
+        position(per_draw.two()),
+        direction(per_draw.two()),
+        aimed(kChunk),
+        leaving(per_draw.points()),
+        rays(per_draw.ray_hits()),
+        distance(per_point.floats()),
+        met(table, kChunk),
+        u1(per_point.floats()),
+        u2(per_point.two()),
+        next(per_point.capacity()) {}
+
+  void set_ray(size_t k, const Ray& ray) {
+    Ray16& to = rays[k / kBlockLanes].ray;
+    const size_t lane = k % kBlockLanes;
+    to.ox[lane] = ray.o.x, to.oy[lane] = ray.o.y, to.oz[lane] = ray.o.z;
+    to.dx[lane] = ray.d.x, to.dy[lane] = ray.d.y, to.dz[lane] = ray.d.z;
+    to.tmin[lane] = ray.tmin, to.tmax[lane] = ray.tmax;
+  }
+};
+
+/// Pool of Walkers for threads.
+class LocalLight::Walkers {
+ public:
+  explicit Walkers(const transport::SceneTable& table) : table_(table) {}
+  std::unique_ptr<Walker> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<Walker>(table_);
+    auto walker = std::move(free_.back());
+    free_.pop_back();
+    return walker;
+  }
+  void give_back(std::unique_ptr<Walker> walker) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(walker));
+  }
+
+ private:
+  const transport::SceneTable& table_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Walker>> free_;
+};
+
+void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
+                           std::vector<Drawn>& chunks) const {
+  const uint32_t parts = (count + kChunk - 1) / kChunk;
+  const size_t before = chunks.size();
+  chunks.resize(before + parts);
+  const LightGuide& guide = bounce ? bounce_guide_ : surface_guide_;
+  const std::vector<double>& unguided = bounce ? bounce_ends_ : surface_ends_;
+  const Turns turns(guide.empty() ? unguided : guide.ends(), count, seed);
+  Walkers walkers(table_);
+  context.parallel_for(parts, [&](size_t c) {
+    auto walker = walkers.take();
+    const auto begin = static_cast<uint32_t>(c) * kChunk;
+    const uint32_t end = std::min(begin + kChunk, count);
+    Drawn& out = chunks[before + c];
+    out.walks.swap(walker->spare);
+    std::vector<LightOrigin> origins;
+    for (uint32_t i = begin; i < end;) {
+      const Turns::Turn first = turns[i];
+      const LightNumbers numbers(hash_words(seed, first.source));
+      origins.clear();
+      Turns::Turn turn = first;
+      const uint32_t first_index = i;
+      while (turn.source == first.source) {
+        LightOrigin& origin = origins.emplace_back(numbers.origin(turn.source, turn.number));
+        origin.guided = guide.warp(turn.source, origin.numbers);
+        if (++i == end) break;
+        turn = turns[i];
+      }
+      if (bounce) {
+        leave(origins, hash_words(seed, kSeedOfWalks), first_index, *walker, out);
+      } else {
+        add_surface_points(origins, *walker, out);
+      }
+    }
+    while (take_parts(*walker, out)) walk_on(*walker, out);
+    out.walks.swap(walker->spare);
+    walkers.give_back(std::move(walker));
+  });
+  for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
+}
+
+/// Draws points of the surface of a source, one for each origin, into walker.leaving.
+void LocalLight::sample_source(std::span<const LightOrigin> origins, Walker& walker) const {
+  const Shape& shape = *sources_[origins[0].source].emitter->shape();
+  for (size_t k = 0; k < origins.size(); ++k) walker.position.set(k, origins[k].position());
+  for (size_t k = origins.size(); k < padded(origins.size()); ++k) {
+    walker.position.set(k, origins.back().position());
+  }
+  std::fill_n(walker.leaving.shape, padded(origins.size()), &shape);
+  shape.sample_surface_block(walker.position, walker.leaving.part(0, origins.size()));
+}
+
+/// Adds a light point on the surface of the source for each origin.
+void LocalLight::add_surface_points(std::span<const LightOrigin> origins, Walker& walker,
+                                    Drawn& out) const {
+  const Source& source = sources_[origins[0].source];
+  const float area = source.emitter->shape()->area();
+  if (!(area > 0)) return;
+  sample_source(origins, walker);
+  const float density = static_cast<float>(surface_count_) * source.surface_share / area;
+  for (size_t k = 0; k < origins.size(); ++k) {
+    SurfaceInteraction si = interaction_of(walker.leaving, k);
+    si.wi = Vec3(0, 0, 1);
+    LightPoint point;
+    point.power = source.emitter->eval_surface(si) / (density * origins[k].guided);
+    if (is_black(point.power)) continue;
+    point.position = si.p;
+    point.normal = si.frame.n;
+    point.geometric = si.n;
+    if (surface_partition_.size() > 0) {
+      point.cell = surface_cell(si);
+      point.eye_ratio = eye_factors_[point.cell] / density;
+    }
+    out.points.push_back(point);
+    out.origins.push_back(origins[k]);
+    out.is_deep.push_back(0);
+    out.walk_of.push_back(0);
+  }
+}
+
+/// Starts a walk from the source for each origin. The walk's seed depends on `seed` and on the
+/// index of the draw.
+void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint32_t first_draw,
+                       Walker& walker, Drawn& out) const {
+  const Source& source = sources_[origins[0].source];
+  const Emitter& emitter = *source.emitter;
+  const EmissionBlock block{walker.leaving.p, walker.leaving.n, walker.leaving.s};
+  if (emitter.is_surface()) {
+    if (!(emitter.shape()->area() > 0)) return;
+    sample_source(origins, walker);
+  } else {
+    for (size_t k = 0; k < origins.size(); ++k) {
+      Vec2 position = origins[k].position(), direction = origins[k].direction();
+      walker.aimed[k] = pick(source, position, direction);
+      walker.position.set(k, position);
+      walker.direction.set(k, direction);
+    }
+    emitter.sample_emission_block(walker.position, walker.direction, origins.size(), block);
+  }
+  for (uint32_t k = 0; k < origins.size(); ++k) {
+    LightWalk walk;
+    Ray ray;
+    float gain = 1;
+    if (emitter.is_surface()) {
+      walk.x = interaction_of(walker.leaving, k);
+      const auto sample =
+          leave_surface(emitter, *walk.x, origins[k].direction(), surface_cones(*walk.x));
+      if (!sample) continue;
+      ray = sample->ray();
+      walk.power = sample->power;
+      gain = sample->pdf_direction / surface_emission_pdf(*walk.x, sample->d);
+    } else {
+      EmissionSample sample;
+      sample.o = block.o.at(k);
+      sample.d = block.d.at(k);
+      sample.power = block.power.at(k);
+      gain = aim(source, walker.aimed[k], walker.position.at(k), walker.direction.at(k), sample);
+      ray.o = sample.o;
+      ray.d = sample.d;
+      walk.power = sample.power;
+    }
+    if (is_black(walk.power)) continue;
+    walk.origin = origins[k];
+    walk.origin.aimed = gain * source.aimed_part;
+    walk.seed = hash_words(seed, first_draw + k);
+    walk.d = ray.d;
+    walker.set_ray(out.walks.size(), ray);
+    out.walks.push_back(walk);
+  }
+}
+
+/// Moves waiting parts of split walks to out.walks. Returns false if there are no walks left.
+bool LocalLight::take_parts(Walker& walker, Drawn& out) const {
+  while (!out.parts.empty() && out.walks.size() < kChunk) {
+    const auto& [walk, ray] = out.parts.back();
+    walker.set_ray(out.walks.size(), ray);
+    out.walks.push_back(walk);
+    out.parts.pop_back();
+  }
+  return !out.walks.empty();
+}
+
+/// Traces the next edge of all walks. Replaces them by the walks that continue. Further parts of
+/// split walks go to out.parts.
+void LocalLight::walk_on(Walker& walker, Drawn& out) const {
+  const size_t count = out.walks.size();
+  for (size_t k = count; k < padded(count); ++k) {
+    walker.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes] = -1;
+  }
+  transport::clear_hits(walker.rays, count);
+  scene_.intersect(walker.rays, padded(count) / kBlockLanes, Coherence::kIncoherent, out.counters);
+  out.counters[RayKind::kLight] += count;
+  const transport::Surfaces& met = walker.met;
+  walker.met.find(walker.rays, count, transport::Surfaces::Which::kAll);
+  std::swap(walker.walks, out.walks);
+  out.walks.clear();
+  const std::span<const LightWalk> walks = walker.walks;
+  const uint32_t* const ray = met.points().ray;
+  for (size_t i = 0; i < met.reflecting(); ++i) {
+    const uint32_t k = ray[i];
+    walker.distance[i] = walks[k].before + walker.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
+  }
+  // The path will have three more edges: the next one, that to the eye's surface point, and that to
+  // the camera.
+  const auto may_go_on = [&](const LightWalk& walk) { return walk.edges + 3 <= max_depth(); };
+  const bool any_may = std::any_of(walks.begin(), walks.end(), may_go_on);
+  const BsdfAnswer* const next = any_may ? &sample_next(walks, walker) : nullptr;
+  for (size_t i = 0; i < met.reflecting(); ++i) {
+    if (!(met.live()[i] > 0)) continue;
+    const LightWalk& walk = walks[ray[i]];
+    const SurfaceInteraction si = interaction_of(met.points(), i);
+    const size_t before = out.points.size();
+    if (i < met.scattering()) land(walk, si, walker.distance[i], out);
+    if (!next || !may_go_on(walk)) continue;
+    const uint32_t parts = out.points.size() > before ? parts_at(out.points.back()) : 1;
+    LightWalk part = walk;
+    part.power /= static_cast<float>(parts);
+    if (next->sample_pdf[i] > 0) {
+      const transport::AdjointSample sample{si.frame.to_world(next->wo.at(i)), next->weight.at(i),
+                                            next->is_delta[i] > 0, next->is_delta[i] == kNullSample};
+      if (const auto to = go_on(part, si, sample, walker.distance[i])) {
+        walker.set_ray(out.walks.size(), *to);
+        out.walks.push_back(part);
+      }
+    }
+    for (uint32_t k = 1; k < parts; ++k) add_part(walk, si, walker.distance[i], parts, k, out);
+  }
+}
+
+/// Adds part `index` of a walk that is split into `parts` at a surface point.
+void LocalLight::add_part(const LightWalk& walk, const SurfaceInteraction& si, float distance,
+                          uint32_t parts, uint32_t index, Drawn& out) const {
+  LightWalk part = walk;
+  part.power /= static_cast<float>(parts);
+  part.seed = hash_words(walk.seed, walk.edges, index);
+  const uint64_t seed = hash_words(part.seed, part.edges);
+  const auto sample = transport::sample_adjoint(
+      si, Lobe::kAll, random_float(seed, kLobe),
+      {random_float(seed, kDirection), random_float(seed, kDirection + 1)});
+  if (!sample) return;
+  if (const auto to = go_on(part, si, *sample, distance)) out.parts.emplace_back(part, *to);
+}
+
+/// Samples the next directions of walks at their hits.
+const BsdfAnswer& LocalLight::sample_next(std::span<const LightWalk> walks, Walker& walker) const {
+  const uint32_t* const ray = walker.met.points().ray;
+  for (size_t i = 0; i < walker.met.reflecting(); ++i) {
+    const LightWalk& walk = walks[ray[i]];
+    const uint64_t seed = hash_words(walk.seed, walk.edges);
+    walker.u1[i] = random_float(seed, kLobe);
+    walker.u2.set(i, {random_float(seed, kDirection), random_float(seed, kDirection + 1)});
+  }
+  return walker.next.sample(walker.met, walker.u1, walker.u2);
+}
+
+/// Moves a walk to its next edge and returns its ray, or nullopt if the walk ends. The survival
+/// probability of roulette is the reflectance, so that all points of a source have about the same
+/// power.
+std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& si,
+                                     const transport::AdjointSample& sample,
+                                     float distance) const {
+  if (is_black(sample.weight)) return std::nullopt;
+  Ray to;
+  to.d = sample.to;
+  to.o = si.ray_origin(to.d);
+  const bool is_lamps = sources_[walk.origin.source].kind == Kind::kLamp;
+  if (sample.is_straight && walk.is_direct && !is_lamps && passing()) {
+    to.d = walk.d;
+    to.o = si.ray_origin(to.d);
+    walk.power = walk.power * sample.weight;
+    walk.before = distance;
+    ++walk.edges;
+    return to;
+  }
+  const float survival =
+      std::min(kMaxSurvival, max_component(walk.power * sample.weight) / max_component(walk.power));
+  if (!(random_float(hash_words(walk.seed, walk.edges), kSurvival) < survival)) return std::nullopt;
+  const bool is_first = walk.is_direct;
+  walk.is_shown = is_first ? sample.is_delta && !is_lamps : walk.is_shown;
+  walk.is_hidden = sample.is_delta && (is_first ? is_lamps : walk.is_hidden);
+  walk.power = walk.power * sample.weight / survival;
+  walk.d = sample.to;
+  walk.x.reset();
+  walk.is_direct = false;
+  walk.before = 0;
+  ++walk.edges;
+  return to;
+}
+
+/// Leaves a light point at the hit of a walk.
+void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float distance,
+                      Drawn& out) const {
+  const Bsdf& bsdf = si.shape->bsdf();
+  if (walk.is_hidden || !any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
+  const float cosine = std::abs(glm::dot(si.n, walk.d));
+  if (!(cosine > 0)) return;
+  const Source& source = sources_[walk.origin.source];
+  const float count = static_cast<float>(bounce_count_) * source.bounce_share * walk.origin.guided;
+  const SurfaceInteraction* const x = walk.x ? &*walk.x : nullptr;
+  const bool is_deep = !walk.is_direct;
+  Reflection reflection;
+  reflection.si = si;
+  reflection.to_light = si.wi;
+  reflection.incident = walk.power / (count * cosine);
+  const float side = si.wi.z >= 0 ? 1.f : -1.f;
+  // False for draws that guides and cells are made from. These need no cells and eye ratios.
+  const bool has_cells = bounce_partition_.size() > 0;
+  std::optional<LobeWidth> found_width;
+  const auto width_of_lobe = [&] {
+    if (!found_width) found_width = lobe_width(si);
+    return *found_width;
+  };
+  std::optional<float> found_probability;
+  const auto probability = [&] {
+    if (!found_probability) found_probability = asked_at(si, side).probability(walk.origin.source);
+    return *found_probability;
+  };
+  // The reflectance is evaluated for a viewer on the light's side.
+  reflection.si.wi = Vec3(0, 0, side);
+  LightPoint point;
+  if (bsdf.is_lambertian()) {
+    point.power =
+        bsdf.eval_pdf(reflection.si, Lobe::kDiffuse, reflection.to_light).f * reflection.incident;
+  } else {
+    const Vec3 normal = bsdf.reflection_frame(si).n;
+    // The light hits the back of a one-sided surface.
+    if (!(glm::dot(normal, -walk.d) > 0)) return;
+    const bool is_lamp = source.kind == Kind::kLamp && !is_deep;
+    const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : width_of_lobe();
+    LobeReflectance part = bsdf.reflectance(reflection.si);
+    bool is_left_to_rays = false;
+    if (width == LobeWidth::kMirroring) {
+      (is_lamp ? out.lamp_meets_mirroring : out.meets_mirroring) = true;
+      is_left_to_rays = !is_lamp || has_glossy_caustics_;
+    }
+    if (is_left_to_rays) {
+      reflection.lobes = Lobe::kDiffuse;
+      part.glossy = Rgb(0.f);
+    } else {
+      const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
+      reflection.lobe.alpha2 = lobe.alpha_u * lobe.alpha_v;
+      if (width == LobeWidth::kNarrow && !is_lamp && has_cells) {
+        reflection.light_density =
+            is_deep ? kDeepDensity
+                    : probability() * arrival_density(*source.emitter, x, si, -walk.d);
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      reflection.lobe.normal[axis] = normal[axis];
+      reflection.lobe.light[axis] = -walk.d[axis];
+    }
+    reflection.lobe.diffuse = mean_of(part.diffuse);
+    reflection.lobe.glossy = mean_of(part.glossy);
+    point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
+  }
+  if (is_black(point.power)) return;
+  point.edges = walk.edges;
+  point.is_plain = has_cells && is_plain(si, width_of_lobe());
+  point.is_shown = walk.is_shown;
+  // The point is off the surface, because a ray at grazing angle would hit the surface just before
+  // its end otherwise.
+  point.position = si.ray_origin(-walk.d);
+  point.normal = si.frame.n * side;
+  point.geometric = glm::dot(si.n, walk.d) > 0 ? -si.n : si.n;
+  if (std::abs(glm::dot(si.n, si.frame.n)) < 1 - 1e-6f) point.off_surface = si.p_error;
+  if (has_cells) {
+    point.cell = bounce_cell(si, side);
+    point.eye_ratio = is_deep ? deep_ratios_[point.cell]
+                              : eye_factors_[point.cell] *
+                                    eye_ratio(source, probability(), x, si, walk.d, distance);
+    if (walk.is_shown && width_of_lobe() == LobeWidth::kWide) point.eye_ratio *= kShownEyeShare;
+  }
+  if (!bsdf.is_lambertian()) {
+    point.reflection = static_cast<uint32_t>(out.reflections.size());
+    out.reflections.push_back(reflection);
+  }
+  out.points.push_back(point);
+  out.origins.push_back(walk.origin);
+  out.is_deep.push_back(is_deep ? 1 : 0);
+  out.walk_of.push_back(walk.seed);
+}
+
+}  // namespace kinome

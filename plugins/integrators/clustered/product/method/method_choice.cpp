@@ -1,0 +1,255 @@
+#include "clustered/product/method/method_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "clustered/product/trial/method_trial.h"
+#include "clustered/product/pass/product_renderer.h"
+#include "clustered/product/tiles/spread.h"
+#include "clustered/product/trial/trial_paths.h"
+#include "kinome/log.h"
+#include "transport/path_integrator.h"
+
+namespace kinome {
+namespace {
+
+constexpr uint64_t kTrialSeed = 0x74726961;
+/// Work is counted in rays of `path`. A ray of product sampling, with all computations for it,
+/// costs this many. 4 to 6 were measured in most scenes, and 7 to 10 in scenes of few primitives,
+/// where the rays of `path` are fast. Counts of rays don't depend on the machine, unlike seconds.
+constexpr double kCostOfRay = 5, kCostAmongFewPrimitives = 8;
+/// Renders of less work are left to `path`, because a trial would take more than a tenth of it.
+constexpr double kMinWork = 4.5e6;
+/// Short renders are left to product sampling from this number of emitters on, because `path`
+/// samples one emitter at a time.
+constexpr size_t kMinEmitters = 500;
+/// Share of the render's work that the tiles of a trial take, and the work of one tile.
+constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
+constexpr int kMaxTiles = 256;
+/// Number of tiles by which the work of `path` is estimated if a render ends at an error.
+constexpr int kTilesForError = 64;
+/// Maximum share of the time for a trial. It takes about 0.05 on an idle machine, and more if other
+/// programs run.
+constexpr double kTrialShare = 0.25;
+/// The rest of a trial takes up to this many times as long as its pilot. It must not take more than
+/// this share of the time that is left for the trial.
+constexpr double kTimesPilot = 5, kShareOfLeft = 0.7;
+/// Fraction of a render's light points that each render of a trial draws.
+constexpr double kLightShare = 0.125;
+constexpr double kMaxRaysOfTrial = 32;  ///< of product sampling, per pixel
+/// Both methods share an image if that takes less than this fraction of the work of either alone.
+constexpr double kMaxWorkOfTiles = 0.9;
+/// A trial ends after one render by product sampling, of all tiles or of a part, if `path` takes
+/// less work by this factor.
+constexpr double kClearRatio = 2.5, kClearRatioOfPart = 4;
+/// Maximum expected deviation of the brightness by product sampling. Renders that exceed it are
+/// left to `path`. Most trials of a dozen interiors find less than 0.02.
+constexpr double kMaxDeviation = 0.025;
+/// Minimum fraction of the light that is aimed at what the camera sees. Below it, there is no
+/// trial: light points of the other light are rare and bright, and two renders seldom show them.
+constexpr double kMinAimedShare = 0.1;
+/// Paths per sample of product sampling if no trial measures their costs.
+constexpr double kPathsPerSample = 3;
+PathSettings path_settings(const ProductSettings& settings) {
+  return {settings.length, settings.hide_emitters};
+}
+
+/// Passes of `path`. A sample is a path.
+class PathPasses final : public Passes {
+ public:
+  PathPasses(const Scene& scene, const Sensor& sensor, RenderContext& context,
+             const ProductSettings& settings, double paths_per_sample)
+      : integrator_(path_settings(settings)),
+        paths_(integrator_.begin(scene, sensor, context, kInfinity)),
+        samples_(std::max(1., settings.rays_per_pixel / kRaysPerSample * paths_per_sample)) {}
+
+  double samples() const override { return samples_; }
+  double render(double samples) override {
+    const double paths = paths_->render(samples);
+    log_debug(fmt::format("path: {:.0f} paths per pixel", paths));
+    return paths;
+  }
+  double seconds_per_sample() const override { return paths_->seconds_per_sample(); }
+
+ private:
+  const transport::PathIntegrator integrator_;
+  const std::unique_ptr<Passes> paths_;
+  const double samples_;
+};
+
+/// Result of a trial. Works are for the same error, in a common unit.
+struct Measured {
+  /// nullptr if hardly any light is aimed at what the camera sees. Nothing else is measured then.
+  std::unique_ptr<const MethodMap> map;
+  double paths_per_ray = 0;    ///< number of paths that cost as much as a ray of product sampling
+  double deviation = 0;        ///< MethodTrial::Result::deviation
+  double rays_per_second = 0;  ///< of product sampling
+};
+
+/// True if `path` takes less work than both methods together, and less than product sampling by
+/// `factor`.
+bool is_for_path(const MethodMap& map, double factor) {
+  const double paths = map.path_work();
+  return factor * paths < map.product_work() && paths < map.mixed_work() / kMaxWorkOfTiles;
+}
+
+MethodTrial::Way way_of(const TrialPaths& paths, uint64_t seed, uint64_t stream) {
+  return {
+      [&paths, seed, stream](const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image) {
+        paths.trace(tiles, hash_words(seed, stream, index), image);
+      }};
+}
+
+/// Returns the rays per pixel with which `path` is expected to reach an error, measured in some
+/// tiles.
+double path_rays_to_error(double rel_mse, const Scene& scene, const Sensor& sensor,
+                          RenderContext& context, const ProductSettings& settings,
+                          const TileGrid& grid, uint64_t seed) {
+  const MethodTrial tiles(grid, kTilesForError, hash_words(seed, 3),
+                          PixelFilter(sensor.film().filter()));
+  if (tiles.empty()) return 0;
+  const transport::SceneTable table(scene);
+  const TrialPaths paths(table, sensor, grid, path_settings(settings), context);
+  const MethodTrial::RenderError found = tiles.measure(way_of(paths, seed, 4), context);
+  const double rays = found.cost / static_cast<double>(tiles.pixels().size());
+  return rays * std::max(found.rel_mse / rel_mse, 1. / TrialPaths::kPaths);
+}
+
+/// Runs the trial, with fewer tiles if all of them would take too long. Returns nullopt if product
+/// sampling must render the image, or if the render was cancelled.
+std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                 CellsOnDemand& cells, const ProductSettings& settings,
+                                 const RenderLength& length, MethodTrial trial, double deadline,
+                                 uint64_t seed) {
+  auto local = make_local_light(scene, sensor, settings, key_seed(context, sensor.sampler()),
+                                context, kLightShare, kMinAimedShare);
+  if (local && !local->is_complete()) return Measured{};
+  ProductRenderer product(scene, sensor, context, cells.get(context), settings, trial.grid(),
+                          std::move(local), kLightShare);
+  const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
+  if (!product.can_use_paths()) return std::nullopt;
+  if (product.aimed_share() < kMinAimedShare) return Measured{};
+  const double cost = has_few_primitives(scene) ? kCostAmongFewPrimitives : kCostOfRay;
+  const double start = context.seconds();
+  const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
+  if (deadline < kInfinity) {
+    const double now = context.seconds();
+    trial.keep(context.agree(kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start))));
+  }
+  MethodTrial::Way product_way = product.trial_way(trial, rays, length, cost, seed);
+  double seconds = 0;
+  product_way.render = [&, render = product_way.render](const MethodTrial& tiles, uint64_t index,
+                                                        std::vector<Rgb>& image) {
+    const double begin = context.seconds();
+    render(tiles, index, image);
+    seconds += context.seconds() - begin;
+  };
+  const transport::SceneTable table(scene);
+  const TrialPaths paths(table, sensor, trial.grid(), path_settings(settings), context);
+  const MethodTrial::Way path_way = way_of(paths, seed, 2);
+  // The pilot's rays are taken from those of the image.
+  const double share_of_image =
+      std::max(0.1, 1 - pilot_rays / std::max(length.rays_per_pixel, 1.));
+  const double scale = 1 / (share_of_image * product.aimed_share());
+  const auto map_of = [&](const MethodTrial::Result& result) {
+    std::vector<MethodMap::Trial> trials;
+    for (const MethodTrial::TileErrors& tile : result.tiles) {
+      trials.push_back({tile.tile, product.main_bsdf(tile.tile), tile.first * scale,
+                        tile.second * result.cost});
+    }
+    return std::make_unique<const MethodMap>(trial.grid(), std::move(trials));
+  };
+  const MethodTrial::Result result =
+      trial.compare(product_way, path_way, context, [&](const MethodTrial::Result& first) {
+        const bool is_part = first.tiles.size() * kTileSide * kTileSide < trial.pixels().size();
+        return is_for_path(*map_of(first), is_part ? kClearRatioOfPart : kClearRatio);
+      });
+  if (context.cancelled() || result.tiles.empty()) return std::nullopt;
+  return Measured{map_of(result), TrialPaths::kPaths / (result.cost * rays), result.deviation,
+                  2 * rays * static_cast<double>(trial.pixels().size()) / seconds};
+}
+
+}  // namespace
+
+bool is_path_possible(const Scene& scene, const Sensor& sensor, const ProductSettings& settings) {
+  if (!settings.trial || settings.diagnostics) return false;
+  const bool has_bounce = settings.length.max_depth >= LocalLight::kBounceDepth;
+  if (!has_bounce) return scene.has_surface_emitters();
+  if (!Caustics::serves(sensor)) return true;
+  const auto& emitters = scene.emitters();
+  const bool has_lamps = std::any_of(emitters.begin(), emitters.end(), [](const Emitter* emitter) {
+    return !emitter->is_surface() && !emitter->is_environment();
+  });
+  const auto& shapes = scene.shapes();
+  return !has_lamps || std::none_of(shapes.begin(), shapes.end(), [](const auto& shape) {
+    return any(shape->bsdf().lobes() & Lobe::kDelta);
+  });
+}
+
+std::unique_ptr<Passes> path_passes(const Scene& scene, const Sensor& sensor,
+                                    RenderContext& context, const ProductSettings& settings,
+                                    double paths_per_sample, const std::string& reason) {
+  context.skip("product", reason);
+  return std::make_unique<PathPasses>(scene, sensor, context, settings, paths_per_sample);
+}
+
+MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                           CellsOnDemand& cells, const ProductSettings& settings,
+                           const RenderLength& length, const TileGrid& grid) {
+  if (!is_path_possible(scene, sensor, settings)) return {};
+  const auto by_path = [&](double paths_per_sample, const char* reason) {
+    MethodChoice choice;
+    choice.paths = path_passes(scene, sensor, context, settings, paths_per_sample, reason);
+    return choice;
+  };
+  const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), kTrialSeed);
+  double work = length.rays_per_pixel * grid.crop().area() * kCostOfRay;
+  if (const double rel_mse = context.budget().rel_mse; rel_mse > 0) {
+    work = std::min(work, grid.crop().area() * path_rays_to_error(rel_mse, scene, sensor, context,
+                                                                  settings, grid, seed));
+  }
+  const auto tiles = static_cast<int>(
+      std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
+  const MethodTrial trial(grid, tiles, seed, PixelFilter(sensor.film().filter()));
+  const bool is_short = work < kMinWork || trial.empty();
+  if (is_short && scene.emitters().size() >= kMinEmitters) return {};
+  if (is_short) {
+    return by_path(kPathsPerSample, "the render is short: paths need no preparation");
+  }
+  const double deadline = context.seconds() + kTrialShare * length.seconds;
+  context.set_deadline(deadline);
+  auto measured = try_both(scene, sensor, context, cells, settings, length, trial, deadline, seed);
+  const bool is_late = context.cancelled() && !context.interrupted();
+  context.set_deadline(kInfinity);
+  if (is_late) return by_path(1, "there was too little time for a trial");
+  if (!measured) return {};
+  if (!measured->map) {
+    return by_path(kPathsPerSample, "most light falls where the camera sees nothing of its effect");
+  }
+  const double product = measured->map->product_work(), paths = measured->map->path_work();
+  const double mixed = measured->map->mixed_work();
+  log_debug(fmt::format("trial: work to the same error by product sampling 1, by path {:.3g}, by "
+                        "tiles of both {:.3g}{}",
+                        paths / product, mixed / product,
+                        measured->deviation > 0
+                            ? fmt::format("; brightness by product sampling uncertain by {:.1f} %",
+                                          100 * measured->deviation)
+                            : ""));
+  const double paths_per_sample = std::max(1., measured->paths_per_ray * kRaysPerSample);
+  if (measured->deviation > kMaxDeviation) {
+    return by_path(paths_per_sample, "in a trial, its brightness was too uncertain");
+  }
+  if (is_for_path(*measured->map, 1)) {
+    return by_path(paths_per_sample,
+                   "in a trial, paths from the camera alone did as well for less");
+  }
+  MethodChoice choice;
+  if (mixed < kMaxWorkOfTiles * product) choice.map = std::move(measured->map);
+  choice.paths_per_ray = measured->paths_per_ray;
+  choice.rays_per_second = context.agree(measured->rays_per_second);
+  return choice;
+}
+
+}  // namespace kinome

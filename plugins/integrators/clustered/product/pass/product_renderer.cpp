@@ -1,0 +1,387 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "clustered/product/trial/path_tiles.h"
+#include "clustered/product/pilot/pilot.h"
+#include "clustered/product/pass/product_renderer.h"
+#include "clustered/product/tiles/spread.h"
+#include "kinome/primary_rays.h"
+
+namespace kinome {
+namespace {
+
+/// Number of light points of a pilot, and the minimum share of the points of a pass. Drawing them
+/// takes a large part of a pilot's time.
+constexpr float kPilotPoints = 1u << 14, kMinPilotShare = 0.25f;
+/// Maximum number of rays per pixel of a pass. Each pass draws new points of the cells.
+constexpr double kMaxRaysOfPass = 512;
+/// Rays per pixel below which there is no pilot.
+constexpr double kMinRaysToLearn = 10;
+/// Number of rays of the image per light point.
+constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16;
+/// Assumed number of passes of a render that ends at a time or an error.
+constexpr double kPassesOfBudget = 3;
+/// Number of light points per seen position, and the minimum number of positions, for learning
+/// which points contribute.
+constexpr uint32_t kPointsPerPosition = 8, kMinPositions = 256;
+/// Pilot rays per primary, and for a single primary per pixel. In the second case rays are few, and
+/// do more for the image.
+constexpr uint32_t kPilotRays = 3, kPilotRaysOfOne = 2;
+/// Through a lens with an aperture, pixels see more than one primary shows. The number of primaries
+/// is multiplied by this factor, and each has this number of rays.
+constexpr uint32_t kLensPrimaries = 2, kLensRays = 1;
+/// From this number of primaries per pixel on, forecasts aren't smoothed.
+constexpr uint32_t kMinPrimariesUnsmoothed = 4;
+/// Maximum share of a render's time for its pilot.
+constexpr double kPilotShare = 0.25;
+constexpr double kCandidatesUnlearned = 16;  ///< per ray
+/// Separates the random numbers of passes from those of the pilot.
+constexpr uint64_t kPassSeed = 0x70617373;
+constexpr uint64_t kCausticSeed = 0x63617573;
+constexpr uint64_t kPathSeed = 0x70617468;
+
+/// Returns the sensor with a sampler of about `paths` samples per pixel. Samplers round numbers up:
+/// accepts up to a quarter more.
+std::unique_ptr<Sensor> with_paths(const Sensor& sensor, double paths) {
+  const auto wanted = static_cast<uint32_t>(std::clamp(paths, 1., 1e6));
+  for (uint32_t count = wanted;; count -= std::max(1u, count / 8)) {
+    auto result = sensor.with_sample_count(count);
+    if (count == 1 || result->sampler().sample_count() <= wanted * 5 / 4) return result;
+  }
+}
+
+}  // namespace
+
+ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                 std::shared_ptr<const DistantCells> cells,
+                                 const ProductSettings& settings, const TileGrid& grid)
+    : ProductRenderer(scene, sensor, context, std::move(cells), settings, grid,
+                      make_local_light(scene, sensor, settings,
+                                       key_seed(context, sensor.sampler()), context),
+                      1) {}
+
+ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                 std::shared_ptr<const DistantCells> cells,
+                                 const ProductSettings& settings, const TileGrid& grid,
+                                 std::unique_ptr<const LocalLight> local, double light_share)
+    : scene_(scene),
+      table_(scene),
+      sensor_(sensor),
+      context_(context),
+      shared_cells_(std::move(cells)),
+      cells_(*shared_cells_),
+      settings_(settings),
+      grid_(grid),
+      seed_(key_seed(context, sensor.sampler())),
+      light_share_(light_share),
+      local_(std::move(local)),
+      addresses_(scene),
+      knowledge_(grid_, cells_, local_.get(), settings_),
+      rays_left_(settings.rays_per_pixel) {
+  if (local_ && (local_->has_lamp_caustics() || local_->has_extended_caustics())) {
+    const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+    caustics_.emplace(scene, sensor, *local_,
+                      transport::hides_environment(path_settings(), scene), seed_,
+                      context.stats().counters);
+    if (!caustics_->finds_any()) caustics_.reset();
+  }
+}
+
+std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
+                                                   const ProductSettings& settings, uint64_t seed,
+                                                   RenderContext& context, double share,
+                                                   double min_aimed_share) {
+  const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
+  if (others == 0 && settings.length.max_depth < LocalLight::kBounceDepth) return nullptr;
+  const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+  LocalLight::Settings local;
+  local.length = settings.length;
+  local.bounce_cells = settings.bounce_cells;
+  local.min_aimed_share = min_aimed_share;
+  local.caustics = Caustics::serves(sensor);
+  // If rays are few, points must be, too: each takes about as long as two rays. A render that ends
+  // at an error is assumed to have many rays. Each pass draws the same number of extended points.
+  double rays = settings.rays_per_pixel * sensor.film().crop().area(), parts = 1;
+  if (context.budget().any()) {
+    const double seconds = context.budget().seconds;
+    rays = seconds > 0 ? seconds * kCarefulSpeed * context.all_threads() : kInfinity;
+    parts = kPassesOfBudget;
+  }
+  rays = share * std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
+  local.points = static_cast<uint32_t>(
+      std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
+  local.extended_points = static_cast<uint32_t>(
+      std::min<double>(rays / (kRaysPerExtendedPoint * parts), LocalLight::kMostExtendedPoints));
+  std::vector<SurfaceInteraction> seen;
+  if (settings.light_guide &&
+      (scene.has_surface_emitters() || settings.length.max_depth >= LocalLight::kBounceDepth)) {
+    seen = places_seen(scene, sensor, std::max(kMinPositions, local.points / kPointsPerPosition),
+                       seed, context);
+  }
+  auto light = std::make_unique<const LocalLight>(scene, local, seen, seed, context);
+  return light->empty() && light->is_complete() ? nullptr : std::move(light);
+}
+
+Primaries::View ProductRenderer::view() const {
+  Primaries::View view{table_, sensor_, path_settings()};
+  // Mirrors may show any light, which paths find by emitter and BSDF samples.
+  view.follows_mirrors = local_ != nullptr;
+  return view;
+}
+
+PassView ProductRenderer::pass_view(const CellLight& light) const {
+  return {scene_, view(), grid_, cells_, knowledge_, neighbours_, settings_, light};
+}
+
+struct ProductRenderer::Pass {
+  CellLight light;
+  uint64_t seed;
+  float weight;
+  /// Sensor of the tiles that are left to `path`; nullptr if there are none.
+  std::unique_ptr<Sensor> path_sensor;
+};
+
+struct ProductRenderer::PassWorker {
+  BlockRenderer product;
+  std::optional<PathTiles> paths;
+
+  PassWorker(const PassView& view, const Sensor* path_sensor, const PathSettings& settings)
+      : product(view) {
+    if (path_sensor) paths.emplace(view.primaries.scene, *path_sensor, settings);
+  }
+};
+
+void ProductRenderer::pass(const Pass& pass, const std::vector<PixelPlan>& plan) {
+  grid_.for_each_block<PassWorker>(
+      context_, grid_.all_rows(), "main",
+      [&] {
+        return std::make_unique<PassWorker>(pass_view(pass.light), pass.path_sensor.get(),
+                                            path_settings());
+      },
+      [&](int block, PassWorker& worker, RenderCounters& counters) {
+        if (!context_.is_wanted(grid_.block(block), sensor_.film().first_layer())) return;
+        worker.product.render(block, plan, pass.seed, counters, [&](const TileGrid::Tile& tile) {
+          context_.give_up_if_asked();
+          return !is_by_path(tile);
+        });
+        add_to_film(pass, block, worker, counters);
+      });
+}
+
+/// Adds the block to the film at once, so that an interrupted render contains all finished blocks.
+void ProductRenderer::add_to_film(const Pass& pass, int block, PassWorker& worker,
+                                  RenderCounters& counters) {
+  Film& film = sensor_.film();
+  const Rect pixels = grid_.block(block);
+  std::vector<FilmTile> tiles;
+  for (int layer = 0; layer < (settings_.diagnostics ? 2 : 1); ++layer) {
+    tiles.push_back(film.make_tile(pixels, layer));
+  }
+  FilmTile& colours = tiles[0];
+  if (worker.paths) {
+    const uint32_t count = pass.path_sensor->sampler().sample_count();
+    worker.paths->trace(grid_, block, count, hash_words(pass.seed, kPathSeed), counters,
+                        [&](const TileGrid::Tile& tile) { return is_by_path(tile); },
+                        [&](const PixelSamples& samples, transport::CameraBlock& camera) {
+                          context_.give_up_if_asked();
+                          camera.end(samples, colours, counters,
+                                     pass.weight / static_cast<float>(count));
+                        });
+  }
+  const StageTimer timer(counters.stage_seconds["film"]);
+  worker.product.add_to(colours, pass.weight);
+  if (settings_.diagnostics) {
+    size_t next = 0;
+    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      tile.for_each_pixel([&](int x, int y) {
+        const Vec3& d = worker.product.diagnostics(next++);
+        tiles[1].add_pixel(x, y, std::array{d.x, d.y, d.z}, pass.weight);
+      });
+    });
+  }
+  if (caustics_) {
+    const double paths = std::ceil(pass.weight * unit_ / kRaysPerCausticPath * pixels.area());
+    caustics_->trace(hash_words(pass.seed, static_cast<uint64_t>(block), kCausticSeed),
+                     static_cast<uint32_t>(paths), colours, counters);
+  }
+  context_.commit(film, static_cast<size_t>(block), std::move(tiles));
+}
+
+CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel, float share) const {
+  const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
+  const uint64_t own = hash_words(seed_, seed);
+  CellPoints points;
+  if (cells_.size() > 0) {
+    points = cells_.draw_points(CellLight::points_for(rays_per_pixel * grid_.crop().area()), own,
+                                context_);
+  }
+  LocalPoints local_points;
+  if (local_) local_points = local_->draw(hash_words(own, 1), context_, share);
+  CellLight light(cells_, scene_.environment(), std::move(points), local_.get(),
+                  std::move(local_points));
+  light.paths = path_settings();
+  light.caustics = caustics_ ? &*caustics_ : nullptr;
+  light.horizon_terms = settings_.control_variate && settings_.horizon_terms;
+  return light;
+}
+
+Pilot::Effort ProductRenderer::effort_of_pilot(double rays_per_pixel) const {
+  Pilot::Effort effort;
+  effort.primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
+  effort.rays = effort.primaries == 1 ? kPilotRaysOfOne : kPilotRays * effort.primaries;
+  if (sensor_.needs_aperture_sample()) {
+    effort.primaries *= kLensPrimaries;
+    effort.rays = kLensRays * effort.primaries;
+  }
+  return effort;
+}
+
+std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
+                                                       const Pilot::IsWanted& is_wanted,
+                                                       double progress_end) {
+  if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
+  float share = 1;
+  // A trial, which probes some tiles, renders with the points of its pilot.
+  if (local_ && !is_wanted) {
+    const auto points = static_cast<float>(std::max(local_->points_of_pass(), 1u));
+    share = std::clamp(kPilotPoints / points, kMinPilotShare, 1.f);
+  }
+  const auto& light_rays = context_.stats().counters[RayKind::kLight];
+  const auto light_rays_before = light_rays;
+  const CellLight& light =
+      pilot_light_.emplace(make_light(0, effort.primaries + effort.rays, share));
+  light_rays_ = static_cast<double>(light_rays - light_rays_before);
+  std::vector<PixelForecast> forecast =
+      Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_,
+            addresses_)
+          .learn(light, effort, is_wanted, progress_end, knowledge_);
+  knowledge_.add_up(context_);
+  knowledge_.finish();
+  return forecast;
+}
+
+void ProductRenderer::allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast,
+                               int width, int height) {
+  const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+  const bool is_noisy = effort.primaries < kMinPrimariesUnsmoothed && settings_.smooth_plan;
+  allocation_.emplace(forecast, width, height,
+                      !settings_.adaptive ? RayAllocation::Mode::kEven
+                      : is_noisy          ? RayAllocation::Mode::kSmoothed
+                                          : RayAllocation::Mode::kAdaptive);
+}
+
+void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
+  if (rays_per_pixel < kMinRaysToLearn) {
+    context_.skip("pilot", "a few rays a pixel are too few to learn from");
+    return;
+  }
+  const double start = context_.seconds();
+  const Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
+  const uint32_t rays = effort.primaries + effort.rays;
+  const auto forecast = send_pilot(effort, nullptr, rays / std::max<double>(rays_per_pixel, 1));
+  pilot_light_.reset();
+  if (!context_.cancelled()) {
+    allocate(effort, forecast, grid_.crop().width(), grid_.crop().height());
+    divide_among_methods();
+  }
+  pilot_rays_ = rays;
+  rays_left_ = std::max(0., rays_left_ - rays);
+  pilot_seconds_ = context_.seconds() - start;
+}
+
+void ProductRenderer::use(const MethodMap& map, double paths_per_ray) {
+  map_ = &map;
+  paths_per_ray_ = paths_per_ray;
+}
+
+const Bsdf* ProductRenderer::main_bsdf(int tile) const {
+  const std::vector<Patch>& patches = knowledge_.patches(tile);
+  const auto largest =
+      std::max_element(patches.begin(), patches.end(),
+                       [](const Patch& a, const Patch& b) { return a.count < b.count; });
+  return largest == patches.end() ? nullptr : largest->bsdf;
+}
+
+void ProductRenderer::divide_among_methods() {
+  if (!map_) return;
+  by_path_.resize(static_cast<size_t>(grid_.tiles()));
+  context_.parallel_for(by_path_.size(), [&](size_t tile) {
+    const auto index = static_cast<int>(tile);
+    by_path_[tile] = map_->is_for_path(index, main_bsdf(index)) ? 1 : 0;
+  });
+}
+
+bool ProductRenderer::learn_in_time(double seconds, double rays_per_second) {
+  context_.set_deadline(context_.seconds() + kPilotShare * seconds);
+  if (!context_.cancelled()) {
+    learn_from_pilot(seconds * rays_per_second / std::max(1, grid_.crop().area()));
+  }
+  const bool is_late = context_.cancelled();
+  if (is_late) {
+    // Data that only some tiles have learned can't be used.
+    pilot_rays_ = 0;
+    allocation_.reset();
+    knowledge_.forget();
+    context_.skip("pilot", "there was too little time for it");
+  }
+  context_.set_deadline(kInfinity);
+  return !is_late;
+}
+
+double ProductRenderer::seconds_per_sample() const {
+  // If the pilot was cancelled, uses its time and the smallest pilot's number of rays.
+  return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
+}
+
+std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
+  const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+  if (allocation_) {
+    return allocation_->plan(rays_per_pixel);
+  }
+  PixelPlan plan;
+  plan.primaries = static_cast<uint16_t>(std::max(1., rays_per_pixel / 3));
+  plan.rays = static_cast<uint16_t>(std::max(1., rays_per_pixel - plan.primaries));
+  plan.candidates = static_cast<float>(kCandidatesUnlearned * plan.rays);
+  return std::vector<PixelPlan>(static_cast<size_t>(grid_.crop().area()), plan);
+}
+
+/// Uses as few passes as possible: the more rays share a comb, the more precise is each of them.
+void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, bool is_last) {
+  const auto passes =
+      static_cast<uint64_t>(std::max(1., std::ceil(rays_per_pixel / kMaxRaysOfPass)));
+  // Rays besides caustics. The paths of caustics are a fixed share of these.
+  const double of_caustics = caustics_ ? caustics_->rays_per_path() / kRaysPerCausticPath : 0;
+  const double rays = rays_per_pixel / static_cast<double>(passes) / (1 + of_caustics);
+  const std::vector<PixelPlan> plan = plan_pass(rays);
+  if (is_last) allocation_.reset();  // a large part of the memory of a large image
+  if (unit_ == 0) unit_ = std::max(rays, 1.);
+  const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);
+  for (uint64_t i = 0; i < passes && !context_.cancelled(); ++i, ++pass_) {
+    const double part = (1 - progress_begin) / static_cast<double>(passes);
+    const double begin = progress_begin + part * static_cast<double>(i);
+    context_.set_progress_range(begin, begin + part);
+    Pass own{make_light(1 + pass_, rays), hash_words(seed_, kPassSeed, pass_), weight, nullptr};
+    if (!by_path_.empty()) own.path_sensor = with_paths(sensor_, paths_per_ray_ * rays);
+    pass(own, plan);
+  }
+  context_.set_progress_range(0, 1);
+}
+
+double ProductRenderer::samples() const {
+  return rays_left_ / kRaysPerSample;
+}
+
+double ProductRenderer::render(double samples) {
+  render_rays(kRaysPerSample * samples, 0, false);
+  return samples;
+}
+
+void ProductRenderer::render_all() {
+  learn_from_pilot(settings_.rays_per_pixel);
+  const double total = std::max(settings_.rays_per_pixel, 1.);
+  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / total), true);
+}
+
+}  // namespace kinome

@@ -1,0 +1,91 @@
+#include "clustered/product/paths/eye_chains.h"
+
+#include <algorithm>
+
+#include "clustered/product/paths/caustics.h"
+#include "clustered/product/tiles/spread.h"
+
+namespace kinome {
+namespace {
+
+/// Rays of one call to Embree.
+constexpr size_t kBatch = 1024;
+/// Random numbers of one edge.
+enum Number : uint32_t { kLobe, kLobeX, kLobeY, kSurvival };
+
+}  // namespace
+
+void EyeChains::push(const SurfaceInteraction& y, const Begin& begin) {
+  go_on(y, begin, light_.passing() != nullptr);
+}
+
+/// Sends the next ray of a chain from y. Drops samples that go straight through y if
+/// `drops_straight` is set.
+void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drops_straight) {
+  const uint32_t edges = begin.edges;
+  const uint64_t own = hash_words(begin.seed, edges);
+  const auto sample =
+      y.shape->bsdf().sample(y, Lobe::kDelta, random_float(own, kLobe),
+                             {random_float(own, kLobeX), random_float(own, kLobeY)});
+  if (!sample || is_black(sample->weight)) return;
+  if (drops_straight && any(sample->lobe & Lobe::kNull)) return;
+  Begin next = begin;
+  ++next.edges;
+  next.weight *= sample->weight;
+  if (edges >= std::min(light_.local->length().rr_depth, Caustics::kMostSureEdges)) {
+    const float survival = survival_probability(next.weight);
+    if (!(random_float(own, kSurvival) < survival)) return;
+    next.weight /= survival;
+  }
+  Ray ray;
+  ray.d = y.frame.to_world(sample->wo);
+  ray.o = y.ray_origin(ray.d);
+  rays_.push_back({ray, Hit{}});
+  chains_.push_back(next);
+}
+
+/// Adds the light of an emitter that a chain has hit at x (nullptr: the sky). d is the unit
+/// direction in which the light leaves.
+void EyeChains::add(const Begin& chain, const Emitter& emitter, const SurfaceInteraction* x,
+                    const Vec3& d, const Rgb& radiance) const {
+  if (is_black(radiance)) return;
+  float share = 1;
+  if (light_.caustics && chain.density < kInfinity) {
+    share =
+        light_.caustics->share_of_eye(chain.density, light_.caustics->light_density(emitter, x, d));
+  }
+  *chain.sum += chain.weight * radiance * share;
+}
+
+void EyeChains::trace(const Scene& scene, RenderCounters& counters) {
+  const uint32_t max_depth = light_.local->max_depth();
+  while (!rays_.empty()) {
+    std::vector<RayHit> rays = std::move(rays_);
+    const std::vector<Begin> chains = std::move(chains_);
+    rays_.clear();
+    chains_.clear();
+    for (size_t begin = 0; begin < rays.size(); begin += kBatch) {
+      const size_t count = std::min(kBatch, rays.size() - begin);
+      scene.intersect({&rays[begin], count}, Coherence::kIncoherent, counters);
+      counters[RayKind::kBsdf] += count;
+    }
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const Vec3 d = -rays[i].ray.d;
+      if (!rays[i].hit.valid()) {
+        if (const Emitter* const sky = light_.environment) {
+          add(chains[i], *sky, nullptr, d, sky->eval_environment(rays[i].ray.d));
+        }
+        continue;
+      }
+      const SurfaceInteraction z = scene.interaction(rays[i]);
+      if (const Emitter* const emitter = z.shape->emitter()) {
+        add(chains[i], *emitter, &z, d, emitter->eval_surface(z));
+      }
+      if (chains[i].edges < max_depth && any(z.shape->bsdf().lobes() & Lobe::kDelta)) {
+        go_on(z, chains[i], false);
+      }
+    }
+  }
+}
+
+}  // namespace kinome

@@ -1,0 +1,142 @@
+#include "clustered/product/paths/eye_paths.h"
+
+#include <algorithm>
+
+#include "clustered/product/tiles/path_numbers.h"
+#include "kinome/block_points.h"
+#include "kinome/sampler.h"
+#include "transport/coverage.h"
+#include "transport/rays.h"
+
+namespace kinome {
+namespace {
+
+/// Number of paths that are traced together.
+constexpr size_t kPaths = 1024;
+
+}  // namespace
+
+struct EyePaths::Block {
+  PathNumbers numbers;
+  transport::SceneTable table;
+  transport::Paths paths;
+  transport::Surfaces met;
+  transport::Arena per_path{kPaths}, per_point;
+  RayHit16* rays;
+  Columns3 radiance;
+  float *shown_share, *shown_share_later, *straight;
+  uint32_t* owner;
+  Columns3 throughput;
+  uint32_t x[kPaths], y[kPaths];  ///< halves of the seeds
+
+  Block(const Scene& scene, const PathSettings& settings)
+      : table(scene),
+        paths(table, numbers, settings, kPaths),
+        met(table, kPaths),
+        per_point(transport::Surfaces::most_points(table, kPaths)),
+        rays(per_path.ray_hits()),
+        radiance(per_path.three()),
+        shown_share(per_path.floats()),
+        shown_share_later(per_path.floats()),
+        straight(per_path.floats()),
+        owner(per_point.indices()),
+        throughput(per_point.three()) {}
+};
+
+EyePaths::EyePaths(const Scene& scene, const PathSettings& settings, uint32_t edges_before,
+                   const LocalLight* light)
+    : scene_(scene), settings_(settings), edges_before_(edges_before), light_(light) {}
+EyePaths::~EyePaths() = default;
+
+void EyePaths::trace(RenderCounters& counters) {
+  // pass() adds rays to the next list.
+  for (size_t passes = 0; passes < waiting_.size(); ++passes) {
+    const std::vector<Begin> paths = std::move(waiting_[passes]);
+    for (size_t begin = 0; begin < paths.size(); begin += kPaths) {
+      trace({&paths[begin], std::min(kPaths, paths.size() - begin)}, counters);
+    }
+  }
+  waiting_.clear();
+}
+
+/// Continues a ray straight through the surface at z, `distance` from the start.
+void EyePaths::pass(const Begin& path, const SurfaceInteraction& z, float distance) {
+  // The path will have two more edges: to the surface behind z, and to the light.
+  if (passes_left(settings_.length.max_depth, edges_before_ + 2 + path.passes) == 0) return;
+  Begin next = path;
+  next.throughput *= z.shape->bsdf().null_transmission(z).transmittance;
+  if (is_black(next.throughput)) return;
+  ++next.passes;
+  next.before = distance;
+  next.seed = hash_words(path.seed, next.passes);
+  next.ray = Ray{};
+  next.ray.d = path.ray.d;
+  next.ray.o = z.ray_origin(next.ray.d);
+  push(next);
+}
+
+/// See Shares.
+EyePaths::Shares EyePaths::shares_of_path(const Begin& path, const SurfaceInteraction& z,
+                                          float distance) const {
+  if (!light_ || !std::isfinite(path.density) || !is_plain(z)) return {};
+  const LocalLight::Place place = light_->third_place(z);
+  const float geometry = std::abs(glm::dot(z.n, path.ray.d)) / sqr(distance);
+  const float odds = path.density * geometry * place.eye_ratio / path.rates[place.cell];
+  const float shown_odds = odds * LocalLight::kShownEyeShare;
+  if (!(odds < kInfinity)) return {};
+  // `shown` is the ratio of the share for shown light to `all`.
+  return {odds / (1 + odds), (1 + odds) * LocalLight::kShownEyeShare / (1 + shown_odds)};
+}
+
+void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
+  if (!block_) block_ = std::make_unique<Block>(scene_, settings_);
+  Block& block = *block_;
+  for (size_t i = 0; i < paths.size(); ++i) {
+    const Ray& from = paths[i].ray;
+    Ray16& to = block.rays[i / kBlockLanes].ray;
+    const size_t lane = i % kBlockLanes;
+    to.ox[lane] = from.o.x, to.oy[lane] = from.o.y, to.oz[lane] = from.o.z;
+    to.dx[lane] = from.d.x, to.dy[lane] = from.d.y, to.dz[lane] = from.d.z;
+    to.tmin[lane] = from.tmin, to.tmax[lane] = from.tmax;
+    block.x[i] = static_cast<uint32_t>(paths[i].seed);
+    block.y[i] = static_cast<uint32_t>(paths[i].seed >> 32);
+    block.radiance.set(i, Rgb(0.f));
+  }
+  for (size_t i = paths.size(); i < padded(paths.size()); ++i) {
+    block.rays[i / kBlockLanes].ray.tmax[i % kBlockLanes] = -1;
+  }
+  transport::clear_hits(block.rays, paths.size());
+  scene_.intersect(block.rays, padded(paths.size()) / kBlockLanes, Coherence::kIncoherent,
+                   counters);
+  counters[RayKind::kBsdf] += paths.size();
+  block.met.find(block.rays, paths.size(), transport::Surfaces::Which::kAll);
+  const uint32_t* const ray = block.met.points().ray;
+  const bool passes = light_ && light_->passing();
+  for (size_t i = 0; i < block.met.reflecting(); ++i) {
+    const uint32_t k = ray[i];
+    const float distance =
+        paths[k].before + block.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
+    const SurfaceInteraction z = interaction_of(block.met.points(), i);
+    if (passes && block.met.live()[i] > 0 && z.shape->bsdf().passes_straight()) {
+      pass(paths[k], z, distance);
+    }
+    block.owner[i] = k;
+    const Shares shares = shares_of_path(paths[k], z, distance);
+    block.throughput.set(i, paths[k].throughput * shares.all);
+    block.shown_share[k] = paths[k].shown_share * shares.shown;
+    block.shown_share_later[k] = paths[k].shown_share_later * shares.shown;
+  }
+  transport::Vertices vertices{&block.met, block.owner, block.throughput, block.shown_share,
+                               block.shown_share_later};
+  vertices.drops_straight = passes;
+  if (edges_before_ == 0 && transport::hides_environment(settings_, scene_)) {
+    std::fill_n(block.straight, paths.size(), 1.f);
+    vertices.straight = block.straight;
+  }
+  const uint32_t depth = edges_before_ + 1 + paths[0].passes;
+  block.paths.go_on({block.x, block.y, paths.size(), 0, 1, 0}, vertices, depth,
+                    {block.radiance, block.radiance}, counters);
+  for (size_t i = 0; i < paths.size(); ++i) *paths[i].sum += block.radiance.at(i);
+}
+
+}  // namespace kinome

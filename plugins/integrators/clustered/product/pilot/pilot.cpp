@@ -1,0 +1,275 @@
+#include "clustered/product/pilot/pilot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clustered/product/tiles/spread.h"
+
+namespace kinome {
+namespace {
+
+/// Number of pixels of a band, which is enough work for many threads. Points of two bands are kept
+/// until they are planned.
+constexpr int kPixelsOfBand = 1 << 16;
+/// Separates the pilot's random numbers from those of the passes.
+constexpr uint64_t kPilotSeed = 0x70696c6f74;
+/// Factor of the candidates' variance, which is small compared with that of shadows.
+constexpr float kGlossyFactor = 2;
+/// Cost of an eye ray in rays, including the light of the point that it hits.
+constexpr float kEyeRayCost = 2.5f;
+/// Cost of a path that continues from a primary.
+constexpr float kPathCost = 1;
+
+}  // namespace
+
+/// Data of a thread that probes blocks.
+struct Pilot::Prober {
+  TileTracer tracer;
+  Estimator estimator;
+  std::vector<Visibility> unknown;
+  std::vector<PointPlan> points;
+  std::vector<std::vector<VisibilityRecord>> records[TileGrid::kTilesOfBlock];
+
+  Prober(const Primaries::View& view, const CellLight& light) : tracer(view), estimator(light) {}
+};
+
+/// Data of a thread that plans.
+struct Pilot::Planner {
+  VisibilityLearner learner;
+  DiffuseStrata strata;
+  Visibility visibility;
+  std::vector<float> controls;
+
+  Planner(const CellLight& light, size_t padded_cells, const CellNeighbours& neighbours)
+      : learner(padded_cells, &neighbours), strata(light) {
+    visibility.resize(padded_cells);
+    visibility.reset();
+  }
+};
+
+Pilot::Pilot(const Scene& scene, const Primaries::View& view, const TileGrid& grid,
+             const CellNeighbours& neighbours, const LocalLight* local,
+             const ProductSettings& settings, uint64_t seed, RenderContext& context,
+             BsdfAddresses& addresses)
+    : scene_(scene),
+      view_(view),
+      grid_(grid),
+      neighbours_(neighbours),
+      local_(local),
+      settings_(settings),
+      seed_(hash_words(seed, kPilotSeed)),
+      context_(context),
+      addresses_(addresses) {}
+
+int Pilot::rows_of_band() const {
+  const int pixels = std::min(settings_.remembered_pixels, kPixelsOfBand);
+  return std::clamp(pixels / (grid_.crop().width() * TileGrid::kBlockSide), 1,
+                    std::max(1, grid_.blocks_y()));
+}
+
+TileGrid::Rows Pilot::band(int index) const {
+  const int rows = rows_of_band();
+  return {index * rows, std::min((index + 1) * rows, grid_.blocks_y())};
+}
+
+Pilot::Point* Pilot::points_of(int x, int y) {
+  const Rect& crop = grid_.crop();
+  const int height = rows_of_band() * TileGrid::kBlockSide, row = y - crop.y0;
+  const size_t pixel = static_cast<size_t>(row % height) * crop.width() + (x - crop.x0);
+  return &points_[row / height % 2][pixel * effort_.primaries];
+}
+
+std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
+                                        const IsWanted& is_wanted, double progress_end,
+                                        TileKnowledge& knowledge) {
+  // A tile at the border of a band learns from tiles of the next band.
+  static_assert(TileKnowledge::kReach <= TileGrid::kTilesAcross);
+  effort_ = effort;
+  is_wanted_ = is_wanted;
+  const Rect& crop = grid_.crop();
+  const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
+  const size_t pixels = static_cast<size_t>(rows) * TileGrid::kBlockSide * crop.width();
+  forecast_.assign(static_cast<size_t>(crop.area()), {});
+  std::vector<int> makers;  // processes that probed the previous band
+  for (int i = 0; i <= bands && !context_.cancelled(); ++i) {
+    context_.set_progress_range(progress_end * i / (bands + 1),
+                                progress_end * (i + 1) / (bands + 1));
+    std::vector<int> probed;
+    if (i < bands) {
+      points_[i % 2].assign(pixels * effort_.primaries, {});
+      probed = probe(band(i), light, knowledge);
+    }
+    if (i > 0 && !context_.cancelled()) plan(band(i - 1), std::move(makers), light, knowledge);
+    makers = std::move(probed);
+  }
+  for (auto& points : points_) points = {};
+  return std::move(forecast_);
+}
+
+std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
+                              TileKnowledge& knowledge) {
+  // Neighbours learn from the records. Points are only for the plan and stay where they are.
+  SharedItems shared([&](size_t item, SharedBytes& bytes) {
+    grid_.for_each_tile(grid_.first_block(rows) + static_cast<int>(item),
+                        [&](const TileGrid::Tile& tile) {
+                          knowledge.transfer_kept(tile.index, bytes, addresses_);
+                        });
+  });
+  grid_.for_each_block<Prober>(
+      context_, rows, "pilot", [&] { return std::make_unique<Prober>(view_, light); },
+      [&](int block, Prober& prober, RenderCounters& counters) {
+        double uncounted = 0;  // the pilot is one stage
+        prober.tracer.trace(
+            grid_, block, seed_, uncounted, counters,
+            [&](const TileGrid::Tile& tile) {
+              context_.give_up_if_asked();
+              return is_wanted(tile);
+            },
+            [&](int, int) { return static_cast<uint16_t>(effort_.primaries); },
+            [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
+              probe_tile(tile, primaries, knowledge, prober, counters);
+            });
+        prober.estimator.flush();
+        grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+          if (is_wanted(tile)) knowledge.keep(tile.index, prober.records[tile.place]);
+        });
+      },
+      &shared);
+  return shared.makers();
+}
+
+void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
+                       TileKnowledge& knowledge, Prober& prober, RenderCounters& counters) {
+  std::vector<Patch>& patches = knowledge.patches(tile.index);
+  make_patches(primaries, patches);
+  while (prober.unknown.size() < patches.size()) {
+    prober.unknown.emplace_back().resize(knowledge.padded_cells());
+    prober.unknown.back().reset();
+  }
+  auto& records = prober.records[tile.place];
+  if (records.size() < patches.size()) records.resize(patches.size());
+  for (auto& r : records) r.clear();
+  prober.points.assign(primaries.size(), {});
+  // All pixels have the same number of primaries.
+  const auto point_of = [&](size_t i) -> Point& {
+    const auto pixel = static_cast<int>(i / effort_.primaries);
+    const int x = tile.pixels.x0 + pixel % tile.pixels.width();
+    const int y = tile.pixels.y0 + pixel / tile.pixels.width();
+    return points_of(x, y)[i % effort_.primaries];
+  };
+  for (size_t i = 0; i < primaries.size(); ++i) {
+    Point& point = point_of(i);
+    prober.points[i].lit = &point.lit;
+    prober.points[i].followed = &point.followed;
+    point.is_followed = primaries.goes_on(i);
+  }
+  for (Patch& patch : patches) patch.glossy = patch.eye_rays = 0;
+  const auto index = static_cast<uint64_t>(tile.index);
+  prober.estimator.begin_tile(scene_, primaries, patches, prober.unknown,
+                              hash_words(seed_, index, 2), counters);
+  size_t lit = 0;
+  for (size_t i = 0; i < primaries.size(); ++i) lit += primaries.patch(i) >= 0;
+  Unit unit;
+  unit.end = static_cast<uint32_t>(primaries.size());
+  unit.rays = static_cast<uint32_t>(lit * effort_.rays / effort_.primaries);
+  unit.seed = hash_words(seed_, index, 1);
+  prober.estimator.probe(unit, prober.points, records);
+  for (size_t i = 0; i < primaries.size(); ++i) {
+    Point& point = point_of(i);
+    point.patch = static_cast<int16_t>(primaries.patch(i));
+    const PointPlan& plan = prober.points[i];
+    point.known = mean_of(primaries.emitted(i)) + plan.glossy + plan.mirrored;
+    point.lamps = plan.lamps;
+    point.glossy_deviation = static_cast<float>(std::sqrt(plan.glossy_variance));
+    if (point.patch >= 0) {
+      point.reflected = primaries.normal(i) * mean_of(primaries.diffuse(i));
+    }
+  }
+}
+
+void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& light,
+                 TileKnowledge& knowledge) {
+  SharedItems shared([&](size_t item, SharedBytes& bytes) {
+    grid_.for_each_tile(
+        grid_.first_block(rows) + static_cast<int>(item), [&](const TileGrid::Tile& tile) {
+          knowledge.transfer_learned(tile.index, bytes);
+          tile.for_each_pixel([&](int x, int y) { bytes.value(forecast_[grid_.pixel(x, y)]); });
+        });
+  });
+  shared.stay_with(std::move(makers));
+  grid_.for_each_block<Planner>(
+      context_, rows, "plan",
+      [&] { return std::make_unique<Planner>(light, knowledge.padded_cells(), neighbours_); },
+      [&](int block, Planner& planner, RenderCounters&) {
+        grid_.for_each_tile(
+            block, [&](const TileGrid::Tile& tile) {
+              context_.give_up_if_asked();
+              if (is_wanted(tile)) plan_tile(tile, knowledge, planner);
+            });
+      },
+      &shared);
+}
+
+void Pilot::plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Planner& planner) {
+  std::vector<Patch>& patches = knowledge.patches(tile.index);
+  planner.controls.assign(patches.size() * 9, 0.f);
+  knowledge.learn(tile.index, planner.learner, planner.visibility,
+                  [&](size_t p, const Visibility& visibility) {
+                    Patch& patch = patches[p];
+                    const auto plan = planner.strata.plan(patch, visibility);
+                    std::copy(plan.control, plan.control + 9, &planner.controls[p * 9]);
+                    patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
+                  });
+  tile.for_each_pixel([&](int x, int y) {
+    forecast_[grid_.pixel(x, y)] = forecast(patches, planner.controls.data(), x, y);
+  });
+}
+
+PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* controls, int x,
+                              int y) {
+  PixelForecast forecast;
+  double sum = 0, squares = 0, glossy_variance = 0, followed = 0;
+  const Point* const points = points_of(x, y);
+  for (uint32_t k = 0; k < effort_.primaries; ++k) {
+    const Point& point = points[k];
+    float value = point.known + mean_of(point.followed);
+    if (point.patch >= 0) {
+      const Patch& patch = patches[point.patch];
+      const float* const control = controls + point.patch * 9;
+      Vec3 light(0.f);
+      for (int i = 0; i < 9; ++i) light[i % 3] += control[i] * (1 / 3.f);
+      value = std::max(
+          0.f, kInvPi * glm::dot(light, point.reflected) + point.known * patch.mean_visibility);
+      value += point.lit + std::max(0.f, point.lamps) * patch.lamp_visibility;
+      forecast.uncertainty += patch.uncertainty;
+      const double deviation = point.glossy_deviation * patch.mean_visibility;
+      glossy_variance += deviation * deviation * kGlossyFactor;
+      const bool mirrors = any(patch.bsdf->lobes() & Lobe::kDelta);
+      forecast.mirrors += mirrors ? 1.f : 0.f;
+      if (local_) forecast.mirrors += kEyeRayCost * expected_eye_rays(patch, *local_);
+      forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
+    }
+    if (point.is_followed) {
+      forecast.mirrors += kPathCost;
+      forecast.sharp = true;
+    }
+    followed += mean_of(glm::abs(point.followed));
+    sum += value;
+    squares += static_cast<double>(value) * value;
+  }
+  const double n = effort_.primaries;
+  forecast.mean = static_cast<float>(sum / n);
+  forecast.uncertainty /= static_cast<float>(n);
+  forecast.glossy_deviation = static_cast<float>(std::sqrt(glossy_variance / n));
+  forecast.mirrors /= static_cast<float>(n);
+  if (n > 1) {
+    forecast.deviation =
+        static_cast<float>(std::sqrt(std::max(0., (squares - sum * sum / n) / (n - 1))));
+  } else {
+    // The deviation of one path is about its value.
+    forecast.deviation = static_cast<float>(followed);
+  }
+  return forecast;
+}
+
+}  // namespace kinome

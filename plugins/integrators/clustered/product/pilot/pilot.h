@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "clustered/product/strata/estimator.h"
+#include "clustered/product/pilot/plan.h"
+#include "clustered/product/pilot/tile_knowledge.h"
+#include "clustered/product/tiles/tile_tracer.h"
+
+namespace kinome {
+
+/// The pilot of one render. It sends a few primaries per pixel, and shadow rays from them to cells.
+/// Tiles learn visibilities from these rays, and each pixel gets a forecast for the plan. The
+/// pilot's rays are not part of the image.
+class Pilot {
+ public:
+  struct Effort {
+    uint32_t primaries = 0;  ///< of each pixel
+    uint32_t rays = 0;       ///< of each pixel
+  };
+
+  /// All arguments must outlive the pilot.
+  Pilot(const Scene& scene, const Primaries::View& view, const TileGrid& grid,
+        const CellNeighbours& neighbours, const LocalLight* local, const ProductSettings& settings,
+        uint64_t seed, RenderContext& context,
+        BsdfAddresses& addresses);
+
+  using IsWanted = std::function<bool(const TileGrid::Tile&)>;
+  /// Probes the wanted tiles (all if `is_wanted` is empty), and returns the forecast of each pixel
+  /// of the crop window. Forecasts of other tiles are zero. Works in bands of blocks: a band is
+  /// planned after the next one is probed, so that the points of at most two bands are kept. If
+  /// `context` is cancelled, the result and `knowledge` are incomplete and must not be used.
+  std::vector<PixelForecast> learn(const CellLight& light, Effort effort,
+                                   const IsWanted& is_wanted, double progress_end,
+                                   TileKnowledge& knowledge);
+
+ private:
+  /// Data of a primary that the plan needs.
+  struct Point {
+    Vec3 reflected{0.f};  ///< normal x mean diffuse reflectance
+    float known = 0;      ///< light that the primary sees directly, plus unshadowed glossy light
+    float lamps = 0;      ///< PointPlan::lamps
+    float lit = 0;        ///< light that arrives from lamps that got rays
+    float glossy_deviation = 0;
+    Rgb followed{0.f};  ///< light that its path finds, if one continues from it (is_followed)
+    bool is_followed = false;
+    int16_t patch = -1;
+  };
+  struct Prober;
+  struct Planner;
+
+  int rows_of_band() const;
+  TileGrid::Rows band(int index) const;
+  /// Points of a pixel in the current band or the previous one.
+  Point* points_of(int x, int y);
+  /// Returns for each block the process that probed it. The same process plans it.
+  std::vector<int> probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge);
+  void probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, TileKnowledge& knowledge,
+                  Prober& prober, RenderCounters& counters);
+  void plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& light,
+            TileKnowledge& knowledge);
+  void plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Planner& planner);
+  bool is_wanted(const TileGrid::Tile& tile) const { return !is_wanted_ || is_wanted_(tile); }
+  PixelForecast forecast(const std::vector<Patch>& patches, const float* controls, int x, int y);
+
+  const Scene& scene_;
+  const Primaries::View view_;
+  const TileGrid& grid_;
+  const CellNeighbours& neighbours_;
+  const LocalLight* local_;  ///< nullptr if there is no local light
+  const ProductSettings& settings_;
+  const uint64_t seed_;
+  RenderContext& context_;
+  BsdfAddresses& addresses_;
+  Effort effort_;
+  IsWanted is_wanted_;
+  std::vector<Point> points_[2];  ///< points of the bands with even and odd index
+  std::vector<PixelForecast> forecast_;
+};
+
+}  // namespace kinome

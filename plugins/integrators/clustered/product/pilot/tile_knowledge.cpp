@@ -1,0 +1,246 @@
+#include "clustered/product/pilot/tile_knowledge.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinome {
+namespace {
+
+/// Standard deviation in pixels of the Gaussian that weights tiles.
+constexpr float kReachDeviation = 4;
+/// A patch learns from patches with at least this cosine between the normals, and with planes
+/// within this factor of its tolerance.
+constexpr float kLearnCosine = 0.9f;
+constexpr float kLearnPlanes = 1.6f;
+/// A sharp lobe's patch uses its visibility only if it predicts the pilot's own rays well:
+/// sum (V - v)² < kTrust x sum V².
+constexpr float kTrust = 0.1f;
+
+/// One in this number of tiles takes part in the check of sigma.
+constexpr uint64_t kTilesPerCheck = 2;
+
+/// Tile that others learn from, with the weight of each of its records in sixteenths.
+struct Nearby {
+  int dx, dy;
+  uint32_t weight;
+};
+/// Returns the tiles whose weight isn't 0.
+const std::vector<Nearby>& tiles_nearby() {
+  static const std::vector<Nearby> all = [] {
+    constexpr int kReach = TileKnowledge::kReach;
+    std::vector<Nearby> found;
+    for (int dy = -kReach; dy <= kReach; ++dy) {
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const auto squared = static_cast<float>((dx * dx + dy * dy) * kTileSide * kTileSide);
+        const float weight = std::exp(-0.5f * squared / sqr(kReachDeviation));
+        const auto units = static_cast<uint32_t>(std::lround(16 * weight));
+        if (units > 0) found.push_back({dx, dy, units});
+      }
+    }
+    return found;
+  }();
+  return all;
+}
+
+uint8_t byte_of(float share) {
+  return static_cast<uint8_t>(static_cast<int32_t>(share * 255 + 0.5f));
+}
+/// Learned visibility of a cell in 8 bits. Stored and recomputed values are the same in passes.
+struct Learned {
+  uint8_t v, root_of_sigma;
+
+  static Learned of(const Visibility& visibility, size_t cell) {
+    return {byte_of(visibility.v[cell]), byte_of(std::min(1.f, std::sqrt(visibility.sigma[cell])))};
+  }
+  void restore(Visibility& out, size_t cell) const {
+    out.v[cell] = static_cast<float>(v) * (1 / 255.f);
+    out.sigma[cell] = std::max(sqr(static_cast<float>(root_of_sigma) * (1 / 255.f)), 1e-4f);
+    out.sigma_mixed[cell] = std::sqrt(0.9f * out.v[cell] + 0.06f);
+  }
+};
+
+}  // namespace
+
+TileKnowledge::TileKnowledge(const TileGrid& grid, const DistantCells& cells,
+                             const LocalLight* local, const ProductSettings& settings)
+    : grid_(grid),
+      cells_(cells),
+      settings_(settings),
+      padded_cells_(cells.padded_size() + (local ? local->padded_size() : 0)),
+      first_lamp_(cells.padded_size()),
+      end_lamps_(first_lamp_ + (local ? local->lamp_cells() : 0)),
+      has_local_(local != nullptr),
+      tiles_(static_cast<size_t>(grid.tiles())) {}
+
+void TileKnowledge::forget() {
+  sigma_check_.forget();
+  tiles_.assign(tiles_.size(), {});
+}
+
+void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord>> found) {
+  Tile& tile = tiles_[index];
+  size_t count = 0;
+  for (size_t p = 0; p < tile.patches.size(); ++p) count += found[p].size();
+  tile.records.clear();
+  tile.records.reserve(count);
+  tile.sources.clear();
+  for (size_t p = 0; p < tile.patches.size(); ++p) {
+    const Patch& patch = tile.patches[p];
+    tile.sources.push_back({patch.bsdf, patch.normal, patch.position,
+                            static_cast<uint32_t>(tile.records.size()),
+                            static_cast<uint32_t>(found[p].size())});
+    tile.records.insert(tile.records.end(), found[p].begin(), found[p].end());
+  }
+}
+
+void TileKnowledge::transfer_kept(int index, SharedBytes& bytes, BsdfAddresses& addresses) {
+  Tile& tile = tiles_[index];
+  bytes.resize(tile.patches);
+  for (Patch& patch : tile.patches) transfer(patch, bytes, addresses);
+  if (bytes.reads()) {
+    tile.sources.clear();
+    for (const Patch& patch : tile.patches) {
+      tile.sources.push_back({patch.bsdf, patch.normal, patch.position, 0, 0});
+    }
+  }
+  for (Source& source : tile.sources) bytes.values(source.first_record, source.records);
+  bytes.vector(tile.records);
+}
+
+void TileKnowledge::transfer_learned(int index, SharedBytes& bytes) {
+  Tile& tile = tiles_[index];
+  for (Patch& patch : tile.patches) transfer_plan(patch, bytes);
+  if (bytes.reads()) tile.learned.clear();
+}
+
+/// Learns from the pilot's records of the tiles around, on surfaces that continue the patch.
+void TileKnowledge::learn_from_around(int index, const Patch& patch, VisibilityLearner& learner,
+                                      Visibility& out, Own own) const {
+  learner.begin();
+  const int tx = index % grid_.tiles_x(), ty = index / grid_.tiles_x();
+  for (const Nearby& nearby : tiles_nearby()) {
+    const int x = tx + nearby.dx, y = ty + nearby.dy;
+    if (x < 0 || y < 0 || x >= grid_.tiles_x() || y >= grid_.tiles_y()) continue;
+    if (own == Own::kLeftOut && nearby.dx == 0 && nearby.dy == 0) continue;
+    const Tile& tile = tiles_[static_cast<size_t>(y) * grid_.tiles_x() + x];
+    for (const Source& source : tile.sources) {
+      if (source.bsdf != patch.bsdf || glm::dot(source.normal, patch.normal) < kLearnCosine ||
+          std::abs(glm::dot(source.position - patch.position, patch.normal)) >
+              kLearnPlanes * patch.tolerance) {
+        continue;
+      }
+      learner.add(tile.records_of(source), nearby.weight);
+    }
+  }
+  learner.finish(cells_.blocks(), patch.normal, cone_sine(patch.cone_cosine), out);
+}
+
+/// In some tiles, compares their own rays with predictions from the tiles around.
+void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibility& scratch) {
+  if (!checks_sigma()) return;
+  if (hash_words(static_cast<uint64_t>(index)) % kTilesPerCheck != 0) return;
+  const Tile& tile = tiles_[index];
+  for (size_t p = 0; p < tile.patches.size(); ++p) {
+    const auto own = tile.records_of(tile.sources[p]);
+    if (own.empty()) continue;
+    learn_from_around(index, tile.patches[p], learner, scratch, Own::kLeftOut);
+    for (const VisibilityRecord record : own) {
+      const uint32_t cell = record.cell();
+      sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], record.value());
+    }
+  }
+}
+
+void TileKnowledge::begin_learning(int index) {
+  Tile& tile = tiles_[index];
+  tile.learned.clear();
+  if (remembers()) tile.learned.resize(tile.patches.size() * 2 * padded_cells_);
+}
+
+void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner, Visibility& out) {
+  Tile& tile = tiles_[index];
+  Patch& patch = tile.patches[p];
+  learn_from_around(index, patch, learner, out);
+  if (remembers()) {
+    uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
+    for (size_t c = 0; c < padded_cells_; ++c) {
+      const Learned learned = Learned::of(out, c);
+      kept[c] = learned.v;
+      kept[padded_cells_ + c] = learned.root_of_sigma;
+    }
+  }
+  if (has_local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) {
+    find_trust(tile.records_of(tile.sources[p]), patch, out);
+  }
+}
+
+/// Prevents the worst errors: a lamp's reflection that a ridge hides while v says visible.
+void TileKnowledge::find_trust(std::span<const VisibilityRecord> own, Patch& patch,
+                               const Visibility& visibility) const {
+  struct {
+    float count = 0, visible = 0, v = 0;
+  } lamps, others;
+  float error = 0, sigma = 0;
+  for (const VisibilityRecord record : own) {
+    const uint32_t cell = record.cell();
+    const float v = visibility.v[cell], seen = record.value();
+    auto& of = cell >= first_lamp_ && cell < end_lamps_ ? lamps : others;
+    of.count += 1;
+    of.visible += seen;
+    of.v += v;
+    error += sqr(seen - v);
+    sigma += visibility.sigma[cell];
+  }
+  const float count = lamps.count + others.count;
+  if (count == 0) return;
+  const float mean = (lamps.v + others.v) / count;
+  patch.lamp_visibility = lamps.count > 0 ? lamps.v / lamps.count : mean;
+  patch.mean_visibility = others.count > 0 ? others.v / others.count : mean;
+  patch.mean_sigma = sigma / count;
+  if (!is_sharp(patch)) return;
+  patch.trust = error < kTrust * (lamps.visible + others.visible);
+  patch.mean_visibility = (others.visible + 2 * patch.mean_visibility) / (others.count + 2);
+}
+
+void TileKnowledge::recall(int index, size_t p, Patch& patch, VisibilityLearner& learner,
+                           Visibility& out) const {
+  restore(index, p, patch, learner, out);
+  sigma_check_.correct(out);
+}
+
+void TileKnowledge::restore(int index, size_t p, Patch& patch, VisibilityLearner& learner,
+                            Visibility& out) const {
+  const Tile& tile = tiles_[index];
+  const bool is_of_pilot = p < tile.patches.size();
+  if (is_of_pilot && !tile.learned.empty()) {
+    const uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
+    for (size_t c = 0; c < padded_cells_; ++c) {
+      Learned{kept[c], kept[padded_cells_ + c]}.restore(out, c);
+    }
+    return;
+  }
+  // Learn from the pilot's patch, because later points may have widened the cone of `patch`.
+  learn_from_around(index, is_of_pilot ? tile.patches[p] : patch, learner, out);
+  if (!is_of_pilot) {
+    patch.trust = !is_sharp(patch);
+    return;
+  }
+  for (size_t c = 0; c < padded_cells_; ++c) Learned::of(out, c).restore(out, c);
+}
+
+void TileKnowledge::restrict(const Patch& patch, Visibility& visibility) const {
+  if (!patch.trust) {
+    std::fill(visibility.v.begin(), visibility.v.end(), 0.f);
+    visibility.sigma = visibility.sigma_mixed;
+  }
+  if (settings_.control_variate && settings_.learned_sigma) return;
+  for (size_t c = 0; c < visibility.v.size(); ++c) {
+    if (!settings_.control_variate) {
+      visibility.sigma[c] = std::sqrt(0.05f + 0.9f * visibility.v[c] + 0.01f);
+      visibility.v[c] = 0;
+    }
+    if (!settings_.learned_sigma) visibility.sigma[c] = visibility.sigma_mixed[c] = 1;
+  }
+}
+
+}  // namespace kinome

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "clustered/product/lights/local_light.h"
+#include "clustered/product/tiles/patches.h"
+#include "clustered/product/tiles/product_sampling.h"
+#include "clustered/product/pilot/shared_knowledge.h"
+#include "clustered/product/tiles/sigma_check.h"
+#include "clustered/product/tiles/tile_grid.h"
+
+namespace kinome {
+
+/// Learned data of each tile of an image: its patches, the results of the pilot's rays, and the
+/// learned visibility of each cell. A patch also learns from the tiles around, where their surfaces
+/// continue it. Non-const functions for one tile may run at once for different tiles, and const
+/// functions for any tile.
+class TileKnowledge {
+ public:
+  /// Distance of the tiles around from which a tile learns, in tiles.
+  static constexpr int kReach = 2;
+
+  /// All arguments must outlive it.
+  TileKnowledge(const TileGrid& grid, const DistantCells& cells, const LocalLight* local,
+                const ProductSettings& settings);
+
+  /// Length of arrays of all cells: those of distant light, then those of local light.
+  size_t padded_cells() const { return padded_cells_; }
+  std::vector<Patch>& patches(int tile) { return tiles_[tile].patches; }
+  const std::vector<Patch>& patches(int tile) const { return tiles_[tile].patches; }
+  /// Discards all data of all tiles.
+  void forget();
+
+  /// Stores the records of the pilot's rays for each patch of a tile.
+  void keep(int tile, std::span<const std::vector<VisibilityRecord>> found);
+  /// Learns the visibility of each patch of the tile from the stored records, and calls fn(index of
+  /// the patch, its visibility). Also sets Patch::trust and the patch's
+  /// mean visibilities.
+  template <class Function>
+  void learn(int tile, VisibilityLearner& learner, Visibility& scratch, const Function& fn) {
+    check_sigma(tile, learner, scratch);
+    begin_learning(tile);
+    for (size_t p = 0; p < tiles_[tile].patches.size(); ++p) {
+      learn_patch(tile, p, learner, scratch);
+      fn(p, scratch);
+    }
+  }
+
+  /// Transfers the stored records of a tile and its patches.
+  void transfer_kept(int tile, SharedBytes& bytes, BsdfAddresses& addresses);
+  /// Transfers the learned data of a tile, except visibilities. If another process has learned
+  /// them, recall() learns them again, which takes less time than the transfer.
+  void transfer_learned(int tile, SharedBytes& bytes);
+
+  /// Finishes learning, after all processes of a group have learned all tiles. Only results of
+  /// recall() are corrected by the check: the plan and Patch::trust were computed before.
+  void finish() {
+    if (checks_sigma()) sigma_check_.finish();
+  }
+  /// Sums the check of sigma over all processes of a group. Call it before finish().
+  void add_up(RenderContext& context) {
+    if (checks_sigma()) sigma_check_.add_up(context);
+  }
+
+  /// Sets `out` to the visibility of patch `index` of a tile, with sigma corrected by the check.
+  /// For a patch of the pilot, this is the result of learn() in 8 bits. Learns the visibility of a
+  /// patch that a later pass added.
+  void recall(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
+              Visibility& out) const;
+  /// Applies Patch::trust and the settings to the visibility.
+  void restrict(const Patch& patch, Visibility& visibility) const;
+
+ private:
+  /// Data of a pilot's patch that other patches use to decide whether to learn from it.
+  struct Source {
+    const Bsdf* bsdf;
+    Vec3 normal, position;
+    uint32_t first_record, records;
+  };
+  struct Tile {
+    std::vector<Patch> patches;
+    std::vector<Source> sources;  ///< one per patch
+    std::vector<VisibilityRecord> records;
+    std::span<const VisibilityRecord> records_of(const Source& source) const {
+      return std::span(records).subspan(source.first_record, source.records);
+    }
+    /// For each patch: v of each cell in 8 bits, then the root of each sigma. Empty if the image is
+    /// so large that each pass learns them again, or if another process learned them.
+    std::vector<uint8_t> learned;
+  };
+
+  bool remembers() const { return grid_.crop().area() <= settings_.remembered_pixels; }
+  bool checks_sigma() const { return settings_.checked_sigma && settings_.learned_sigma; }
+  void check_sigma(int tile, VisibilityLearner& learner, Visibility& scratch);
+  void begin_learning(int tile);
+  void restore(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
+               Visibility& out) const;
+  void learn_patch(int tile, size_t index, VisibilityLearner& learner, Visibility& out);
+  enum class Own { kTaken, kLeftOut };
+  void learn_from_around(int tile, const Patch& patch, VisibilityLearner& learner,
+                         Visibility& out, Own own = Own::kTaken) const;
+  void find_trust(std::span<const VisibilityRecord> own, Patch& patch,
+                  const Visibility& visibility) const;
+
+  const TileGrid& grid_;
+  const DistantCells& cells_;
+  const ProductSettings& settings_;
+  size_t padded_cells_;
+  uint32_t first_lamp_, end_lamps_;  ///< range of the cells of lamps
+  bool has_local_;
+  std::vector<Tile> tiles_;
+  SigmaCheck sigma_check_;
+};
+
+}  // namespace kinome

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "clustered/product/tiles/primaries.h"
+#include "kinome/film.h"
+#include "kinome/render_context.h"
+#include "kinome/shared_items.h"
+#include "transport/blocks_of_tile.h"
+
+namespace kinome {
+
+/// Division of an image into blocks, and of these into tiles. A block is the unit of work of a
+/// thread. The points of a tile, which has kTileSide x kTileSide pixels, share patches.
+class TileGrid {
+ public:
+  static constexpr int kBlockSide = 32;
+  static constexpr int kTilesAcross = kBlockSide / kTileSide;  ///< tiles per row of a block
+  static constexpr int kTilesOfBlock = kTilesAcross * kTilesAcross;
+
+  struct Tile {
+    int index;
+    int place;  ///< index within the block
+    Rect pixels;
+
+    /// Calls fn(x, y) for each pixel, row by row.
+    template <class Function>
+    void for_each_pixel(const Function& fn) const {
+      for (int y = pixels.y0; y < pixels.y1; ++y) {
+        for (int x = pixels.x0; x < pixels.x1; ++x) fn(x, y);
+      }
+    }
+  };
+  /// Range of rows of blocks: [first, end).
+  struct Rows {
+    int first = 0;
+    int end = 0;
+  };
+
+  explicit TileGrid(const Rect& crop) : crop_(crop) {}
+
+  const Rect& crop() const { return crop_; }
+  int tiles_x() const { return (crop_.width() + kTileSide - 1) / kTileSide; }
+  int tiles_y() const { return (crop_.height() + kTileSide - 1) / kTileSide; }
+  int tiles() const { return tiles_x() * tiles_y(); }
+  int blocks_x() const { return (crop_.width() + kBlockSide - 1) / kBlockSide; }
+  int blocks_y() const { return (crop_.height() + kBlockSide - 1) / kBlockSide; }
+  Rows all_rows() const { return {0, blocks_y()}; }
+
+  Rect block(int index) const {
+    const int left = crop_.x0 + index % blocks_x() * kBlockSide;
+    const int top = crop_.y0 + index / blocks_x() * kBlockSide;
+    return {left, top, std::min(left + kBlockSide, crop_.x1), std::min(top + kBlockSide, crop_.y1)};
+  }
+  /// Index of a pixel in the crop window, row by row.
+  size_t pixel(int x, int y) const {
+    return static_cast<size_t>(y - crop_.y0) * crop_.width() + (x - crop_.x0);
+  }
+
+  /// Calls fn(tile) for each tile of a block.
+  template <class Function>
+  void for_each_tile(int block, const Function& fn) const {
+    const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
+    for (int i = 0; i < kTilesOfBlock; ++i) {
+      const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
+      if (x >= tiles_x() || y >= tiles_y()) continue;
+      fn(Tile{y * tiles_x() + x,
+              i,
+              {crop_.x0 + x * kTileSide, crop_.y0 + y * kTileSide,
+               std::min(crop_.x0 + (x + 1) * kTileSide, crop_.x1),
+               std::min(crop_.y0 + (y + 1) * kTileSide, crop_.y1)}});
+    }
+  }
+
+  /// Calls fn(block, worker, counters) for each block of these rows, on many threads. `make`
+  /// creates a worker for each thread. The time is added to `stage`. `shared` transfers the blocks;
+  /// its items are counted from the first block of the rows.
+  template <class Worker, class Make, class Function>
+  void for_each_block(RenderContext& context, Rows rows, const char* stage, const Make& make,
+                      const Function& fn, SharedItems* shared = nullptr) const {
+    const size_t first = static_cast<size_t>(blocks_x()) * rows.first;
+    const size_t blocks = static_cast<size_t>(blocks_x()) * (rows.end - rows.first);
+    transport::Workers<Worker> workers;
+    context.for_each(blocks, [&](size_t item, RenderCounters& counters) {
+      workers.with_one(make, [&](Worker& worker) {
+        const StageTimer timer(counters.stage_seconds[stage]);
+        fn(static_cast<int>(first + item), worker, counters);
+      });
+    }, shared);
+  }
+  int first_block(Rows rows) const { return blocks_x() * rows.first; }
+
+ private:
+  Rect crop_;
+};
+
+}  // namespace kinome

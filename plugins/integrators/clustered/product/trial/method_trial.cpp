@@ -1,0 +1,304 @@
+#include "clustered/product/trial/method_trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "clustered/product/tiles/spread.h"
+
+namespace kinome {
+namespace {
+
+/// Side of a group of tiles, in tiles.
+constexpr int kGroupSide = 2;
+/// Share of the tiles that are rendered first. They may be enough.
+constexpr double kFirstPart = 0.3;
+
+/// Number of rays, other than light rays.
+double rays_of(const RenderCounters& counters) {
+  double sum = 0;
+  for (int kind = 0; kind < kRayKindCount; ++kind) {
+    if (static_cast<RayKind>(kind) != RayKind::kLight) {
+      sum += static_cast<double>(counters.rays[kind]);
+    }
+  }
+  return sum;
+}
+
+double squared(double x) {
+  return x * x;
+}
+
+/// Mean of the channels' squares.
+double mean_square(const Rgb& c) {
+  return glm::dot(c, c) / 3.0;
+}
+
+}  // namespace
+
+MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed, const PixelFilter& filter)
+    : grid_(grid), filter_(filter), wanted_(static_cast<size_t>(grid.tiles())) {
+  const int whole_x = grid.crop().width() / kTileSide, whole_y = grid.crop().height() / kTileSide;
+  const int columns = (whole_x + kGroupSide - 1) / kGroupSide;
+  const int rows = (whole_y + kGroupSide - 1) / kGroupSide;
+  const auto max_tiles = std::min(static_cast<size_t>(tiles), wanted_.size() / 2);
+  // Several points may fall into one group.
+  for (uint32_t i = 0; chosen_.size() < max_tiles && i < 4 * max_tiles; ++i) {
+    const int x0 = static_cast<int>(scaled(random_bits(seed, 0) + i * kGolden, columns));
+    const int y0 = static_cast<int>(scaled(random_bits(seed, 1) + i * kPlastic, rows));
+    for (int k = 0; k < kGroupSide * kGroupSide; ++k) {
+      const int x = x0 * kGroupSide + k % kGroupSide, y = y0 * kGroupSide + k / kGroupSide;
+      if (x >= whole_x || y >= whole_y) continue;
+      const size_t tile = static_cast<size_t>(y) * grid.tiles_x() + x;
+      if (wanted_[tile] == 0) chosen_.push_back(tile);
+      wanted_[tile] = 1;
+    }
+  }
+}
+
+void MethodTrial::keep(double share) {
+  const double kept = std::clamp(share, 0., 1.) * static_cast<double>(chosen_.size());
+  const size_t count = std::max(kMinTiles, static_cast<size_t>(kept));
+  for (size_t i = count; i < chosen_.size(); ++i) wanted_[chosen_[i]] = 0;
+  if (count < chosen_.size()) chosen_.resize(count);
+}
+
+std::vector<size_t> MethodTrial::pixels() const {
+  std::vector<size_t> pixels;
+  for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
+    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      if (!is_wanted(tile)) return;
+      tile.for_each_pixel([&](int x, int y) { pixels.push_back(grid_.pixel(x, y)); });
+    });
+  }
+  return pixels;
+}
+
+void MethodTrial::render(const Way& way, const MethodTrial& tiles, uint64_t index, Renders& renders,
+                         RenderContext& context) const {
+  const RenderCounters& counters = context.stats().counters;
+  const double rays = rays_of(counters);
+  std::vector<Rgb>& image = renders.images[index];
+  image.resize(static_cast<size_t>(grid_.crop().area()));
+  way.render(tiles, index, image);
+  renders.cost +=
+      (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost * tiles.share() / share();
+}
+
+std::vector<MethodTrial> MethodTrial::parts() const {
+  std::vector<MethodTrial> parts(2, *this);
+  parts[0].keep(kFirstPart);
+  const size_t count = parts[0].chosen_.size();
+  for (size_t i = 0; i < count; ++i) parts[1].wanted_[chosen_[i]] = 0;
+  parts[1].chosen_.erase(parts[1].chosen_.begin(),
+                         parts[1].chosen_.begin() + static_cast<std::ptrdiff_t>(count));
+  if (parts[1].empty()) parts.pop_back();
+  return parts;
+}
+
+/// Filters the pixels of the chosen tiles. Ignores the weights of other pixels.
+void MethodTrial::filter(std::vector<Rgb>& image) const {
+  const int width = grid_.crop().width(), height = grid_.crop().height();
+  const std::vector<Rgb> unfiltered = image;
+  for (const size_t i : pixels()) {
+    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+    Rgb sum(0.f);
+    float weights = 0;
+    for (int dy = -PixelFilter::kReach; dy <= PixelFilter::kReach; ++dy) {
+      for (int dx = -PixelFilter::kReach; dx <= PixelFilter::kReach; ++dx) {
+        const int nx = x + dx, ny = y + dy;
+        if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;
+        const int tile = ny / kTileSide * grid_.tiles_x() + nx / kTileSide;
+        if (wanted_[tile] == 0) continue;
+        sum += filter_.weight(dx, dy) * unfiltered[static_cast<size_t>(ny) * width + nx];
+        weights += filter_.weight(dx, dy);
+      }
+    }
+    image[i] = sum / weights;
+  }
+}
+
+/// Returns the rendered tiles with their brightness.
+std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Renders& b) const {
+  std::vector<Part> parts;
+  for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
+    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      if (!is_wanted(tile)) return;
+      Part part{tile.index, {}, {}};
+      tile.for_each_pixel([&](int x, int y) { part.pixels.push_back(grid_.pixel(x, y)); });
+      const auto mean_of_tile = [&](const std::vector<Rgb>& image) {
+        Rgb sum(0.f);
+        for (const size_t i : part.pixels) sum += image[i];
+        return sum / static_cast<float>(part.pixels.size());
+      };
+      for (int k = 0; k < 2; ++k) {
+        part.means[k] = mean_of_tile(a.images[k]);
+        part.means[2 + k] = mean_of_tile(b.images[k]);
+      }
+      parts.push_back(std::move(part));
+    });
+  }
+  return parts;
+}
+
+/// Error of a render in a tile: the weighted squared difference of the two renders.
+double MethodTrial::noise_of(const Way& way, const Renders& renders, const Part& part,
+                             const std::vector<float>& weights) const {
+  double error = 0;
+  for (size_t k = 0; k < part.pixels.size(); ++k) {
+    const size_t i = part.pixels[k];
+    // The variance of a difference is twice that of a render.
+    double square = 0.5 * mean_square(renders.images[0][i] - renders.images[1][i]);
+    if (!way.more_variance.empty()) {
+      square += static_cast<double>(filter_.variance() * way.more_variance[i]);
+    }
+    error += static_cast<double>(weights[k]) * square;
+  }
+  return error;
+}
+
+/// Weight of each pixel's squared error.
+std::vector<float> MethodTrial::weights_of(const Renders& a, const Renders& b, const Part& part,
+                                           double floor) {
+  const double of_tile = mean_square(part.mean());
+  std::vector<float> weights;
+  for (const size_t i : part.pixels) {
+    double values[4] = {mean_square(a.images[0][i]), mean_square(a.images[1][i]),
+                        mean_square(b.images[0][i]), mean_square(b.images[1][i])};
+    std::sort(std::begin(values), std::end(values));
+    const double own = (values[1] + values[2]) / 2;
+    weights.push_back(static_cast<float>(1 / (std::max(of_tile, own) + floor)));
+  }
+  return weights;
+}
+
+/// `is_comparable` is true if the renders of both methods contain all light.
+double MethodTrial::deviation_of(const Way& first, const std::vector<Part>& parts,
+                                 bool is_comparable) const {
+  double sums[4] = {0, 0, 0, 0};
+  std::map<int, double> differences;  // per group of tiles; groups are independent of one another
+  for (const Part& part : parts) {
+    double means[4];
+    for (int k = 0; k < 4; ++k) sums[k] += means[k] = mean_of(part.means[k]);
+    const int x = part.tile % grid_.tiles_x() / kGroupSide;
+    const int y = part.tile / grid_.tiles_x() / kGroupSide;
+    differences[y * grid_.tiles_x() + x] += (means[0] + means[1] - means[2] - means[3]) / 2;
+  }
+  const double brightness = (sums[0] + sums[1] + sums[2] + sums[3]) / 4;
+  // Half of the squared difference of two renders is the variance of one.
+  const double variance = squared(sums[0] - sums[1]) / 2;
+  double square = first.common_share * std::max(0., variance - squared(sums[2] - sums[3]) / 2);
+  const auto n = static_cast<double>(differences.size());
+  if (is_comparable && n > 1) {
+    double sum = 0, squares = 0;
+    for (const auto& [group, difference] : differences) {
+      sum += difference;
+      squares += squared(difference);
+    }
+    const double noise = std::sqrt(std::max(0., squares - squared(sum) / n) * n / (n - 1));
+    // Light that the second method finds rarely makes no noise while it is missed.
+    const double excess = std::max(0., sum > 0 ? sum - 2 * noise : -sum - noise);
+    square += std::max(0., squared(excess) - variance / 2);
+  }
+  return std::sqrt(square) / brightness;
+}
+
+double MethodTrial::floor_of(const std::vector<Part>& parts) {
+  double mean = 0;
+  for (const Part& part : parts) mean += mean_of(part.mean());
+  return 0.01 * squared(mean / static_cast<double>(std::max<size_t>(1, parts.size())));
+}
+
+/// Result of these tiles by the first render of the first method. Its squared difference from the
+/// mean of the second method's renders is the sum of two terms: its own squared error, and half of
+/// the variance of one of the second method's renders.
+MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& second, Renders a,
+                                              Renders b) const {
+  filter(a.images[0]);
+  for (auto& image : b.images) filter(image);
+  a.images[1] = b.images[0];
+  for (const size_t i : pixels()) {
+    a.images[1][i] = (b.images[0][i] + b.images[1][i]) * 0.5f;
+  }
+  const std::vector<Part> parts = parts_of(a, b);
+  const double floor = floor_of(parts);
+  Result result;
+  if (!(floor > 0) || !(a.cost > 0 && b.cost > 0)) return result;
+  result.cost = b.cost / (2 * a.cost);
+  for (const Part& part : parts) {
+    const std::vector<float> weights = weights_of(a, b, part, floor);
+    const double noise = noise_of(second, b, part, weights);
+    result.tiles.push_back({part.tile, 2 * noise_of(first, a, part, weights) - noise / 2, noise});
+  }
+  return result;
+}
+
+MethodTrial::RenderError MethodTrial::measure(const Way& way, RenderContext& context) const {
+  Renders renders;
+  for (const uint64_t index : {0, 1}) render(way, *this, index, renders, context);
+  for (std::vector<Rgb>& image : renders.images) filter(image);
+  const std::vector<Part> parts = parts_of(renders, renders);
+  const double floor = floor_of(parts);
+  RenderError error{0, renders.cost / 2};
+  if (context.cancelled() || !(floor > 0)) return error;
+  for (const Part& part : parts) {
+    error.rel_mse += noise_of(way, renders, part, weights_of(renders, renders, part, floor));
+  }
+  error.rel_mse /= static_cast<double>(pixels().size());
+  return error;
+}
+
+MethodTrial::Result MethodTrial::compare(
+    const Way& first, const Way& second, RenderContext& context,
+    const std::function<bool(const Result&)>& is_enough) const {
+  const bool is_comparable = first.more_variance.empty() && second.more_variance.empty();
+  const bool may_be_enough = is_enough && is_comparable;
+  Renders a, b;
+  MethodTrial seen = *this;
+  seen.chosen_.clear();
+  std::fill(seen.wanted_.begin(), seen.wanted_.end(), 0);
+  for (const MethodTrial& part : may_be_enough ? parts() : std::vector{*this}) {
+    for (const uint64_t index : {0, 1}) render(second, part, index, b, context);
+    render(first, part, 0, a, context);
+    if (!may_be_enough || context.cancelled()) continue;
+    for (const size_t tile : part.chosen_) {
+      seen.chosen_.push_back(tile);
+      seen.wanted_[tile] = 1;
+    }
+    Result result = seen.first_result(first, second, a, b);
+    if (!result.tiles.empty() && is_enough(result)) return result;
+  }
+  render(first, *this, 1, a, context);
+  for (const size_t k : {0, 1}) {
+    filter(a.images[k]);
+    filter(b.images[k]);
+  }
+  if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
+  const std::vector<Part> parts = parts_of(a, b);
+  const double floor = floor_of(parts);
+  if (!(floor > 0)) return {};
+  Result result;
+  result.cost = b.cost / a.cost;
+  result.deviation = deviation_of(first, parts, is_comparable);
+  for (const Part& part : parts) {
+    const std::vector<float> weights = weights_of(a, b, part, floor);
+    TileErrors errors{part.tile, noise_of(first, a, part, weights),
+                      noise_of(second, b, part, weights)};
+    // The squared difference between the means of both methods, minus its expectation by noise. It
+    // is added to the error of the method that finds less light here. By chance alone, sums over
+    // many tiles are 0 on average. Not with more_variance, whose light is in neither render.
+    if (is_comparable) {
+      const Rgb difference = (part.means[0] + part.means[1] - part.means[2] - part.means[3]) * 0.5f;
+      const double noise = (mean_square(part.means[0] - part.means[1]) +
+                            mean_square(part.means[2] - part.means[3])) /
+                           4;
+      const double excess = static_cast<double>(part.pixels.size()) *
+                            (mean_square(difference) - noise) / (mean_square(part.mean()) + floor);
+      (mean_of(difference) < 0 ? errors.first : errors.second) += excess;
+    }
+    result.tiles.push_back(errors);
+  }
+  return result;
+}
+
+}  // namespace kinome

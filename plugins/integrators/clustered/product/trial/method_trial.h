@@ -1,0 +1,121 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "clustered/product/trial/pixel_filter.h"
+#include "clustered/product/tiles/tile_grid.h"
+#include "kinome/render_context.h"
+
+namespace kinome {
+
+/// Compares the work that two methods need for the same error of an image. Renders some tiles twice
+/// by each method. The squared difference of the two renders is multiplied by their cost. Costs are
+/// numbers of rays, which are the same on every machine. None of these renders is part of the
+/// image, so that it stays unbiased.
+class MethodTrial {
+ public:
+  static constexpr size_t kMinTiles = 16;
+  /// Chooses about `tiles` tiles, at most half of the image's. They are in groups of 2x2 that are
+  /// spread over the image. Skips tiles that the image's border cuts. `grid` must outlive this
+  /// object. `filter` is that of the film: errors are those of filtered images.
+  MethodTrial(const TileGrid& grid, int tiles, uint64_t seed, const PixelFilter& filter = {});
+  const TileGrid& grid() const { return grid_; }
+  /// True if no tile was chosen.
+  bool empty() const { return chosen_.empty(); }
+  bool is_wanted(const TileGrid::Tile& tile) const { return wanted_[tile.index] != 0; }
+  /// Fraction of the image's tiles that was chosen.
+  double share() const { return static_cast<double>(chosen_.size()) / std::max(1, grid_.tiles()); }
+  /// Keeps about this fraction of the tiles, but at least kMinTiles. The remaining tiles are spread
+  /// over the image, too.
+  void keep(double share);
+  /// Pixels of the chosen tiles (TileGrid::pixel), tile by tile, row by row.
+  std::vector<size_t> pixels() const;
+
+  /// A method to compare.
+  struct Way {
+    /// Renders the tiles that `tiles` wants for the index-th time, with independent random numbers
+    /// each time. Writes to an image of the grid (TileGrid::pixel). `tiles` is the trial or a part
+    /// of it.
+    std::function<void(const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image)> render;
+    /// Cost of each ray that `render` traces, except light rays, which cost nothing.
+    double cost_of_ray = 1;
+    double more_cost = 0;  ///< cost of a render besides those rays, such as that of light rays
+    /// Variance of each pixel by light that `render` leaves out (mean of the channels). May be
+    /// empty.
+    std::vector<float> more_variance{};
+    /// Variance of the brightness of a whole render, divided by that of a render in the trial.
+    double common_share = 1;
+  };
+  /// Errors of a render by each method in a tile, summed over its pixels.
+  struct TileErrors {
+    int tile;  ///< TileGrid::Tile::index
+    double first, second;
+  };
+  struct Result {
+    double cost = 1;  ///< of the second method's renders, relative to the first one's
+    /// Expected relative deviation of the brightness of a whole render by the first method. It
+    /// follows from the differences among its renders in the trial, and from those to the second
+    /// method's renders. The differences that the second method's noise explains are subtracted.
+    double deviation = 0;
+    std::vector<TileErrors> tiles;
+  };
+  /// Error of a single render, and its cost.
+  struct RenderError {
+    double rel_mse = 0;
+    double cost = 0;
+  };
+  /// Renders the tiles twice by one method and measures its relMSE. It is 0 if all is black.
+  RenderError measure(const Way& way, RenderContext& context) const;
+
+  /// Renders the tiles and measures errors and costs. `tiles` of the result is empty if there is
+  /// nothing to compare.
+  ///
+  /// The error of a pixel is relative to the brightness of its tile, or to its own brightness if
+  /// that is larger. A pixel's own brightness is the mean of the middle two of its four renders, so
+  /// that a single outlier doesn't count as brightness. If both renders by one method are darker,
+  /// the difference counts as its error, because rare and bright light makes no noise while it is
+  /// missed.
+  ///
+  /// Calls `is_enough` after the first render by the first method: for a part of the tiles, then
+  /// for all. It gets the errors of a single render. The first method's error is estimated by its
+  /// difference from the second method's renders. If it returns true, compare() returns these
+  /// errors, without a deviation. It is not called if a method has more_variance.
+  Result compare(const Way& first, const Way& second, RenderContext& context,
+                 const std::function<bool(const Result&)>& is_enough = nullptr) const;
+
+ private:
+  struct Renders {
+    std::vector<Rgb> images[2];
+    double cost = 0;  ///< of all renders so far
+  };
+  /// A tile that was rendered.
+  struct Part {
+    int tile;
+    std::vector<size_t> pixels;
+    Rgb means[4];  ///< two by the first method, then two by the second
+    Rgb mean() const { return (means[0] + means[1] + means[2] + means[3]) * 0.25f; }
+  };
+  void render(const Way& way, const MethodTrial& tiles, uint64_t index, Renders& renders,
+              RenderContext& context) const;
+  Result first_result(const Way& first, const Way& second, Renders a, Renders b) const;
+  /// Returns the parts of the trial, which are rendered one after another.
+  std::vector<MethodTrial> parts() const;
+  void filter(std::vector<Rgb>& image) const;
+  std::vector<Part> parts_of(const Renders& a, const Renders& b) const;
+  /// Square of the brightness below which errors are absolute. 0 if all is black.
+  static double floor_of(const std::vector<Part>& parts);
+  double noise_of(const Way& way, const Renders& renders, const Part& part,
+                  const std::vector<float>& weights) const;
+  static std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part,
+                                       double floor);
+  double deviation_of(const Way& first, const std::vector<Part>& parts, bool is_comparable) const;
+
+  const TileGrid& grid_;
+  PixelFilter filter_;
+  std::vector<uint8_t> wanted_;  ///< 1 for each chosen tile
+  std::vector<size_t> chosen_;   ///< group by group, in the order in which they were chosen
+};
+
+}  // namespace kinome
