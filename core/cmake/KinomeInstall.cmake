@@ -19,6 +19,20 @@ foreach(room core libs/scene_xml libs/editor libs/session)
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/${room}/include/kinome" DESTINATION include
     COMPONENT dev)
 endforeach()
+# The engine of integrators, for those of other projects. Its headers include each other by name.
+kinome_list_isas(isas)
+foreach(isa IN LISTS isas ITEMS baseline)
+  set(suffix "_${isa}")
+  if(isa STREQUAL baseline)
+    set(suffix)
+  endif()
+  set_target_properties(kinome_transport${suffix} PROPERTIES EXPORT_NAME transport${suffix})
+  target_include_directories(kinome_transport${suffix} PUBLIC $<INSTALL_INTERFACE:include/kinome>)
+  install(TARGETS kinome_transport${suffix} EXPORT KinomeTargets
+    ARCHIVE DESTINATION lib COMPONENT dev)
+endforeach()
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/plugins/integrators/transport"
+  DESTINATION include/kinome COMPONENT dev FILES_MATCHING PATTERN "*.h")
 # The comparison of images. The program searches for its package in ../lib/kinome/python.
 install(PROGRAMS "${PROJECT_SOURCE_DIR}/validation/kinome-compare" DESTINATION bin)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/validation/compare" DESTINATION lib/kinome/python

@@ -9,6 +9,9 @@
 # WIDE is for plugins that compute with the numbers of kinome/wide. Their sources are built once for
 # KINOME_BASELINE, and once more for each instruction set of KINOME_ISAS that the compiler knows, as
 # plugins/CATEGORY/ISA/NAME.so. The program loads the best one that the processor has.
+#
+# A WIDE integrator may LINK kinome::transport: the stages over blocks of samples that Kinome's own
+# integrators use.
 include("${CMAKE_CURRENT_LIST_DIR}/KinomeMachine.cmake")
 set(KINOME_ISAS "auto" CACHE STRING
   "auto: build everything once, for this machine's processor. Or a list of the instruction sets that wide plugins are built for in addition to KINOME_BASELINE, for programs that run on other machines: x86-64-v2, -v3, -v4")
@@ -113,9 +116,9 @@ endfunction()
 
 # kinome_add_wide_parts(NAME SOURCE... [INCLUDE FOLDER] [LINK NAME] [UNITE])
 #
-# What several wide plugins are made of, compiled but once for each instruction set: NAME among
-# what they LINK; they find headers in FOLDER. LINK: other such parts that these need. UNITE: see
-# kinome_unite. In this tree only.
+# A library that several wide plugins LINK, compiled once for each instruction set. Its headers are
+# included relative to FOLDER. LINK: another such library that it needs. UNITE: see kinome_unite. In
+# this tree only.
 function(kinome_add_wide_parts name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "UNITE" "INCLUDE;LINK" "")
   kinome_find_highway()
@@ -131,12 +134,14 @@ function(kinome_add_wide_parts name)
     if(isa)
       target_compile_options(${target} PRIVATE -march=${isa})
     endif()
-    target_link_libraries(${target} PUBLIC kinome::core hwy::hwy PRIVATE kinome_options)
+    target_link_libraries(${target} PUBLIC kinome::core hwy::hwy
+      PRIVATE $<BUILD_INTERFACE:kinome_options>)
     if(arg_LINK)
       target_link_libraries(${target} PUBLIC ${arg_LINK}${suffix})
     endif()
     if(arg_INCLUDE)
-      target_include_directories(${target} PUBLIC ${arg_INCLUDE})
+      get_filename_component(folder "${arg_INCLUDE}" ABSOLUTE)
+      target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${folder}>)
     endif()
     kinome_reuse_wide_headers(${target} "${isa}")
     if(arg_UNITE)
@@ -145,7 +150,7 @@ function(kinome_add_wide_parts name)
   endforeach()
 endfunction()
 
-# One library: `isa` is empty for the baseline.
+# Builds one library. `isa` is empty for the baseline.
 function(kinome_add_plugin_library target category name isa sources link aliases)
   add_library(${target} MODULE ${sources})
   foreach(part IN LISTS link)
@@ -199,6 +204,15 @@ function(kinome_add_plugin category name)
     kinome_find_highway()
     list(APPEND arg_LINK hwy::hwy)
     kinome_list_isas(isas)
+  endif()
+  if("kinome::transport" IN_LIST arg_LINK AND DEFINED kinome_sdk_baseline)
+    # Out of tree: that library exists only for some instruction sets.
+    set(kinome_baseline ${kinome_sdk_baseline})
+    foreach(isa IN LISTS isas)
+      if(NOT TARGET kinome::transport_${isa})
+        list(REMOVE_ITEM isas ${isa})
+      endif()
+    endforeach()
   endif()
   kinome_add_plugin_library(${target} ${category} ${name} "" "${arg_UNPARSED_ARGUMENTS}"
                             "${arg_LINK}" "${arg_ALIASES}")

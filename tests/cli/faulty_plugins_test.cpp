@@ -266,11 +266,14 @@ TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
 /// A library for AVX-512 is in the place of one for less, or requires features that no processor
 /// has. It is reported once, though the floor has the same BSDF.
 TEST_F(FaultyPlugins, OfABetterProcessorAreRefused) {
-  const fs::path built = fs::path(KINOME_TEST_PLUGINS) / "bsdf/x86-64-v4/diffuse.so";
-  if (!fs::exists(built)) GTEST_SKIP() << "plugins are not built for AVX-512";
-  std::ifstream file(built, std::ios::binary);
+  const std::string least = to_string(least_instruction_set());
+  if (least.rfind("x86-64-v", 0) != 0) GTEST_SKIP() << "the sets have no numbers to change";
+  const fs::path better = fs::path(KINOME_TEST_PLUGINS) / "bsdf/x86-64-v4/diffuse.so";
+  const bool has_better = fs::exists(better);
+  std::ifstream file(has_better ? better : fs::path(KINOME_TEST_PLUGINS) / "bsdf/diffuse.so",
+                     std::ios::binary);
   const std::string library{std::istreambuf_iterator<char>(file), {}};
-  const std::string key = ";isa=x86-64-v4;";
+  const std::string key = ";isa=" + (has_better ? "x86-64-v4" : least) + ";";
   std::string unknown = library;
   size_t changed = 0;
   for (size_t at = unknown.find(key); at != std::string::npos; at = unknown.find(key, at)) {
@@ -279,7 +282,6 @@ TEST_F(FaultyPlugins, OfABetterProcessorAreRefused) {
   }
   ASSERT_GT(changed, 0u);
   const bool is_here = processor_instruction_set() == InstructionSet::kX86V4;
-  const std::string least = to_string(least_instruction_set());
   const struct {
     const std::string& bytes;
     std::string what;
@@ -289,6 +291,7 @@ TEST_F(FaultyPlugins, OfABetterProcessorAreRefused) {
                         : "x86-64-v4, which this processor lacks"},
   };
   for (const auto& c : cases) {
+    if (&c.bytes == &library && !has_better) continue;  // the program may use it
     const std::string other = folder_.write("plugins/bsdf/diffuse.so", c.bytes);
     const ProcessResult result = run("<bsdf type=\"diffuse\"/>", sky_, direct_,
                                      {"--plugin-path", folder_.path("plugins"), "--isa", least});

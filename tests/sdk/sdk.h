@@ -91,7 +91,9 @@ class Sdk : public ::testing::Test {
                                  const std::string& source = std::string(KINOME_TEST_SOURCE) +
                                                              "/tests/sdk/project") {
     return run_process({KINOME_TEST_CMAKE, "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_PREFIX_PATH=" + prefix,
-                        "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags()});
+                        "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags(),
+                        // Whatever sets the installed program is built for.
+                        "-DKINOME_ISAS=x86-64-v3;x86-64-v4"});
   }
   /// Returns the compiler flags for the package's sanitizers.
   static std::string flags() {
