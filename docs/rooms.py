@@ -21,6 +21,8 @@ INTEGRATORS = "plugins/integrators"
 # that its path begins with.
 ROOMS = {
     "core": ["core", "core/include"],
+    "libs/lights": ["libs", "libs/lights/include"],
+    "libs/audit": ["libs", "libs/audit/include"],
     "libs/scene_xml": ["libs", "libs/scene_xml/include"],
     "libs/editor": ["libs", "libs/editor/include"],
     "libs/session": ["libs", "libs/session/include"],

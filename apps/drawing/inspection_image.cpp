@@ -193,7 +193,7 @@ std::optional<Vec2> InspectionView::find(const Sensor& sensor, const Vec3& posit
 }
 
 void draw_inspection(const Inspection& report, const Sensor& sensor, InspectionView& view) {
-  const bool distant = report.kind == LightPoints::Kind::kDistant;
+  const bool distant = report.is_distant;
   outline_clusters(report, view);
   for (const InspectedSample& sample : report.samples) {
     const auto at = distant ? map_position(sample.position) : view.find(sensor, sample.position);
@@ -206,7 +206,7 @@ void draw_inspection(const Inspection& report, const Sensor& sensor, InspectionV
 }
 
 void add_legend(const Inspection& report, const Vec2& pixel, Canvas& canvas) {
-  const bool distant = report.kind == LightPoints::Kind::kDistant;
+  const bool distant = report.is_distant;
   Legend legend(canvas, 5 + (report.is_learned ? 1 : 0) + (distant ? 0 : 1));
   legend.title(fmt::format("pixel {},{}: {} samples among {} clusters of {}", pixel.x, pixel.y,
                            report.samples.size(), report.clusters.size(),

@@ -114,13 +114,13 @@ function(kinome_reuse_wide_headers target isa)
   endif()
 endfunction()
 
-# kinome_add_wide_parts(NAME SOURCE... [INCLUDE FOLDER] [LINK NAME] [UNITE])
+# kinome_add_wide_parts(NAME SOURCE... [INCLUDE FOLDER] [LINK NAME] [USES TARGET] [UNITE])
 #
 # A library that several wide plugins LINK, compiled once for each instruction set. Its headers are
-# included relative to FOLDER. LINK: another such library that it needs. UNITE: see kinome_unite. In
-# this tree only.
+# included relative to FOLDER. LINK: another such library that it needs. USES: any other target.
+# UNITE: see kinome_unite. In this tree only.
 function(kinome_add_wide_parts name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "UNITE" "INCLUDE;LINK" "")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "UNITE" "INCLUDE;LINK;USES" "")
   kinome_find_highway()
   kinome_list_isas(isas)
   foreach(isa IN LISTS isas ITEMS baseline)
@@ -138,6 +138,9 @@ function(kinome_add_wide_parts name)
       PRIVATE $<BUILD_INTERFACE:kinome_options>)
     if(arg_LINK)
       target_link_libraries(${target} PUBLIC ${arg_LINK}${suffix})
+    endif()
+    if(arg_USES)
+      target_link_libraries(${target} PUBLIC ${arg_USES})
     endif()
     if(arg_INCLUDE)
       get_filename_component(folder "${arg_INCLUDE}" ABSOLUTE)
@@ -160,6 +163,9 @@ function(kinome_add_plugin_library target category name isa sources link aliases
     target_link_libraries(${target} PRIVATE ${part})
   endforeach()
   target_link_libraries(${target} PRIVATE kinome::core)
+  if(category STREQUAL "emitter" AND TARGET kinome_lights_headers)
+    target_link_libraries(${target} PRIVATE kinome_lights_headers)  # in this tree; else in kinome::core
+  endif()
   set(folder "${category}")
   set(up "../../..")
   if(isa)

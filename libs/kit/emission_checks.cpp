@@ -7,7 +7,7 @@
 #include "kit/density_cells.h"
 #include "kit/emitter_scene.h"
 #include "kit/rays.h"
-#include "kinome/light_points.h"
+#include "kinome/clustered_light.h"
 #include "kinome/render_context.h"
 
 namespace kinome::check {
@@ -209,7 +209,7 @@ Outcome emitter_light_points(const Subject& subject, double alpha) {
   const EmitterScene at(subject);
   RenderContext context({.threads = 1, .seed = subject.request().seed});
   constexpr uint32_t kCount = 4096;
-  const auto points = at.emitter().light_points(at.scene(), context, kCount);
+  const auto points = light_points_of(at.emitter(), at.scene(), context, kCount);
   if (!points) {
     outcome.measured =
         "not implemented: clustered with the importances of the thesis ignores this emitter";

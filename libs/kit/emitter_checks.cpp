@@ -15,6 +15,7 @@
 #include "kit/rays.h"
 #include "kit/subject.h"
 #include "kinome/block_points.h"
+#include "kinome/clustered_light.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
 
@@ -239,7 +240,7 @@ Outcome emitter_blocks(const Subject& subject) {
     std::vector<Rgb> batch(count);
     std::vector<float> batch_pdf(count);
     for (size_t i = 0; i < count; ++i) directions[i] = d.at(i);
-    emitter.eval_environment_batch(directions, batch, batch_pdf);
+    eval_environment(emitter, directions, batch, batch_pdf);
     EmitterDifferences blocks, batches;
     for (size_t i = 0; i < count; ++i) {
       const Rgb value = emitter.eval_environment(directions[i]);

@@ -8,7 +8,7 @@
 ///       <rgb name="irradiance" value="3 2.9 2.5"/>
 ///     </emitter>
 
-#include "distant_disk.h"
+#include "kinome/distant_disk.h"
 #include "emission.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"

@@ -1,26 +1,21 @@
 #pragma once
 
-#include "distant_disk.h"
+#include "kinome/clustered_light.h"
+#include "kinome/distant_disk.h"
 #include "kinome/sphere_partition.h"
 
 namespace kinome {
 
 /// Base of environments, which emit light from all directions. Samples emitted rays by sampling a
 /// direction, and an origin on the disk perpendicular to it.
-class Environment : public Emitter {
+class Environment : public Emitter, public ClusteredLight {
  public:
   bool is_environment() const final { return true; }
   void prepare(const Aabb& scene_bounds) final { disk_.prepare(scene_bounds); }
 
   std::optional<EmissionSample> sample_emission(const Vec2& position,
                                                 const Vec2& direction) const final {
-    const auto light = sample_direct(Vec3(0.f), direction);
-    if (!light) return std::nullopt;
-    auto ray = disk_.sample(-light->d, position);
-    if (!ray) return std::nullopt;
-    ray->pdf_direction = light->pdf;
-    ray->power = light->radiance / (light->pdf * ray->pdf_position);
-    return ray;
+    return emission_of(*this, disk_, position, direction);
   }
 
   void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,

@@ -52,7 +52,7 @@ class MapEnvironment : public Environment {
     return true;
   }
 
-  void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
+  bool eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
                               std::span<float> pdf) const override {
     std::array<Vec3, SphericalMap::kBlock> local;
     for (size_t first = 0; first < d.size(); first += local.size()) {
@@ -61,6 +61,7 @@ class MapEnvironment : public Environment {
       map_.eval_block(std::span(local.data(), count), radiance.data() + first,
                       pdf.empty() ? nullptr : pdf.data() + first);
     }
+    return true;
   }
 
   void sample_direct_block(const Columns3& /*p*/, const Columns2& u, size_t count,

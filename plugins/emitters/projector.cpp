@@ -20,7 +20,7 @@
 
 #include "../sensors/camera.h"
 #include "emission.h"
-#include "flux_grid.h"
+#include "kinome/flux_grid.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 

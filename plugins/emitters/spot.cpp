@@ -17,7 +17,7 @@
 #include <numbers>
 
 #include "emission.h"
-#include "flux_grid.h"
+#include "kinome/flux_grid.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 #include "kinome/warp.h"

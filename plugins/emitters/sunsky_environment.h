@@ -1,7 +1,7 @@
 #pragma once
 
 #include "environment.h"
-#include "flux_grid.h"
+#include "kinome/flux_grid.h"
 #include "sky_settings.h"
 
 namespace kinome::sunsky {

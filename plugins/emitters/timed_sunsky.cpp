@@ -105,7 +105,7 @@ Days read_days(const Properties& props) {
   return days;
 }
 
-class TimedSunSkyEmitter final : public Emitter {
+class TimedSunSkyEmitter final : public Emitter, public ClusteredLight {
  public:
   explicit TimedSunSkyEmitter(const Properties& props)
       : settings_(props), days_(read_days(props)), where_(props.where()) {
@@ -150,9 +150,9 @@ class TimedSunSkyEmitter final : public Emitter {
   bool eval_grid_corners(int row, int first, std::span<Rgb> radiance) const override {
     return sky_->eval_grid_corners(row, first, radiance);
   }
-  void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
+  bool eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
                               std::span<float> pdf) const override {
-    sky_->eval_environment_batch(d, radiance, pdf);
+    return sky_->eval_environment_batch(d, radiance, pdf);
   }
   void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
                            const DirectBlock& out) const override {

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "kinome/clustered_light.h"
 #include "kinome/log.h"
 #include "kinome/owen.h"
 #include "kinome/plugin.h"
@@ -275,7 +276,7 @@ class TracedPlacement {
   const uint64_t seed_;
 };
 
-class VirtualPointLights final : public Emitter {
+class VirtualPointLights final : public Emitter, public ClusteredLight {
  public:
   explicit VirtualPointLights(const Properties& props)
       : where_(props.where()), children_(props.objects<Emitter>()) {

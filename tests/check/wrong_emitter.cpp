@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "kinome/clustered_light.h"
 #include "kinome/emitter.h"
 #include "kinome/sphere_partition.h"
 #include "kinome/warp.h"
@@ -16,7 +17,7 @@ constexpr Parameter kTable[] = {
     {"scale", ParameterType::kFloat, "1", "Factor of the radiance; not negative."},
 };
 
-class WrongSky final : public Emitter {
+class WrongSky final : public Emitter, public ClusteredLight {
  public:
   explicit WrongSky(const Properties& props) : wrong_(props), scale_(props.real("scale")) {
     if (wrong_.is("scale of 0")) scale_ = scale_ / scale_;
@@ -45,10 +46,12 @@ class WrongSky final : public Emitter {
     sample.distance = wrong_.or_wrong("distance", kInfinity, 1.f);
     return sample;
   }
-  void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
+  bool eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
                               std::span<float> pdf) const override {
-    Emitter::eval_environment_batch(d, radiance, pdf);
-    for (Rgb& value : radiance) value *= wrong_.or_wrong("batch", 1.f, 1.05f);
+    const float factor = wrong_.or_wrong("batch", 1.f, 1.05f);
+    for (size_t i = 0; i < d.size(); ++i) radiance[i] = eval_environment(d[i]) * factor;
+    for (size_t i = 0; i < pdf.size(); ++i) pdf[i] = pdf_environment(d[i]);
+    return true;
   }
   void prepare(const Aabb& bounds) override {
     centre_ = bounds.centre();

@@ -7,6 +7,7 @@
 #include "clustered/product/pass/product_renderer.h"
 #include "product_scenes.h"
 #include "seed_scenes.h"
+#include "kinome/clustered_light.h"
 
 namespace kinome::test {
 namespace {
@@ -108,7 +109,7 @@ Image mixed(const Arrangement& s, uint64_t seed, int threads) {
   settings.hide_emitters = s.hide;
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();
-  auto cells = std::make_shared<const DistantCells>(sky, *sky.cell_grid(), 128, context);
+  auto cells = std::make_shared<const DistantCells>(sky, *cell_grid_of(sky), 128, context);
   const TileGrid grid(sensor.film().sampled());
   const int last = grid.tiles_x() - 1;
   const MethodMap map(grid, {{0, nullptr, 2, 1}, {last, nullptr, 1, 2}});

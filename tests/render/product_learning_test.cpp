@@ -10,6 +10,7 @@
 
 #include "clustered/product/strata/estimator.h"
 #include "product_scenes.h"
+#include "kinome/clustered_light.h"
 
 namespace kinome::test {
 namespace {
@@ -69,7 +70,7 @@ class LyingRenderer {
         crop_(sensor_.film().crop()),
         primaries_({table_, sensor_, PathSettings{{}, true}}),
         cells_(scene.environment() ? DistantCells(*scene.environment(),
-                                                  *scene.environment()->cell_grid(), 128, context_)
+                                                  *cell_grid_of(*scene.environment()), 128, context_)
                                    : DistantCells()),
         lie_(lie) {
     LocalLight::Settings settings;

@@ -3,6 +3,7 @@
 
 #include "clustered/product/tiles/product_sampling.h"
 #include "product_scenes.h"
+#include "kinome/clustered_light.h"
 
 namespace kinome::test {
 namespace {
@@ -22,7 +23,7 @@ Image rendered(int remembered_pixels) {
   settings.trial = false;
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();
-  auto cells = std::make_shared<const DistantCells>(sky, *sky.cell_grid(), 128, context);
+  auto cells = std::make_shared<const DistantCells>(sky, *cell_grid_of(sky), 128, context);
   render_product(*scene, sensor, context, std::move(cells), settings);
   return sensor.film().develop();
 }

@@ -3,6 +3,7 @@
 /// Images have one pixel, because all pixels of a render share their points and would be dependent.
 #include <cmath>
 
+#include "kinome/clustered_light.h"
 #include "kinome/log.h"
 #include "path_scenes.h"
 
@@ -209,7 +210,7 @@ TEST(VplPath, PlacesAreUniform) {
       vpl_xml("surface") + groundtruth_xml(1, "local"));
   RenderContext context({.threads = 2, .seed = 9});
   constexpr uint32_t kPoints = 20000;
-  const auto points = scene->indirect_emitters()[0]->light_points(*scene, context, kPoints);
+  const auto points = light_points_of(*scene->indirect_emitters()[0], *scene, context, kPoints);
   ASSERT_EQ(points->size(), kPoints);
   std::vector<double> observed(8 * 4 + 4), expected(8 * 4 + 4);
   double area = 0;

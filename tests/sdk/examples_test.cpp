@@ -108,6 +108,39 @@ TEST_F(Sdk, IntegratorOfStagesIsDirectLight) {
   EXPECT_EQ(ours.data, expected.data);
 }
 
+/// Only the radiance of this sky is known. Every integrator and every importance of `clustered`
+/// renders its light.
+TEST_F(Sdk, SkyOfOneFunctionIsSupportedEverywhere) {
+  // Irradiance on the floor, for a radiance of exp(-8 y): the integral of 2 pi y exp(-8 y) dy.
+  const double irradiance = 2 * M_PI * (1 - 9 * std::exp(-8.)) / 64;
+  const double expected = .5 * irradiance / M_PI;
+  const std::string sky = "<emitter type='dawn'><rgb name='colour' value='1'/></emitter>";
+  const std::string depth = R"(<integer name="max_depth" value="2"/>)";
+  const auto importance = [&](const char* name) {
+    return depth + R"(<string name="importance" value=")" + name + R"("/>)";
+  };
+  const struct {
+    const char* integrator;
+    std::string parameters;
+    double tolerance;
+  } cases[] = {
+      {"direct", "", 0.02},
+      {"path", depth, 0.02},
+      {"ptracer", depth, 0.1},
+      {"groundtruth", depth, 0.02},
+      {"clustered", depth, 0.01},
+      {"clustered", importance("joint"), 0.05},
+      {"clustered", importance("luminance"), 0.05},
+      {"clustered", importance("brdf"), 0.05},
+      {"clustered", "", 0.02},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.integrator + c.parameters);
+    const Rgb mean = mean_of(render_text(floor_scene(c.integrator, sky, c.parameters)));
+    EXPECT_NEAR(mean.x, expected, c.tolerance * expected);
+  }
+}
+
 TEST_F(Sdk, IntegratorShowsNormals) {
   const Image image = render_text(floor_scene("normals", ""));
   ASSERT_EQ(image.width, 16);

@@ -6,6 +6,7 @@
 
 #include "clustered/cells/light_cells.h"
 #include "envmap_cases.h"
+#include "kinome/clustered_light.h"
 #include "kinome/warp.h"
 
 namespace kinome::test {
@@ -15,7 +16,7 @@ constexpr double kAlpha = 1e-4;  // level of each statistical test
 
 /// An emitter that implements only the mandatory functions, as a third party's may: a disc far
 /// smaller than a quad, on a gradient.
-class Disc final : public Emitter {
+class Disc final : public Emitter, public ClusteredLight {
  public:
   bool is_environment() const override { return true; }
   Rgb eval_environment(const Vec3& d) const override {
@@ -60,7 +61,7 @@ const RenderContext& context() {
   return instance;
 }
 DistantCells make_cells(const Emitter& emitter, uint32_t count) {
-  return {emitter, emitter.cell_grid().value(), count, context()};
+  return {emitter, cell_grid_of(emitter).value(), count, context()};
 }
 
 /// A cell's rectangle in its own space, computed from its edges.
@@ -154,7 +155,7 @@ TEST(DistantCells, PartTheSphere) {
 TEST(DistantCells, LookUpStandsAnyDirection) {
   for (const Case& c : cases()) {
     const DistantCells cells = make_cells(*c.emitter, 64);
-    const glm::mat3 to_world = c.emitter->cell_grid()->to_world;
+    const glm::mat3 to_world = cell_grid_of(*c.emitter)->to_world;
     Found found;
     for (const float tiny : {0.f, 1e-30f, 1e-10f, 1e-7f, 1e-5f}) {
       for (int axis = 0; axis < 3; ++axis) {
@@ -196,7 +197,7 @@ TEST(DistantCells, IntegralsAreThoseOfTheirLight) {
   for (const Case& c : cases()) {
     const DistantCells cells = make_cells(*c.emitter, 100);
     if (!cells.has_exact_flux()) continue;
-    const glm::mat3 to_world = c.emitter->cell_grid()->to_world;
+    const glm::mat3 to_world = cell_grid_of(*c.emitter)->to_world;
     for (uint32_t i = 0; i < cells.size(); ++i) {
       const Rectangle r = rectangle(cells, i);
       // The grid's lines include those of the quads: a quad is at most pi / 16, or half a row of a
@@ -250,7 +251,7 @@ TEST(DistantCells, PointsAreDrawnByTheirDensity) {
     const DistantCells cells = make_cells(*c.emitter, 200);
     std::vector<double> share(cells.size());  // points of each cell
     std::vector<double> expected(kRows * kColumns), observed(kRows * kColumns);
-    const glm::mat3 to_world = c.emitter->cell_grid()->to_world;
+    const glm::mat3 to_world = cell_grid_of(*c.emitter)->to_world;
     const auto bin = [&](const Vec3& d) {
       const Coordinates at = coordinates(glm::dvec3(cells.to_local(d)));
       return std::min(static_cast<int>((1 - std::cos(kPiD * at.v)) / 2 * kRows), kRows - 1) *
@@ -380,7 +381,7 @@ TEST(DistantCells, AreNoMoreThanThereCanBe) {
   Disc disc;  // has 256 x 128 quads
   EXPECT_EQ(make_cells(disc, 100000).size(), kMaxCells);
   const auto small = envmap(maps()[0]);
-  const EnvironmentGrid grid = small->cell_grid().value();
+  const EnvironmentGrid grid = cell_grid_of(*small).value();
   const uint32_t quads = std::max(grid.columns, 32) * std::max(grid.rows, 16);
   EXPECT_LE(make_cells(*small, 100000).size(), 4 * quads);
   const CellPoints points = make_cells(disc, 100000).draw_points(1 << 15, 1, context());
@@ -392,7 +393,7 @@ TEST(DistantCells, SameSeedSamePoints) {
   const auto map = envmap(maps()[1]);
   const auto draw = [&](unsigned threads, uint64_t seed) {
     const RenderContext own({.threads = threads});
-    const DistantCells cells(*map, *map->cell_grid(), 64, own);
+    const DistantCells cells(*map, *cell_grid_of(*map), 64, own);
     std::vector<float> values;
     for (const CellPoint& p : cells.draw_points(1 << 12, seed, own).points) {
       values.insert(values.end(), {p.d.x, p.d.y, p.d.z, p.weight.x, p.density});

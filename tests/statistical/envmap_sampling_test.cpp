@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "envmap_cases.h"
+#include "kinome/clustered_light.h"
 #include "kinome/warp.h"
 #include "support/statistics.h"
 
@@ -167,8 +168,8 @@ TEST(EnvironmentMap, BatchesEqualSingleCalls) {
       for (Vec3& direction : d) direction = square_to_uniform_sphere(random_pair(rng));
       std::vector<Rgb> radiance(count), alone(count);
       std::vector<float> pdf(count);
-      emitter->eval_environment_batch(d, radiance, pdf);
-      emitter->eval_environment_batch(d, alone, {});
+      eval_environment(*emitter, d, radiance, pdf);
+      eval_environment(*emitter, d, alone);
       for (size_t i = 0; i < count; ++i) {
         ASSERT_EQ(radiance[i], emitter->eval_environment(d[i]));
         ASSERT_EQ(pdf[i], emitter->pdf_environment(d[i]));

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
+#include "kinome/clustered_light.h"
 
 namespace kinome::test {
 namespace {
@@ -103,7 +104,7 @@ Image render_scene(const Scene& scene, uint64_t seed, unsigned threads) {
 std::optional<LightPoints> light_points_of(const Emitter& emitter, uint32_t count, uint64_t seed) {
   static const std::unique_ptr<Scene> scene = scene_from("<shape type=\"rectangle\"/>");
   RenderContext context({.threads = 1, .seed = seed});
-  return emitter.light_points(*scene, context, count);
+  return light_points_of(emitter, *scene, context, count);
 }
 
 namespace {

@@ -231,7 +231,7 @@ TEST(Inspector, ShowsWhereSamplesGoByEachImportance) {
     ASSERT_EQ(found.sets.size(), 2u) << importance;
     size_t lines = 0;
     for (const InspectedSet& set : found.sets) {
-      const bool distant = set.report.kind == LightPoints::Kind::kDistant;
+      const bool distant = set.report.is_distant;
       EXPECT_EQ(set.report.is_learned, importance == std::string("product"));
       // product sampling uses cut_size only as an approximate number
       EXPECT_TRUE(set.report.is_learned || set.report.clusters.size() == 60);

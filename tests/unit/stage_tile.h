@@ -13,6 +13,7 @@
 #include "clustered/product/rays/ray_comb.h"
 #include "clustered/product/rays/shadow_rays.h"
 #include "kernel_helpers.h"
+#include "kinome/clustered_light.h"
 #include "kinome/sensor.h"
 #include "support/render.h"
 #include "support/sanitizer.h"
@@ -91,7 +92,7 @@ class StageTile {
     make_patches(primaries_, patches_);
     if (scene_->environment()) {
       cells_ =
-          DistantCells(*scene_->environment(), *scene_->environment()->cell_grid(), 64, context_);
+          DistantCells(*scene_->environment(), *cell_grid_of(*scene_->environment()), 64, context_);
     }
     LocalLight::Settings settings;
     settings.points = LocalLight::kLeastPoints;

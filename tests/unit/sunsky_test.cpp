@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "kinome/clustered_light.h"
 #include "kinome/emitter.h"
 #include "kinome/sensor.h"
 #include "support/render.h"
@@ -213,7 +214,7 @@ TEST(SunSky, LightPointsAreTheWholeLight) {
     if (sample) whole += glm::dvec3(sample->radiance / sample->pdf) / double{kSide * kSide};
   }
   for (const uint32_t count : {64u, 1000u, 20000u}) {
-    const auto points = emitter.light_points(*scene, context, count);
+    const auto points = light_points_of(emitter, *scene, context, count);
     ASSERT_TRUE(points);
     // A ring of cells may cross the horizon.
     EXPECT_NEAR(static_cast<double>(points->position.size()), count, count < 1000 ? 12 : 0.1 * count);

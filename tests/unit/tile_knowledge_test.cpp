@@ -6,6 +6,7 @@
 #include <set>
 
 #include "support/render.h"
+#include "kinome/clustered_light.h"
 
 namespace kinome::test {
 namespace {
@@ -45,7 +46,7 @@ class Row {
         grid_(Rect{0, 0, tiles * kTileSide, kTileSide}),
         shape_(make<Shape>("<shape type=\"rectangle\">" + material + "</shape>")),
         sky_(make<Emitter>("<emitter type=\"constant\"/>")),
-        cells_(*sky_, *sky_->cell_grid(), 64, context_),
+        cells_(*sky_, *cell_grid_of(*sky_), 64, context_),
         knowledge_(grid_, cells_, nullptr, settings_),
         learner_(knowledge_.padded_cells()) {
     scratch_.resize(knowledge_.padded_cells());

@@ -10,7 +10,7 @@ namespace {
 
 void draw(const Inspection& report, const Scene& scene, const Sensor& sensor, const Vec2& pixel,
           const std::string& path) {
-  drawing::InspectionView view = report.kind == LightPoints::Kind::kDistant
+  drawing::InspectionView view = report.is_distant
                                      ? drawing::environment_view(scene)
                                      : drawing::scene_view(scene, sensor);
   drawing::draw_inspection(report, sensor, view);

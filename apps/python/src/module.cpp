@@ -242,7 +242,7 @@ class Editor {
   static nb::dict as_dict(const Inspection& one) {
     const auto triple = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
     nb::dict result;
-    result["kind"] = one.kind == LightPoints::Kind::kDistant ? "distant" : "local";
+    result["kind"] = one.is_distant ? "distant" : "local";
     result["position"] = triple(one.position);
     result["normal"] = triple(one.normal);
     nb::list clusters, samples;

@@ -94,7 +94,7 @@ void InspectorPanel::draw_sets() {
   if (shown_->sets.size() < 2) return;
   for (size_t i = 0; i < shown_->sets.size(); ++i) {
     if (i > 0) ImGui::SameLine();
-    const bool distant = shown_->sets[i].report.kind == LightPoints::Kind::kDistant;
+    const bool distant = shown_->sets[i].report.is_distant;
     if (ImGui::RadioButton(distant ? "light of the sky" : "light of surfaces", set_ == i)) {
       set_ = i;
     }
@@ -151,7 +151,7 @@ void InspectorPanel::turn_to_samples() {
   for (const InspectedSample& sample : report.samples) {
     sum += static_cast<float>(sample.weight) * sample.position;
   }
-  if (report.kind != LightPoints::Kind::kDistant || sum == Vec3(0.f)) return;
+  if (!report.is_distant || sum == Vec3(0.f)) return;
   const Vec3 d = glm::normalize(sum);
   // The view stays away from the poles, where the up direction is not visible.
   orbit_ = {std::atan2(d.x, d.z), std::clamp(std::asin(std::clamp(d.y, -1.f, 1.f)), -1.f, 1.f)};
@@ -210,7 +210,7 @@ void InspectorPanel::draw_window(Frame& frame) {
   }
   draw_sets();
   const InspectedSet& set = *set_shown();
-  const bool distant = set.report.kind == LightPoints::Kind::kDistant;
+  const bool distant = set.report.is_distant;
   if (distant) {
     if (ImGui::RadioButton("sphere", is_sphere_)) is_sphere_ = true;
     ImGui::SameLine();

@@ -52,7 +52,7 @@ void InspectionMarks::move(const Vec2& offset) {
 InspectionMarks marks_of(const Inspection& report, const Sensor& sensor) {
   InspectionMarks marks;
   marks.point = find(sensor, report.position);
-  const bool distant = report.kind == LightPoints::Kind::kDistant;
+  const bool distant = report.is_distant;
   float length = 0;
   if (distant) {
     const auto connection = sensor.connect(report.position, Vec2(0.5f));

@@ -2,20 +2,15 @@
 
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "kinome/blocks.h"
 #include "kinome/color.h"
-#include "kinome/environment_grid.h"
 #include "kinome/interaction.h"
-#include "kinome/light_points.h"
 #include "kinome/object.h"
 
 namespace kinome {
 
-class RenderContext;
-class Scene;
 class Shape;
 struct Shutter;
 
@@ -64,13 +59,11 @@ struct EmissionDensity {
 /// - `direct`, `path` and `clustered` (direct light): is_environment(), eval_environment() and
 ///   pdf_environment() for environments; is_surface(), eval_surface() and pdf_surface() for area
 ///   emitters; is_delta() for emitters that light a point from a single direction.
-/// - `clustered` (learned cells of an environment): cell_grid(). Without it, sample_direct() is
-///   used.
-/// - `clustered` (indirect light): sample_emission(), and emission_density() for emitters without a
-///   surface.
-/// - `ptracer`: sample_emission().
-/// - `groundtruth`, and `clustered` with other importance functions than `product`: light_points().
+/// - `ptracer`, and `clustered` (indirect light): sample_emission(); `clustered` also
+///   emission_density() for emitters without a surface.
 ///
+/// Sky (kinome/sky.h) implements all of these for an environment whose radiance is known.
+/// ClusteredLight (kinome/clustered_light.h) has optional functions for clustering.
 /// `kinome check` tests that the implemented functions agree with each other.
 class KINOME_EXPORT Emitter : public Object {
  public:
@@ -128,40 +121,6 @@ class KINOME_EXPORT Emitter : public Object {
   /// without learned clusters.
   virtual std::optional<EmissionDensity> emission_density(const Vec3& /*d*/) const {
     return std::nullopt;
-  }
-
-  /// Represents the emitter by about `count` light points for clustering, distributed uniformly
-  /// over directions (or surfaces). Their powers sum to the emitter's power. Positions may depend
-  /// on context.seed(). Adds traced rays and elapsed time to context.stats(). Returns nullopt if
-  /// unsupported; the emitter is then sampled only by sample_direct().
-  virtual std::optional<LightPoints> light_points(const Scene& /*scene*/,
-                                                  RenderContext& /*context*/,
-                                                  uint32_t /*count*/) const {
-    return std::nullopt;
-  }
-
-  /// Layout of the environment's radiance for sampling by learned clusters, which then query only
-  /// eval_environment_batch(). Returns nullopt if unsupported.
-  virtual std::optional<EnvironmentGrid> cell_grid() const { return std::nullopt; }
-  /// Evaluates the radiance at positions in cell_grid(): x in [0, columns], y in [0, rows]. Returns
-  /// false if unsupported; callers then use eval_environment_batch().
-  virtual bool eval_grid_batch(std::span<const Vec2> /*places*/,
-                               std::span<Rgb> /*radiance*/) const {
-    return false;
-  }
-
-  /// Evaluates the radiance at the upper corners of one row of quads of cell_grid(): columns
-  /// `first`, `first` + 1, …; `row` may equal the number of rows. Returns false if unsupported;
-  /// callers then use eval_grid_batch().
-  virtual bool eval_grid_corners(int /*row*/, int /*first*/, std::span<Rgb> /*radiance*/) const {
-    return false;
-  }
-
-  /// Evaluates eval_environment() for many directions, and pdf_environment() unless `pdf` is empty.
-  virtual void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
-                                      std::span<float> pdf) const {
-    for (size_t i = 0; i < d.size(); ++i) radiance[i] = eval_environment(d[i]);
-    for (size_t i = 0; i < pdf.size(); ++i) pdf[i] = pdf_environment(d[i]);
   }
 
   /// Block versions (see blocks.h). The defaults call the scalar functions point by point.

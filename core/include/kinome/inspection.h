@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "kinome/light_points.h"
+#include "kinome/math.h"
 
 namespace kinome {
 
@@ -32,7 +32,7 @@ struct InspectedSample {
 
 /// Sampling of one set of light points at one shading point.
 struct Inspection {
-  LightPoints::Kind kind = LightPoints::Kind::kDistant;
+  bool is_distant = true;  ///< true for distant light, false for local light
   Vec3 position{0.f};  ///< of the shading point, world space
   Vec3 normal{0, 0, 1};
   std::vector<InspectedCluster> clusters;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "faulty.h"
+#include "kinome/clustered_light.h"
 #include "kinome/emitter.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
@@ -14,7 +15,7 @@ constexpr Parameter kTable[] = {KINOME_FAULT_PARAMETER};
 
 /// A uniformly sampled sky that is brighter toward +x, except for its fault; in a shape, an area
 /// light.
-class FaultyEmitter final : public Emitter {
+class FaultyEmitter final : public Emitter, public ClusteredLight {
  public:
   explicit FaultyEmitter(const Properties& props)
       : fault_(props), is_lamp_(props.string("fault").starts_with("lamp")) {}
@@ -65,10 +66,12 @@ class FaultyEmitter final : public Emitter {
     }
     return !fault_.is("bilinear");
   }
-  void eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
+  bool eval_environment_batch(std::span<const Vec3> d, std::span<Rgb> radiance,
                               std::span<float> pdf) const override {
-    Emitter::eval_environment_batch(d, radiance, pdf);
-    for (Rgb& value : radiance) value *= fault_.is("batch") ? 1.02f : 1.f;
+    const float factor = fault_.is("batch") ? 1.02f : 1.f;
+    for (size_t i = 0; i < d.size(); ++i) radiance[i] = eval_environment(d[i]) * factor;
+    for (size_t i = 0; i < pdf.size(); ++i) pdf[i] = pdf_environment(d[i]);
+    return true;
   }
   void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
                            const DirectBlock& out) const override {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <kinome/clustered_light.h>
 #include <kinome/emitter.h>
 #include <kinome/plugin.h>
 #include <kinome/sphere_partition.h>
@@ -22,7 +23,7 @@ constexpr Parameter kParameters[] = {
     {"scale", ParameterType::kFloat, "1", "Factor of both; not negative."},
 };
 
-class SkyGradient final : public Emitter {
+class SkyGradient final : public Emitter, public ClusteredLight {
  public:
   explicit SkyGradient(const Properties& props)
       : zenith_(props.color("zenith")), horizon_(props.color("horizon")) {

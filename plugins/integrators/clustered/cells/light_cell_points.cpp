@@ -8,7 +8,7 @@
 #include "clustered/cells/light_cells.h"
 #include "clustered/cells/quad_importance.h"
 #include "clustered/kernels/candidate_kernels.h"
-#include "kinome/emitter.h"
+#include "kinome/clustered_light.h"
 #include "kinome/render_context.h"
 #include "kinome/sampler.h"
 
@@ -89,7 +89,7 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
     points[i].d = directions[i];
     points[i].density = static_cast<float>(importance_->row(r.y0 + y)[x] / total);
   }
-  emitter_->eval_environment_batch(directions, radiance, {});
+  eval_environment(*emitter_, directions, radiance);
   for (size_t i = 0; i < points.size(); ++i) points[i].weight = radiance[i] / points[i].density;
 }
 
@@ -118,7 +118,7 @@ void DistantCells::look_up(const Lookup& to, size_t count) const {
   thread_local std::vector<Vec3> directions;
   directions.resize(count);
   for (size_t i = 0; i < count; ++i) directions[i] = {to.dx[i], to.dy[i], to.dz[i]};
-  emitter_->eval_environment_batch(directions, {to.radiance, count}, {});
+  eval_environment(*emitter_, directions, {to.radiance, count});
 }
 
 }  // namespace kinome

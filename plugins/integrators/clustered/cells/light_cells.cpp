@@ -8,8 +8,7 @@
 #include "clustered/cells/grid_integrals.h"
 #include "clustered/cells/hilbert_points.h"
 #include "clustered/cells/quad_importance.h"
-#include "kinome/emitter.h"
-#include "kinome/environment_grid.h"
+#include "kinome/clustered_light.h"
 #include "kinome/render_context.h"
 
 namespace kinome {
@@ -49,7 +48,7 @@ struct LessUrgent {
 
 DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
                            const RenderContext& context)
-    : emitter_(&emitter), grid_(grid) {
+    : emitter_(&emitter), hooks_(clustered_light(emitter)), grid_(grid) {
   const GridParts parts = parts_of(grid_);
   columns_parts_ = parts.columns;
   rows_parts_ = parts.rows;
@@ -85,7 +84,7 @@ bool DistantCells::eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) co
     const Vec2 parts(static_cast<float>(columns_parts_), static_cast<float>(rows_parts_));
     for (Vec2& place : places) place /= parts;
   }
-  return emitter_->eval_grid_batch(places, radiance);
+  return hooks_ && hooks_->eval_grid_batch(places, radiance);
 }
 
 void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& points) const {
@@ -110,15 +109,15 @@ void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& point
   const double scale = 0.5 * quad_solid_angle(row) / (sines[0] + sines[1]);
   for (int g = 0; g < 2; ++g) points.weights[g] = sines[g] * scale;
   if (!eval_grid(points.places, points.radiance)) {
-    emitter_->eval_environment_batch(points.directions, points.radiance, {});
+    eval_environment(*emitter_, points.directions, points.radiance);
   }
 }
 
 void DistantCells::find_nodes(int row, int x0, int x1, Nodes& nodes) const {
   const size_t count = static_cast<size_t>(x1 - x0) + 1;
   nodes.radiance.resize(count);
-  if (columns_parts_ == 1 && rows_parts_ == 1 &&
-      emitter_->eval_grid_corners(row, x0, nodes.radiance)) {
+  if (hooks_ && columns_parts_ == 1 && rows_parts_ == 1 &&
+      hooks_->eval_grid_corners(row, x0, nodes.radiance)) {
     return;
   }
   nodes.places.resize(count);
@@ -130,7 +129,7 @@ void DistantCells::find_nodes(int row, int x0, int x1, Nodes& nodes) const {
   for (size_t i = 0; i < count; ++i) {
     directions.push_back(direction(static_cast<double>(x0) + static_cast<double>(i), row));
   }
-  emitter_->eval_environment_batch(directions, nodes.radiance, {});
+  eval_environment(*emitter_, directions, nodes.radiance);
 }
 
 /// Tabulates the importance of a row. Densities needn't be exact: the centre of a smooth quad is

@@ -13,6 +13,7 @@
 
 namespace kinome {
 
+class ClusteredLight;
 class Emitter;
 class QuadImportance;
 class RenderContext;
@@ -116,7 +117,7 @@ class DistantCells {
     double weights[2];
   };
   void find_gauss_points(int row, int x0, int x1, GaussPoints& points) const;
-  /// Calls Emitter::eval_grid_batch. `places` are positions in grid_; they are converted to the
+  /// Calls ClusteredLight::eval_grid_batch. `places` are positions in grid_; they are converted to the
   /// emitter's grid.
   bool eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const;
   /// Corners of quads on the upper edge of a row, columns x0 to x1.
@@ -127,6 +128,7 @@ class DistantCells {
   void find_nodes(int row, int x0, int x1, Nodes& nodes) const;
   float quad_solid_angle(int row) const;
   const Emitter* emitter_ = nullptr;
+  const ClusteredLight* hooks_ = nullptr;  ///< functions of emitter_; may be nullptr
   EnvironmentGrid grid_;
   int columns_parts_ = 1;  ///< columns of grid_ per column of the emitter's grid
   int rows_parts_ = 1;

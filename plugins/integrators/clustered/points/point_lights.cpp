@@ -4,6 +4,7 @@
 
 #include "clustered/points/point_light_shader.h"
 #include "transport/camera_block.h"
+#include "kinome/clustered_light.h"
 
 namespace kinome {
 namespace {
@@ -36,7 +37,7 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
   for (const Emitter* emitter : scene.emitters()) {
     const Kind expected = emitter->is_environment() ? Kind::kDistant : Kind::kLocal;
     std::optional<LightPoints> points;
-    if (is_enabled(expected)) points = emitter->light_points(scene, context, count);
+    if (is_enabled(expected)) points = light_points_of(*emitter, scene, context, count);
     if (points && is_enabled(points->kind)) {
       // A black emitter has no points.
       add_points(std::move(*points), false, lights.sets);
@@ -50,7 +51,7 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
     context.skip("indirect light", "mode is 'distant'");
   } else {
     for (const Emitter* emitter : scene.indirect_emitters()) {
-      auto points = emitter->light_points(scene, context, count);
+      auto points = light_points_of(*emitter, scene, context, count);
       if (points) add_points(std::move(*points), true, lights.sets);
     }
   }

@@ -73,7 +73,7 @@ class ClusterChooser {
     const SurfaceInteraction si = interaction_of(points.surfaces.points(), i);
     const Bsdf& bsdf = si.shape->bsdf();
     Inspection report;
-    report.kind = lights.kind;
+    report.is_distant = lights.kind == LightPoints::Kind::kDistant;
     report.position = si.p;
     report.normal = bsdf.reflection_frame(si).n;
     RenderCounters counters;

@@ -172,7 +172,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
   }
   if (local) {
     reports.push_back(empty);
-    reports.back().kind = LightPoints::Kind::kLocal;
+    reports.back().is_distant = false;
     describe(*local, first_local, visibility[shown], reports.back());
   }
   // Returns the report and the cluster to which a record belongs.

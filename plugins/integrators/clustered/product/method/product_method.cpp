@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "kinome/emitter.h"
+#include "kinome/clustered_light.h"
 #include "kinome/log.h"
 #include "kinome/scene.h"
 #include "kinome/sensor.h"
@@ -72,7 +72,7 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
   }
   CellsOnDemand cells([environment, count](RenderContext& own) {
     const StageTimer timer(own.stats().counters.stage_seconds["cells"]);
-    return std::make_shared<const DistantCells>(*environment, *environment->cell_grid(), count,
+    return std::make_shared<const DistantCells>(*environment, *cell_grid_of(*environment), count,
                                                 own);
   });
   if (alone && cells.get(context)->size() == 0) return nullptr;

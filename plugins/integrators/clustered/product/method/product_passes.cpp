@@ -3,12 +3,13 @@
 
 #include "clustered/product/method/method_choice.h"
 #include "clustered/product/pass/product_renderer.h"
+#include "kinome/clustered_light.h"
 
 namespace kinome {
 
 bool is_product_scene(const Scene& scene, uint32_t max_depth) {
   const Emitter* const environment = scene.environment();
-  return (!environment || environment->cell_grid()) && LocalLight::serves(scene, max_depth);
+  return (!environment || cell_grid_of(*environment)) && LocalLight::serves(scene, max_depth);
 }
 
 void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "plugin/object_audit.h"
+#include "audit/object_audit.h"
 
 namespace kinome {
 

@@ -14,7 +14,7 @@ namespace kinome {
 /// At the first 256 points, also checks consistency: samples against the densities and values of
 /// their directions, unit length of directions, scalar against block functions, an environment
 /// against its cell_grid(), and the distribution of samples against their densities. Tolerances
-/// allow for rounding (core/plugin/rounding.h), so that correct plugins are never reported. Of
+/// allow for rounding (libs/audit/rounding.h), so that correct plugins are never reported. Of
 /// nested plugins, the innermost is reported.
 ///
 /// Not checked: sample_emission(), because some emitters build large tables for it on first use,

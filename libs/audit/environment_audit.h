@@ -1,7 +1,8 @@
 #pragma once
 
 #include "kinome/emitter.h"
-#include "plugin/object_audit.h"
+#include "kinome/environment_grid.h"
+#include "audit/object_audit.h"
 
 /// The part of find_contradiction(Emitter) that checks environments.
 namespace kinome {
@@ -9,7 +10,7 @@ namespace kinome {
 /// Checks a sample with a positive density and a unit direction.
 const char* environment_contradiction(const Emitter& emitter, const DirectSample& sample);
 
-/// Checks emitter.cell_grid() and the functions that depend on it.
+/// Checks the emitter's grid and the functions that depend on it.
 const char* grid_contradiction(const Emitter& emitter, const EnvironmentGrid& grid,
                                const AuditPlace& place, uint64_t attempt);
 

@@ -6,9 +6,9 @@
 #include "kinome/color.h"
 #include "kinome/primary_rays.h"
 #include "kinome/texture.h"
-#include "plugin/audit_words.h"
-#include "plugin/density_audit.h"
-#include "plugin/object_audit.h"
+#include "audit/audit_words.h"
+#include "audit/density_audit.h"
+#include "audit/object_audit.h"
 
 namespace kinome {
 namespace {

@@ -47,4 +47,17 @@ class DistantDisk {
   float radius_ = 0;
 };
 
+/// Samples a ray that an environment emits: a direction by sample_direct(), and an origin on the
+/// disk perpendicular to it.
+inline std::optional<EmissionSample> emission_of(const Emitter& environment, const DistantDisk& disk,
+                                                 const Vec2& position, const Vec2& direction) {
+  const auto light = environment.sample_direct(Vec3(0.f), direction);
+  if (!light) return std::nullopt;
+  auto ray = disk.sample(-light->d, position);
+  if (!ray) return std::nullopt;
+  ray->pdf_direction = light->pdf;
+  ray->power = light->radiance / (light->pdf * ray->pdf_position);
+  return ray;
+}
+
 }  // namespace kinome

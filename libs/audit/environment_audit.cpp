@@ -1,10 +1,10 @@
-#include "plugin/environment_audit.h"
+#include "audit/environment_audit.h"
 
 #include <numbers>
 
-#include "kinome/environment_grid.h"
-#include "plugin/audit_words.h"
-#include "plugin/rounding.h"
+#include "kinome/clustered_light.h"
+#include "audit/audit_words.h"
+#include "audit/rounding.h"
 
 namespace kinome {
 namespace {
@@ -35,14 +35,16 @@ const char* layout_contradiction(const Emitter& emitter, const EnvironmentGrid& 
   const Vec2 place(static_cast<float>(at.column + at.s), static_cast<float>(at.row + at.t));
   const Vec3 d = grid_direction(grid, static_cast<double>(place.x), static_cast<double>(place.y));
   Rgb radiance(0.f);
-  if (emitter.eval_grid_batch({&place, 1}, {&radiance, 1}) &&
+  const ClusteredLight* const hooks = clustered_light(emitter);
+  if (!hooks) return nullptr;
+  if (hooks->eval_grid_batch({&place, 1}, {&radiance, 1}) &&
       !radiance_around(emitter, d).agrees_with(radiance)) {
     return audit_words::kGrid;
   }
   // At a pole, all columns have the same direction.
   if (at.row == 0) return nullptr;
   std::array<Rgb, 2> corners{};
-  if (!emitter.eval_grid_corners(at.row, at.column, corners)) return nullptr;
+  if (!hooks->eval_grid_corners(at.row, at.column, corners)) return nullptr;
   for (int i = 0; i < 2; ++i) {
     const Vec3 corner = grid_direction(grid, at.column + i, at.row);
     if (!radiance_around(emitter, corner).agrees_with(corners[i])) return audit_words::kGrid;
@@ -125,7 +127,7 @@ const char* environment_contradiction(const Emitter& emitter, const DirectSample
   if (!radiance.agrees_with(sample.radiance)) return audit_words::kEnvironmentRadiance;
   Rgb batch_radiance(0.f);
   float batch_pdf = 0;
-  emitter.eval_environment_batch({&sample.d, 1}, {&batch_radiance, 1}, {&batch_pdf, 1});
+  eval_environment(emitter, {&sample.d, 1}, {&batch_radiance, 1}, {&batch_pdf, 1});
   return radiance.agrees_with(batch_radiance) && pdf.agrees_with(static_cast<double>(batch_pdf))
              ? nullptr
              : audit_words::kEvalBatch;

@@ -1,12 +1,13 @@
 // Checks whether an emitter's samples agree with its surface or its environment, as seen from a
 // point of a scene.
 
+#include "kinome/clustered_light.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"
-#include "plugin/audit_words.h"
-#include "plugin/environment_audit.h"
-#include "plugin/object_audit.h"
-#include "plugin/rounding.h"
+#include "audit/audit_words.h"
+#include "audit/environment_audit.h"
+#include "audit/object_audit.h"
+#include "audit/rounding.h"
 
 namespace kinome {
 namespace {
@@ -186,7 +187,7 @@ const char* find_contradiction(const Emitter& emitter, const AuditPlace& place) 
       return audit_words::kLightWithoutDensity;
     }
   }
-  const auto grid = emitter.cell_grid();
+  const auto grid = cell_grid_of(emitter);
   if (!grid) return nullptr;
   return confirmed(
       [&](uint64_t attempt) { return grid_contradiction(emitter, *grid, place, attempt); });

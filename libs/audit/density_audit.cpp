@@ -1,4 +1,4 @@
-#include "plugin/density_audit.h"
+#include "audit/density_audit.h"
 
 #include <cmath>
 

@@ -1,9 +1,9 @@
 // Checks whether a BSDF's samples agree with its values and densities, at a point of a scene.
 
 #include "kinome/warp.h"
-#include "plugin/audit_words.h"
-#include "plugin/object_audit.h"
-#include "plugin/rounding.h"
+#include "audit/audit_words.h"
+#include "audit/object_audit.h"
+#include "audit/rounding.h"
 
 namespace kinome {
 namespace {
