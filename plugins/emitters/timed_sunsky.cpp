@@ -186,7 +186,7 @@ class TimedSunSkyEmitter final : public Emitter, public ClusteredLight {
 
   /// Returns the mean sky between the fractions `open` and `close` of the whole time. The sky is
   /// constant before the first moment and after the last one.
-  std::unique_ptr<Emitter> mean_over(double open, double close) const {
+  std::unique_ptr<Environment> mean_over(double open, double close) const {
     const auto suns = [&](int count) {
       std::vector<Vec3> all;
       for (int i = 0; i < count; ++i) {
@@ -209,7 +209,7 @@ class TimedSunSkyEmitter final : public Emitter, public ClusteredLight {
   Location where_;
   Shutter shutter_;
   bool is_known_ = false;  ///< true if a scene has set the shutter
-  std::unique_ptr<Emitter> sky_;
+  std::unique_ptr<Environment> sky_;
 };
 
 }  // namespace

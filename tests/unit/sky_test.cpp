@@ -103,7 +103,7 @@ TEST(ClusteredLight, IsDerivedFromTheRadianceOfAnEnvironment) {
   EXPECT_EQ(clustered_light(sky), nullptr);
   ASSERT_TRUE(cell_grid_of(sky));
   EXPECT_FALSE(cell_grid_of(sky)->smooth_quads);
-  const auto scene = parse_scene("<scene version='3.0.0'/>", PluginRegistry({KINOME_TEST_PLUGINS}));
+  const auto scene = scene_from("<shape type=\"sphere\"/>");
   RenderContext context({.threads = 1});
   const auto points = light_points_of(sky, *scene, context, 4096);
   ASSERT_TRUE(points);

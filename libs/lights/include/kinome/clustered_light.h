@@ -9,6 +9,9 @@
 
 namespace kinome {
 
+class RenderContext;
+class Scene;
+
 /// Optional functions of an emitter, for integrators that cluster light (`clustered`,
 /// `groundtruth`). An emitter with such functions derives from this class, too. Environments
 /// without them are clustered by probing Emitter::eval_environment(): see light_points_of() and

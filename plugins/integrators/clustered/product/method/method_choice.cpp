@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <optional>
 
 #include "clustered/product/trial/method_trial.h"
@@ -22,9 +24,10 @@ constexpr uint64_t kTrialSeed = 0x74726961;
 constexpr double kCostOfRay = 5, kCostAmongFewPrimitives = 8;
 /// Renders of less work are left to `path`, because a trial would take more than a tenth of it.
 constexpr double kMinWork = 4.5e6;
-/// Short renders are left to product sampling from this number of emitters on, because `path`
-/// samples one emitter at a time.
+/// Short renders are left to product sampling from this number of emitters and this work on, because
+/// `path` samples one emitter at a time.
 constexpr size_t kMinEmitters = 500;
+constexpr double kMinWorkOfMany = 1e6;
 /// Share of the render's work that the tiles of a trial take, and the work of one tile.
 constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
 constexpr int kMaxTiles = 256;
@@ -63,7 +66,8 @@ class PathPasses final : public Passes {
              const ProductSettings& settings, double paths_per_sample)
       : integrator_(path_settings(settings)),
         paths_(integrator_.begin(scene, sensor, context, kInfinity)),
-        samples_(std::max(1., settings.rays_per_pixel / kRaysPerSample * paths_per_sample)) {}
+        samples_(rounded(std::max(1., settings.rays_per_pixel / kRaysPerSample * paths_per_sample),
+                         sensor.sampler().sample_count())) {}
 
   double samples() const override { return samples_; }
   double render(double samples) override {
@@ -74,6 +78,12 @@ class PathPasses final : public Passes {
   double seconds_per_sample() const override { return paths_->seconds_per_sample(); }
 
  private:
+  /// Rounds to a power of two if the scene's sample count is one: samplers of low discrepancy are
+  /// best at these counts.
+  static double rounded(double samples, uint32_t scene_samples) {
+    return std::has_single_bit(scene_samples) ? std::exp2(std::round(std::log2(samples))) : samples;
+  }
+
   const transport::PathIntegrator integrator_;
   const std::unique_ptr<Passes> paths_;
   const double samples_;
@@ -214,7 +224,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
   const MethodTrial trial(grid, tiles, seed, PixelFilter(sensor.film().filter()));
   const bool is_short = work < kMinWork || trial.empty();
-  if (is_short && scene.emitters().size() >= kMinEmitters) return {};
+  if (is_short && work >= kMinWorkOfMany && scene.emitters().size() >= kMinEmitters) return {};
   if (is_short) {
     return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }

@@ -6,6 +6,7 @@
 #include "clustered/product/pass/block_renderer.h"
 #include "clustered/product/paths/caustics.h"
 #include "clustered/product/pass/render_length.h"
+#include "clustered/product/trial/method_map.h"
 #include "clustered/product/trial/method_trial.h"
 #include "clustered/product/pilot/pilot.h"
 #include "clustered/product/pilot/plan.h"
