@@ -1,5 +1,6 @@
 // Accumulates the samples of tiles in the lanes of a film, and develops images from them.
 
+#include "image/film_data.h"
 #include "image/film_pixels.h"
 
 #include <limits>
@@ -33,6 +34,13 @@ std::vector<FilmChannel> channels_of(const std::vector<std::vector<std::string>>
   return channels;
 }
 
+Film::Film() : data_(std::make_unique<Data>(*this)) {}
+Film::~Film() = default;
+
+uint32_t Film::lanes() const {
+  return static_cast<uint32_t>(data_->lanes.size());
+}
+
 void Film::prepare(const std::vector<std::vector<std::string>>& layers, uint32_t lanes) {
   prepare(layers, channels_of(layers), lanes);
 }
@@ -44,34 +52,32 @@ void Film::prepare(const std::vector<std::vector<std::string>>& layers,
   commits_ = 0;
   lane_ = 0;
   first_layer_ = 0;
-  channels_ = std::move(channels);
-  layers_.clear();
-  for (const auto& names : layers) layers_.push_back({names, layers_.empty(), {}});
+  data_->channels = std::move(channels);
+  data_->layers.clear();
+  for (const auto& names : layers) data_->layers.push_back({names, data_->layers.empty(), {}});
   takes_alpha_ = false;
-  for (const FilmChannel& channel : channels_) {
-    if (channel.value < 0) layers_.at(channel.layer).has_color = true;
+  for (const FilmChannel& channel : data_->channels) {
+    if (channel.value < 0) data_->layers.at(channel.layer).has_color = true;
     takes_alpha_ = takes_alpha_ || channel.value == FilmChannel::kA;
   }
-  for (const FilmChannel& channel : channels_) {
+  for (const FilmChannel& channel : data_->channels) {
     if (channel.power == 1) continue;
-    layers_.at(channel.layer).powers.push_back({place_of(channel), channel.power});
+    data_->layers.at(channel.layer).powers.push_back({data_->index_of(channel), channel.power});
   }
-  lanes_.clear();
-  lanes_.resize(lanes);
-  for (Lane& lane : lanes_) {
-    for (size_t i = 0; i < layers_.size(); ++i) {
+  data_->lanes.clear();
+  data_->lanes.resize(lanes);
+  for (Data::Lane& lane : data_->lanes) {
+    for (size_t i = 0; i < data_->layers.size(); ++i) {
       lane.emplace_back().values =
-          ZeroedArray<double>(static_cast<size_t>(crop_.area()) * stride_of(i));
+          ZeroedArray<double>(static_cast<size_t>(crop_.area()) * data_->stride_of(i));
     }
   }
 }
 
-/// Returns the index of the channel's value among the values of its layer. X, Y and Z have no
-/// index; for them, returns channel.value.
-int Film::place_of(const FilmChannel& channel) const {
+int Film::Data::index_of(const FilmChannel& channel) const {
   if (channel.value >= 0) {
-    const bool has_color = layers_.at(channel.layer).has_color;
-    return channel.value + (has_color ? 3 + (has_alpha() ? 1 : 0) : 0);
+    const bool has_color = layers.at(channel.layer).has_color;
+    return channel.value + (has_color ? 3 + (film.has_alpha() ? 1 : 0) : 0);
   }
   return channel.value >= FilmChannel::kX ? channel.value : channel.value - FilmChannel::kR;
 }
@@ -89,26 +95,26 @@ std::vector<std::string> Film::channels() const {
     names = {"R", "G", "B"};
   }
   if (has_alpha_) names.push_back("A");
-  for (const FilmChannel& channel : channels_) names.push_back(channel.name);
+  for (const FilmChannel& channel : data_->channels) names.push_back(channel.name);
   return names;
 }
 
-int Film::values_of(size_t layer) const {
-  const Layer& of = layers_.at(layer);
-  return static_cast<int>(of.names.size()) + (of.has_color ? 3 + (has_alpha() ? 1 : 0) : 0);
+int Film::Data::values_of(size_t layer) const {
+  const Layer& of = layers.at(layer);
+  return static_cast<int>(of.names.size()) + (of.has_color ? 3 + (film.has_alpha() ? 1 : 0) : 0);
 }
 
 int Film::value_count(int layer) const {
-  return values_of(static_cast<size_t>(first_layer_ + layer));
+  return data_->values_of(static_cast<size_t>(first_layer_ + layer));
 }
 
 bool Film::has_powers(int layer) const {
-  return !layers_.at(first_layer_ + layer).powers.empty();
+  return !data_->layers.at(first_layer_ + layer).powers.empty();
 }
 
 FilmTile Film::make_tile(const Rect& pixels, int layer) const {
   return FilmTile(pixels, first_layer_ + layer, value_count(layer), *filter_, crop_,
-                  layers_.at(first_layer_ + layer).powers);
+                  data_->layers.at(first_layer_ + layer).powers);
 }
 
 void FilmTile::transfer(const std::function<void(void* bytes, size_t count)>& io) {
@@ -124,7 +130,7 @@ void FilmTile::transfer(const std::function<void(void* bytes, size_t count)>& io
 void Film::commit(const FilmTile& tile) {
   ++commits_;
   non_finite_ += tile.non_finite_;
-  Sums& sums = lanes_.at(lane_).at(tile.layer_);
+  Data::Sums& sums = data_->lanes.at(lane_).at(tile.layer_);
   sums.light_paths += tile.light_paths_;
   if (!tile.splats_.empty()) commit_splats(tile);
   const int stride = tile.stride();
@@ -157,20 +163,20 @@ std::vector<double> inverse_integrals(const ReconstructionFilter& filter, int be
 
 }  // namespace
 
-ZeroedArray<double>& Film::splats_of(Sums& sums) {
+ZeroedArray<double>& Film::Data::splats_of(Sums& sums) {
   if (sums.splats.empty()) {
-    sums.splats = ZeroedArray<double>(static_cast<size_t>(crop_.area()) * 3);
+    sums.splats = ZeroedArray<double>(static_cast<size_t>(film.crop_.area()) * 3);
     // The weighted mean of samples divides by the filter weights; splats must be divided by the
     // filter's integral instead.
-    const Rect from = sampled();
-    splat_columns_ = inverse_integrals(*filter_, crop_.x0, crop_.x1, from.x0, from.x1);
-    splat_rows_ = inverse_integrals(*filter_, crop_.y0, crop_.y1, from.y0, from.y1);
+    const Rect from = film.sampled();
+    splat_columns = inverse_integrals(*film.filter_, film.crop_.x0, film.crop_.x1, from.x0, from.x1);
+    splat_rows = inverse_integrals(*film.filter_, film.crop_.y0, film.crop_.y1, from.y0, from.y1);
   }
   return sums.splats;
 }
 
 void Film::commit_splats(const FilmTile& tile) {
-  ZeroedArray<double>& splats = splats_of(lanes_.at(lane_).at(tile.layer_));
+  ZeroedArray<double>& splats = data_->splats_of(data_->lanes.at(lane_).at(tile.layer_));
   const Rect from = sampled();
   for (const FilmTile::Splat& splat : tile.splats_) {
     const Vec2& p = splat.position;
@@ -180,7 +186,7 @@ void Film::commit_splats(const FilmTile& tile) {
     }
     for_each_pixel(splat.position, *filter_, crop_, [&](int x, int y, float w) {
       double* const pixel = &splats[pixel_offset(crop_, x, y, 3)];
-      const double weight = w * splat_columns_[x - crop_.x0] * splat_rows_[y - crop_.y0];
+      const double weight = w * data_->splat_columns[x - crop_.x0] * data_->splat_rows[y - crop_.y0];
       for (int i = 0; i < 3; ++i) pixel[i] += weight * splat.value[i];
     });
   }
@@ -198,24 +204,24 @@ bool Film::transfer(const std::function<void(void* bytes, size_t count)>& io) {
     return true;
   };
   io(&non_finite_, sizeof non_finite_);
-  if (!is_alike(lanes_.size())) return false;
-  for (Lane& lane : lanes_) {
-    for (Sums& sums : lane) {
+  if (!is_alike(data_->lanes.size())) return false;
+  for (Data::Lane& lane : data_->lanes) {
+    for (Data::Sums& sums : lane) {
       io(&sums.light_paths, sizeof sums.light_paths);
       if (!transfer_sums(sums.values)) return false;
       uint8_t has_splats = sums.splats.empty() ? 0 : 1;
       io(&has_splats, sizeof has_splats);
-      if (has_splats != 0 && !transfer_sums(splats_of(sums))) return false;
+      if (has_splats != 0 && !transfer_sums(data_->splats_of(sums))) return false;
     }
   }
   return true;
 }
 
 std::vector<bool> Film::gaps(int layer) const {
-  const size_t stride = stride_of(layer);
+  const size_t stride = data_->stride_of(layer);
   std::vector<bool> gaps(static_cast<size_t>(crop_.area()), true);
   bool is_empty = true, has_paths = false;
-  for (const Lane& lane : lanes_) {
+  for (const Data::Lane& lane : data_->lanes) {
     has_paths = has_paths || lane.at(layer).light_paths > 0;
     const ZeroedArray<double>& data = lane.at(layer).values;
     for (size_t p = 0; p < gaps.size(); ++p) {
@@ -228,18 +234,18 @@ std::vector<bool> Film::gaps(int layer) const {
   return gaps;
 }
 
-double Film::splat_scale(size_t layer, size_t first, size_t end) const {
+double Film::Data::splat_scale(size_t layer, size_t first, size_t end) const {
   double paths = 0;
-  for (size_t l = first; l < end; ++l) paths += lanes_[l][layer].light_paths;
+  for (size_t l = first; l < end; ++l) paths += lanes[l][layer].light_paths;
   return paths > 0 ? 1 / paths : 1;
 }
 
-Rgb Film::color(size_t layer, size_t pixel, size_t first, size_t end) const {
+Rgb Film::Data::color(size_t layer, size_t pixel, size_t first, size_t end) const {
   const size_t stride = stride_of(layer);
   glm::dvec3 sum(0.), splats(0.);
   double weight = 0;
   for (size_t l = first; l < end; ++l) {
-    const Sums& of = lanes_[l][layer];
+    const Sums& of = lanes[l][layer];
     const double* const from = &of.values[pixel * stride];
     sum += glm::dvec3(from[0], from[1], from[2]);
     weight += from[stride - 1];
@@ -250,13 +256,13 @@ Rgb Film::color(size_t layer, size_t pixel, size_t first, size_t end) const {
   // is exactly that sample.
   const glm::dvec3 radiance =
       sum / (weight == 0 ? double{kInfinity} : weight) + splats * splat_scale(layer, first, end);
-  return Rgb(radiance * double{response_});
+  return Rgb(radiance * double{film.response_});
 }
 
-double Film::mean(size_t layer, size_t pixel, size_t value) const {
+double Film::Data::mean(size_t layer, size_t pixel, size_t value) const {
   const size_t stride = stride_of(layer);
   double sum = 0, weight = 0;
-  for (const Lane& lane : lanes_) {
+  for (const Lane& lane : lanes) {
     const double* const from = &lane[layer].values[pixel * stride];
     sum += from[value];
     weight += from[stride - 1];
@@ -264,23 +270,23 @@ double Film::mean(size_t layer, size_t pixel, size_t value) const {
   return weight == 0 ? 0. : sum / weight;
 }
 
-float Film::value_of(const FilmChannel& channel, size_t pixel) const {
+float Film::Data::value_of(const FilmChannel& channel, size_t pixel) const {
   const auto layer = static_cast<size_t>(channel.layer);
   if (channel.power != 1) {
-    const int place = place_of(channel);
-    const std::vector<FilmPower>& powers = layers_[layer].powers;
+    const int place = index_of(channel);
+    const std::vector<FilmPower>& powers = layers[layer].powers;
     size_t i = 0;
     while (powers[i].value != place || powers[i].power != channel.power) ++i;
     const bool is_color = channel.value < 0 && channel.value != FilmChannel::kA;
-    const double response = is_color ? std::pow(double{response_}, channel.power) : 1.;
+    const double response = is_color ? std::pow(double{film.response_}, channel.power) : 1.;
     return static_cast<float>(response *
                               mean(layer, pixel, static_cast<size_t>(values_of(layer)) + i));
   }
   const int value = channel.value;
   if (value >= 0 || value == FilmChannel::kA) {
-    return static_cast<float>(mean(layer, pixel, static_cast<size_t>(place_of(channel))));
+    return static_cast<float>(mean(layer, pixel, static_cast<size_t>(index_of(channel))));
   }
-  const Rgb mean_color = color(layer, pixel, 0, lanes_.size());
+  const Rgb mean_color = color(layer, pixel, 0, lanes.size());
   if (value >= FilmChannel::kX) {
     return static_cast<float>(xyz(glm::dvec3(mean_color))[value - FilmChannel::kX]);
   }
@@ -294,25 +300,25 @@ Image Film::develop(const Rect& pixels) const {
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       const size_t p = pixel_offset(crop_, x, y, 1);
-      const Rgb mean_color = color(0, p, 0, lanes_.size());
+      const Rgb mean_color = data_->color(0, p, 0, data_->lanes.size());
       if (is_luminance_) {
         *to++ = luminance(mean_color);
       } else {
         for (int c = 0; c < 3; ++c) *to++ = mean_color[c];
       }
-      if (has_alpha_) *to++ = static_cast<float>(mean(0, p, 3));
-      for (const FilmChannel& channel : channels_) *to++ = value_of(channel, p);
+      if (has_alpha_) *to++ = static_cast<float>(data_->mean(0, p, 3));
+      for (const FilmChannel& channel : data_->channels) *to++ = data_->value_of(channel, p);
     }
   }
   return image;
 }
 
 std::optional<Rgb> Film::lane_color(size_t pixel, uint32_t lane) const {
-  const Sums& from = lanes_.at(lane)[0];
-  if (from.values[(pixel + 1) * stride_of(0) - 1] == 0 && from.light_paths == 0) {
+  const Data::Sums& from = data_->lanes.at(lane)[0];
+  if (from.values[(pixel + 1) * data_->stride_of(0) - 1] == 0 && from.light_paths == 0) {
     return std::nullopt;
   }
-  const Rgb mean_color = color(0, pixel, lane, lane + 1);
+  const Rgb mean_color = data_->color(0, pixel, lane, lane + 1);
   return is_luminance_ ? Rgb(luminance(mean_color)) : mean_color;
 }
 

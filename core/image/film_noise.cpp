@@ -15,8 +15,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "image/film_data.h"
 #include "kinome/color.h"
-#include "kinome/film.h"
 
 namespace kinome {
 namespace {
@@ -52,7 +52,7 @@ void set_channels(Image& image, int x, int y, int first, int count, const glm::d
 
 }  // namespace
 
-uint32_t Film::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const {
+uint32_t Film::Data::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const {
   const size_t stride = stride_of(0);
   const auto sum_in = [&](const Lane& lane) {
     const double* const from = &lane[0].values[pixel * stride];
@@ -67,7 +67,7 @@ uint32_t Film::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const 
   glm::dvec3 sum(0.), splats(0.);
   double weight = 0, paths = 0;
   uint32_t count = 0;
-  for (const Lane& lane : lanes_) {
+  for (const Lane& lane : lanes) {
     sum += sum_in(lane);
     splats += splats_in(lane);
     weight += weight_in(lane);
@@ -76,14 +76,14 @@ uint32_t Film::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const 
   }
   if (count < 2) return count;
   const double factor = std::sqrt(count / (count - 1.));
-  const auto lanes = static_cast<double>(lanes_.size());
-  for (size_t l = 0; l < lanes_.size(); ++l) {
-    const Lane& lane = lanes_[l];
-    const double part = paths > 0 ? lane[0].light_paths / paths : 1 / lanes;
+  const auto num_lanes = static_cast<double>(lanes.size());
+  for (size_t l = 0; l < lanes.size(); ++l) {
+    const Lane& lane = lanes[l];
+    const double part = paths > 0 ? lane[0].light_paths / paths : 1 / num_lanes;
     glm::dvec3 share = (splats_in(lane) - part * splats) / (paths > 0 ? paths : 1.);
     if (weight != 0) share += (sum_in(lane) - weight_in(lane) / weight * sum) / weight;
-    if (is_luminance_) share = glm::dvec3(luminance(Rgb(share)));
-    shares[l] = factor * double{response_} * share;
+    if (film.is_luminance_) share = glm::dvec3(luminance(Rgb(share)));
+    shares[l] = factor * double{film.response_} * share;
   }
   return count;
 }
@@ -100,8 +100,8 @@ FilmNoise Film::noise() const {
     for (const std::string& name : names) image.channels.push_back(layer + name);
   }
   image.data.assign(static_cast<size_t>(crop_.area()) * image.channels.size(), kInfinity);
-  std::vector<glm::dvec3> shares(lanes_.size());
-  const LaneSums none(lanes_.size());
+  std::vector<glm::dvec3> shares(data_->lanes.size());
+  const LaneSums none(data_->lanes.size());
   LaneSums whole = none;
   LaneSums one = none;
   for (int y0 = 0; y0 < image.height; y0 += FilmNoise::kTile) {
@@ -111,7 +111,7 @@ FilmNoise Film::noise() const {
       LaneSums tile = none;
       for (int y = y0; y < y1; ++y) {
         for (int x = x0; x < x1; ++x) {
-          const uint32_t n = lane_shares(static_cast<size_t>(y) * image.width + x, shares);
+          const uint32_t n = data_->lane_shares(static_cast<size_t>(y) * image.width + x, shares);
           if (n < 2) continue;
           noise.renders = noise.renders == 0 ? n : std::min(noise.renders, n);
           one = none;

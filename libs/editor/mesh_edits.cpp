@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "editor/edits.h"
+#include "kinome/mesh_shape.h"
 
 namespace kinome::loader {
 namespace {

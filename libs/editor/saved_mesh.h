@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kinome/object_description.h"
+#include "kinome/mesh_shape.h"
 #include "kinome/shape.h"
 #include "editor/edits.h"
 

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "kinome/film_layers.h"
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
 #include "kinome/sensor.h"
@@ -75,7 +76,7 @@ class NestingIntegrator : public Integrator {
   }
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     for (const Nested& nested : nested_) {
-      const Film::FirstLayer first(sensor.film(), nested.first_layer);
+      const FilmLayers first(sensor.film(), nested.first_layer);
       nested.integrator->render(scene, sensor, context);
     }
   }

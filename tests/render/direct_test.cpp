@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "direct_scenes.h"
+#include "kinome/mesh_shape.h"
 #include "kinome/bsdf.h"
 #include "kinome/warp.h"
 

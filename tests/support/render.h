@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kinome/light_points.h"
 #include "kinome/image.h"
 #include "kinome/plugin_registry.h"
 #include "kinome/render_context.h"

@@ -1,3 +1,4 @@
+#include "kinome/film_layers.h"
 #include "kinome/film.h"
 
 #include <gtest/gtest.h>
@@ -298,7 +299,7 @@ TEST(Film, TakesTheMeanOfPowers) {
   EXPECT_TRUE(film->has_alpha());
   EXPECT_EQ(film->value_count(0), 5);
   EXPECT_TRUE(film->has_powers(0));
-  const Film::FirstLayer second(*film, 1);
+  const FilmLayers second(*film, 1);
   EXPECT_EQ(film->value_count(0), 4);
   const Rgb c(1, 2, 3);
   const std::vector<float> values{c.x, c.y, c.z, 0.5f}, none(4, 0.f);

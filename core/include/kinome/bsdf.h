@@ -31,8 +31,7 @@ struct NullTransmission {
   /// Fraction of the radiance arriving along -wi that leaves along wi: the mean weight of samples
   /// with Lobe::kNull, counting all other samples as 0.
   Rgb transmittance{0.f};
-  /// Probability that a sample of all lobes has Lobe::kNull.
-  float probability = 0;
+  float probability = 0;  ///< that a sample of all lobes has Lobe::kNull
 };
 
 /// Reflectance split into a diffuse and a glossy part (|kd| and |ks| of Åkerlund 2008, eq. 4.5).

@@ -5,6 +5,7 @@
 
 #include <cstring>
 
+#include "kinome/mesh_shape.h"
 #include "kinome/shape.h"
 #include "kinome/wide/distribution.h"
 #include "kinome/wide/doubles.h"

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinome/export.h"
+#include "kinome/image.h"
+
+namespace kinome {
+
+/// Image channel beside the film's colour: the mean over a pixel's samples of one value of a film
+/// layer, or of a power of it.
+struct FilmChannel {
+  /// Index of one of the layer's own values, or a component of the sample's colour: R, G, B, alpha,
+  /// or CIE X, Y, Z. (Mitsuba takes second moments of X, Y, Z.)
+  static constexpr int kR = -7, kG = -6, kB = -5, kA = -4, kX = -3, kY = -2, kZ = -1;
+
+  std::string name;
+  int layer = 0;
+  int value = 0;
+  int power = 1;  ///< exponent; splats are ignored if it is above 1
+};
+/// Returns one channel for each value of the layers, in order.
+KINOME_EXPORT std::vector<FilmChannel> channels_of(
+    const std::vector<std::vector<std::string>>& layers);
+
+/// Estimated variance of an image's colours, in squared colour units. Infinite if fewer than two
+/// lanes have samples.
+struct KINOME_EXPORT FilmNoise {
+  static constexpr int kTile = 16;  ///< side in pixels; tiles start at the crop window's corner
+  /// Channels "variance.R", "variance.G", "variance.B" (or "variance.Y") hold the variance of each
+  /// pixel. "tile_variance.R", ... hold the variance of the mean over the pixel's tile.
+  /// Neighbouring pixels may have correlated noise (filter, light paths), so pixel variances don't
+  /// sum to a tile's.
+  Image image;
+  std::vector<double> variance_of_mean;  ///< variance of the image's mean: R, G, B or Y
+  uint32_t renders = 0;  ///< number of lanes with samples, at the pixel with the fewest
+};
+
+}  // namespace kinome
