@@ -1,6 +1,6 @@
 #include "render/commits.h"
 
-#include "kinome/checkpoint.h"
+#include "kinome/work_source.h"
 #include "kinome/render_context.h"
 #include "kinome/shared_items.h"
 
@@ -56,9 +56,9 @@ std::string Commits::pack(size_t item, std::vector<FilmTile> tiles) {
   return bytes.written();
 }
 
-void Commits::save(Checkpoint& checkpoint) {
+void Commits::save(WorkSource& source) {
   const std::lock_guard lock(mutex_);
-  if (film_) checkpoint.save(*film_);
+  if (film_) source.save(*film_);
 }
 
 void Commits::commit_rest() {

@@ -10,7 +10,7 @@
 
 namespace kinome {
 
-class Checkpoint;
+class WorkSource;
 class RenderContext;
 
 /// Queue for the results of a pass's items. Adds them to the film in the order of their indices,
@@ -26,7 +26,7 @@ class Commits {
   static std::string pack(size_t item, std::vector<FilmTile> tiles);
 
   /// Writes the checkpoint with the current contents of the film.
-  void save(Checkpoint& checkpoint);
+  void save(WorkSource& source);
   /// Adds the items that wait for an earlier item, which was cancelled.
   void commit_rest();
   /// The film of the pass; nullptr if no item has finished.

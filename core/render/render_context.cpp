@@ -1,3 +1,5 @@
+#include "kinome/log.h"
+#include "kinome/error.h"
 #include "kinome/render_context.h"
 
 #include <mutex>
@@ -7,7 +9,7 @@
 
 #include "base/denormals.h"
 #include "image/film_pixels.h"
-#include "kinome/checkpoint.h"
+#include "kinome/work_source.h"
 #include "kinome/process_group.h"
 #include "kinome/shared_items.h"
 #include "render/commits.h"
@@ -151,12 +153,12 @@ void RenderContext::add(Film& film, size_t item, const std::vector<FilmTile>& ti
       if (pixels.area() > 0) on_commit_(film, pixels);
     }
   }
-  if (checkpoint_) checkpoint_->add(film, item, tiles.size());
+  if (work_source_) work_source_->add(film, item, tiles.size());
 }
 
 bool RenderContext::is_committed(size_t item) const {
   return (item < left_out_.size() && left_out_[item]) ||
-         (checkpoint_ && checkpoint_->is_done(item));
+         (work_source_ && work_source_->is_done(item));
 }
 
 void RenderContext::give_up_if_asked() const {
@@ -170,7 +172,7 @@ std::vector<size_t> RenderContext::items_to_do(size_t count) {
   if (ProcessGroup* const group = options_.group) {
     // Only the root knows which items are in the film.
     std::string done;
-    for (size_t item = 0; is_root() && checkpoint_ && item < count; ++item) {
+    for (size_t item = 0; is_root() && work_source_ && item < count; ++item) {
       done.push_back(is_committed(item) ? 1 : 0);
     }
     done = group->broadcast(done, "decisions");
@@ -183,7 +185,7 @@ std::vector<size_t> RenderContext::items_to_do(size_t count) {
 void RenderContext::for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn,
                              SharedItems* shared) {
   ProcessGroup* const group = options_.group;
-  if (checkpoint_) checkpoint_->begin_pass(count);
+  if (work_source_) work_source_->begin_pass(count);
   std::vector<size_t> order = items_to_do(count);
   const size_t to_do = order.size();
   const bool stays = group && shared && !shared->stay().empty();
@@ -237,7 +239,7 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
   for (const RenderCounters& c : counters) sum.add(c);
   // Save the checkpoint before waiting for the other processes: they may have been killed, and this
   // one may be soon.
-  if (group && checkpoint_ && is_interrupted_here()) commits_->save(*checkpoint_);
+  if (group && work_source_ && is_interrupted_here()) commits_->save(*work_source_);
   try {
     if (pass) {
       const GroupPass::Outcome outcome =
@@ -252,13 +254,13 @@ void RenderContext::for_each(size_t count, const std::function<void(size_t, Rend
     exception.rethrow();
   } catch (...) {
     group_at_work_ = false;
-    if (checkpoint_ && commits_->film()) checkpoint_->abandon();
+    if (work_source_ && commits_->film()) work_source_->abandon();
     end_pass();
     throw;
   }
   // Close the checkpoint before the remaining items are added: a resumed render must add items in
   // their order, and end_pass() doesn't.
-  if (checkpoint_ && commits_->film() && cancelled()) checkpoint_->close(*commits_->film());
+  if (work_source_ && commits_->film() && cancelled()) work_source_->close(*commits_->film());
   end_pass();
 }
 
@@ -312,6 +314,14 @@ void RenderContext::skip(std::string what, std::string why) {
     if (s.what == what && s.why == why) return;
   }
   stats_.skipped.push_back({std::move(what), std::move(why)});
+}
+
+WorkSource::~WorkSource() = default;
+
+void warn_without_emitters(const Scene& scene) {
+  if (!scene.emitters().empty()) return;
+  log_warn(
+      Error(Location{scene.file()}, "the scene has no emitter: the image will be black").what());
 }
 
 }  // namespace kinome

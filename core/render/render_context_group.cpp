@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "kinome/checkpoint.h"
+#include "kinome/work_source.h"
 #include "kinome/process_group.h"
 #include "kinome/render_context.h"
 #include "kinome/shared_items.h"
@@ -12,7 +12,7 @@ namespace kinome {
 
 double RenderContext::decide(const std::function<double()>& decide) {
   if (!is_root()) return agree(0);
-  return agree(checkpoint_ ? checkpoint_->decide(decide) : decide());
+  return agree(work_source_ ? work_source_->decide(decide) : decide());
 }
 
 double RenderContext::agree(double value) {

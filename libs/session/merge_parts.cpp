@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "image/fill_gaps.h"
+#include "session/fill_gaps.h"
 #include "session/part_file.h"
 #include "kinome/error.h"
 #include "kinome/parts.h"

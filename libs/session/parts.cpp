@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
-#include "image/film_sums.h"
+#include "session/film_sums.h"
 #include "session/part_file.h"
 #include "kinome/error.h"
 #include "kinome/integrator.h"
 #include "kinome/log.h"
-#include "render/render_job.h"
+#include "session/render_job.h"
 
 namespace kinome {
 namespace {

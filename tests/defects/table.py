@@ -138,7 +138,7 @@ DEFECTS = [Defect(*row) for row in (
      "abs(dot(wide::Vec3::load(points.sn, i), d) / Float::load(points.wi.z + i))",
      "ptracer", "LightTracing.EvaluatesMaterialsAsPathsDo"),
     ("splats_without_the_filters_integral", "core/image/film.cpp",
-     "w * splat_columns_[x - crop_.x0] * splat_rows_[y - crop_.y0]",
+     "w * data_->splat_columns[x - crop_.x0] * data_->splat_rows[y - crop_.y0]",
      "w * (DEFECT ? 1 : splat_columns_[x - crop_.x0] * splat_rows_[y - crop_.y0])",
      "splat", "*KeepsTheSum*"),
     ("splats_at_edges_as_in_the_middle", "core/image/film.cpp",

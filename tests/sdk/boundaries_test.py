@@ -28,7 +28,7 @@ ROOMS = {
     "libs/scene_xml": {CORE},
     "libs/editor": {CORE, "libs/scene_xml"},
     "libs/session": {CORE, "libs/scene_xml"},  # merged parts are written by the scene's film
-    "libs/kit": {CORE, LIGHTS, "libs/audit", "libs/scene_xml"},
+    "libs/kit": {CORE, LIGHTS, "libs/audit", "libs/scene_xml", "libs/session"},
     "apps/drawing": {CORE},
     "apps/kinome": {CORE, *LIBS, "apps/drawing"},
     "apps/viewer": {CORE, *LIBS, "apps/drawing", "apps/kinome"},

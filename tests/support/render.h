@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kinome/render.h"
 #include "kinome/light_points.h"
 #include "kinome/image.h"
 #include "kinome/plugin_registry.h"

@@ -254,7 +254,7 @@ TEST(ProcessGroup, CheckpointsDoNotDependOnIt) {
       if (group.is_root()) {
         checkpoint.emplace(Checkpoint::Options{path, 0, !is_first});
         checkpoint->begin(*film);
-        context.set_checkpoint(&*checkpoint);
+        context.set_work_source(&*checkpoint);
       }
       context.set_film(*film);
       context.for_each_tile(*film, [&](Tile& tile) {

@@ -1,5 +1,5 @@
 // Tests budgets of time and error with simulated passes, whose speed, noise and clock are known.
-#include "render/progressive.h"
+#include "session/progressive.h"
 
 #include <gtest/gtest.h>
 

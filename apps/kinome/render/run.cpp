@@ -169,7 +169,7 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   if (group) check_alike(*group, identity);
   if (checkpoint) {
     checkpoint->set_identity(identity);
-    context.set_checkpoint(checkpoint.get());
+    context.set_work_source(checkpoint.get());
   }
 
   if (options.inspect) {

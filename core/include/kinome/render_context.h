@@ -14,11 +14,11 @@
 
 namespace kinome {
 
-class Checkpoint;
 class Commits;
 class ProcessGroup;
 class SharedItems;
 class ThreadPool;
+class WorkSource;
 
 /// Side of a tile in pixels (Åkerlund 2008, 4.4.1).
 inline constexpr int kTileSize = 32;
@@ -125,10 +125,10 @@ class KINOME_EXPORT RenderContext {
   ProcessGroup* group() const { return options_.group; }
   /// Sets the film of the root to which other processes' commits are added. Call before rendering.
   void set_film(Film& film) { film_ = &film; }
-  /// Sets the checkpoint that records finished items and skips those it has; nullptr: none. Call
-  /// before rendering.
-  void set_checkpoint(Checkpoint* checkpoint) { checkpoint_ = checkpoint; }
-  Checkpoint* checkpoint() const { return checkpoint_; }
+  /// Sets an object that records finished items and skips those it has, such as a Checkpoint;
+  /// nullptr: none. Call before rendering.
+  void set_work_source(WorkSource* source) { work_source_ = source; }
+  WorkSource* work_source() const { return work_source_; }
   /// Sets a callback that observes the film, or nullptr. Results don't depend on it. Call before
   /// rendering.
   void set_commit_callback(CommitCallback callback) { on_commit_ = std::move(callback); }
@@ -179,7 +179,7 @@ class KINOME_EXPORT RenderContext {
   RenderStats stats_;
   std::unique_ptr<ThreadPool> pool_;
   unsigned all_threads_ = 0;
-  Checkpoint* checkpoint_ = nullptr;
+  WorkSource* work_source_ = nullptr;
   Rect gaps_crop_;
   std::vector<std::vector<bool>> gaps_;  ///< per layer; empty: render all pixels
   std::vector<bool> left_out_;           ///< items of the current for_each() to skip
@@ -201,10 +201,5 @@ class KINOME_EXPORT RenderContext {
 
 /// Warns if the scene has no emitter, for integrators that show only emitted light.
 KINOME_EXPORT void warn_without_emitters(const Scene& scene);
-
-/// Prepares the film and renders with the scene's integrator until the context's budget is spent,
-/// or the sampler's samples are rendered if there is no budget. Fills the context's stats. With
-/// RenderBudget::lanes, the image includes the channels of Film::noise().
-KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
 }  // namespace kinome

@@ -1,4 +1,4 @@
-#include "render/progressive.h"
+#include "session/progressive.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,6 +9,11 @@
 
 namespace kinome {
 
+/// Prepares the film and renders with the scene's integrator until the context's budget is spent,
+/// or the sampler's samples are rendered if there is no budget. Fills the context's stats. With
+/// RenderBudget::lanes, the image includes the channels of Film::noise().
+KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context);
+
 /// Called after each completed pass over the image, with the image so far, on the thread that
 /// called render(). In `stats`, `samples` refers to this image, and so do `renders` and
 /// `variance_of_mean` if variances were requested. Neither the image nor the number of samples for
@@ -16,7 +21,7 @@ namespace kinome {
 /// its exceptions.
 using PassCallback = std::function<void(Image picture, const RenderStats& stats)>;
 
-/// Renders as render() of render_context.h does, and calls `on_pass` (may be empty) with
+/// Renders as above, and calls `on_pass` (may be empty) with
 /// intermediate images: once for a fixed sample count; after each of RenderBudget::lanes; or, for a
 /// budget of time or error, after passes of growing size (from one sample per pixel for an error).
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,

@@ -7,14 +7,14 @@
 #include <fmt/format.h>
 
 #include "base/log_once.h"
-#include "image/fill_gaps.h"
-#include "kinome/checkpoint.h"
+#include "session/fill_gaps.h"
 #include "kinome/error.h"
 #include "kinome/log.h"
 #include "kinome/process_group.h"
 #include "kinome/shared_items.h"
-#include "render/progressive.h"
-#include "render/render_job.h"
+#include "kinome/work_source.h"
+#include "session/progressive.h"
+#include "session/render_job.h"
 
 namespace kinome {
 namespace {
@@ -46,12 +46,6 @@ void add_traffic(ProcessGroup& group, RenderStats& stats) {
 }
 
 }  // namespace
-
-void warn_without_emitters(const Scene& scene) {
-  if (!scene.emitters().empty()) return;
-  log_warn(
-      Error(Location{scene.file()}, "the scene has no emitter: the image will be black").what());
-}
 
 Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
   return render(scene, sensor, context, nullptr);
@@ -92,14 +86,14 @@ Image run_render_job(const RenderJob& job, const Scene& scene, const Sensor& sen
     Film& film = sensor.film();
     const RenderBudget& budget = context.budget();
     film.prepare(integrator.layers(), integrator.channels(), job.lanes);
-    Checkpoint* const checkpoint = context.checkpoint();
+    WorkSource* const source = context.work_source();
     context.set_film(film);
     if (context.is_root()) integrator.warn_of_light_left_out(scene, sensor, context);
     const double begun = context.seconds();
     together(context.group(), [&] {
-      if (checkpoint) checkpoint->begin(film);
+      if (source) source->begin(film);
     });
-    if (checkpoint && checkpoint->resumes() && context.commit_callback()) {
+    if (source && source->resumes() && context.commit_callback()) {
       context.commit_callback()(film, film.crop());
     }
     job.render();
@@ -113,7 +107,7 @@ Image run_render_job(const RenderJob& job, const Scene& scene, const Sensor& sen
           "the integrator adds to the film without RenderContext::commit(), which groups of "
           "processes don't support");
     }
-    if (checkpoint && interrupted) checkpoint->close(film);
+    if (source && interrupted) source->close(film);
     if (interrupted && job.fills_gaps) fill_gaps(scene, sensor, context, begun);
     if (interrupted && !job.fills_gaps) stats.missing = share_of_gaps(integrator, film);
     image = develop(film, budget, stats);

@@ -1,4 +1,4 @@
-#include "image/film_sums.h"
+#include "session/film_sums.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "image/fill_gaps.h"
+#include "session/fill_gaps.h"
 
 #include <algorithm>
 

@@ -7,11 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "kinome/export.h"
+#include "kinome/film.h"
+#include "kinome/work_source.h"
 
 namespace kinome {
-
-class Film;
 
 /// File that records a render's progress from time to time, so that a later run can resume it. The
 /// resumed render has the same bits, for any number of threads.
@@ -27,7 +26,7 @@ class Film;
 /// that of the machine.
 ///
 /// Not thread-safe; the render context serialises the calls.
-class KINOME_EXPORT Checkpoint {
+class KINOME_EXPORT Checkpoint final : public WorkSource {
  public:
   struct Options {
     std::string path;
@@ -49,31 +48,31 @@ class KINOME_EXPORT Checkpoint {
   /// can't be written.
   bool is_written_to(const std::string& path) const;
   /// True if there is a file to resume from.
-  bool resumes() const { return resumes_; }
+  bool resumes() const override { return resumes_; }
 
   /// Sets the identity of the render. Call before begin().
   void set_identity(Identity identity) { identity_ = std::move(identity); }
   /// Begins a render whose film is prepared: restores the film from the file. Throws Error if the
   /// file belongs to another identity.
-  void begin(Film& film);
+  void begin(Film& film) override;
   /// Begins a pass with this number of items.
-  void begin_pass(size_t items);
+  void begin_pass(size_t items) override;
   /// True if an item of the pass is in the film already.
-  bool is_done(size_t item) const;
+  bool is_done(size_t item) const override;
   /// Records that an item of the pass is in the film, with this number of commits. Writes the file
   /// if it is due. A failed write is a warning; the render continues.
-  void add(Film& film, size_t item, uint64_t commits);
+  void add(Film& film, size_t item, uint64_t commits) override;
   /// Returns decide(), or the stored result of the same decision in the resumed render.
-  double decide(const std::function<double()>& decide);
+  double decide(const std::function<double()>& decide) override;
 
   /// Writes the file now. Failures are handled as in add().
-  void save(Film& film) {
+  void save(Film& film) override {
     if (!closed_) write(film);
   }
   /// Writes the file a last time. Failures are handled as in add(). Call it only once.
-  void close(Film& film);
+  void close(Film& film) override;
   /// Stops writing, because the film contains samples that no pass accounts for.
-  void abandon() { closed_ = true; }
+  void abandon() override { closed_ = true; }
   /// Deletes the file, once the image is written.
   void remove() const;
 
