@@ -1,5 +1,6 @@
 #include "camera/camera_controls.h"
 
+#include <cmath>
 #include <cstdio>
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -75,10 +76,6 @@ void CameraControls::dolly(float factor, bool is_orthographic) {
   const Vec3 centre = target();
   distance_ *= factor;
   origin_ = centre - distance_ * forward_;
-}
-
-void CameraControls::set_distance(float distance) {
-  if (distance > 0 && std::isfinite(distance)) distance_ = distance;
 }
 
 Mat4 CameraControls::frame() const {

@@ -27,8 +27,6 @@ class CameraControls {
   /// Multiplies the distance to the target by `factor`; for an orthographic camera, the size of the
   /// view instead.
   void dolly(float factor, bool is_orthographic = false);
-  /// Moves the target along the viewing direction. Ignored unless positive and finite.
-  void set_distance(float distance);
 
   Vec3 origin() const { return origin_; }
   Vec3 target() const { return origin_ + distance_ * forward_; }

@@ -10,13 +10,11 @@ void EnvironmentPanel::draw(Frame& frame) {
   widgets_.begin(frame.info);
   if (!frame.info) return;
   if (frame.info->environment.empty()) return ImGui::TextDisabled("The scene has none.");
-  const std::vector<std::string> objects{frame.info->environment};
-  for (const std::string& object : objects) {
-    ImGui::PushID(object.c_str());
-    draw_turn(frame, object);
-    widgets_.draw_all(frame.session, *frame.info, {object});
-    ImGui::PopID();
-  }
+  const std::string& object = frame.info->environment;
+  ImGui::PushID(object.c_str());
+  draw_turn(frame, object);
+  widgets_.draw_all(frame.session, *frame.info, {object});
+  ImGui::PopID();
 }
 
 /// Draws a slider that turns the environment around the camera's vertical axis.

@@ -264,10 +264,7 @@ void RenderSession::Worker::preview() {
   const Rect crop = sensor().film().crop();
   double scale = kInitialScale;
   if (seconds_per_pixel_ > 0) {
-    // The time includes that of the change.
-    const double left =
-        std::max(0.3 * options_.preview_seconds, options_.preview_seconds - change_seconds_);
-    scale = std::sqrt(left / (seconds_per_pixel_ * std::max(1, crop.area())));
+    scale = std::sqrt(options_.preview_seconds / (seconds_per_pixel_ * std::max(1, crop.area())));
   }
   scale = std::clamp(scale, kMinScale, 1.);
   const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels * scale + 0.5)); };

@@ -152,7 +152,6 @@ class RenderSession::Worker {
   Clock::time_point last_change_{};
   std::optional<uint32_t> exact_samples_;  ///< samples per pixel passed to render()
   bool is_done_ = false;                   ///< there is nothing left to render
-  double change_seconds_ = 0;              ///< time of the last change; always 0: not measured
   double seconds_per_pixel_ = 0;           ///< time of previews; 0 if unknown
 
   uint64_t num_messages_ = 0;  ///< protected by `mutex`
