@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <set>
 
+#include "image/color_channels.h"
 #include "image/exr_colors.h"
 #include "image/exr_files.h"
 #include "image/image_exr_check.h"
@@ -130,11 +131,7 @@ Image read_checked(const std::string& path, ImageMetadata* metadata) {
 }
 
 void check_image(const std::string& path, const Image& image) {
-  const size_t values = static_cast<size_t>(image.width) * image.height * image.channels.size();
-  if (image.width < 1 || image.height < 1 || image.channels.empty() ||
-      image.data.size() != values) {
-    throw Error(fmt::format("cannot write '{}': the image is empty", path));
-  }
+  check_not_empty(path, image);
   std::set<std::string> names;
   for (const std::string& name : image.channels) {
     if (!names.insert(name).second) {

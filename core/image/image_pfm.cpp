@@ -24,9 +24,7 @@ float swap_bytes(float v) {
 
 void write_pfm(const std::string& path, const Image& image) {
   const int channels = color_channel_count(image);
-  if (image.width < 1 || image.height < 1 || image.channels.empty()) {
-    throw Error(fmt::format("cannot write '{}': the image is empty", path));
-  }
+  check_not_empty(path, image);
   FileWriter writer(path);
   constexpr bool kLittle = std::endian::native == std::endian::little;
   const std::string header =

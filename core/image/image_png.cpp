@@ -34,9 +34,7 @@ int find_channel(const Image& image, const std::string& name) {
 }  // namespace
 
 void write_png(const std::string& path, const Image& image, float exposure) {
-  if (image.width < 1 || image.height < 1 || image.channels.empty()) {
-    throw Error(fmt::format("cannot write '{}': the image is empty", path));
-  }
+  check_not_empty(path, image);
   const int alpha = find_channel(image, "A");
   const int colors = color_channel_count(image);
   const int stride = colors + (alpha >= 0 ? 1 : 0);

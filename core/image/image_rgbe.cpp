@@ -58,9 +58,7 @@ void append_runs(const Bytes& bytes, Bytes& out) {
 }  // namespace
 
 void write_rgbe(const std::string& path, const Image& image) {
-  if (image.width < 1 || image.height < 1 || image.channels.empty()) {
-    throw Error(fmt::format("cannot write '{}': the image is empty", path));
-  }
+  check_not_empty(path, image);
   // Readers expect run-length encoding for these widths only.
   constexpr int kMinWidth = 8, kMaxWidth = 0x7fff;
   const bool has_runs = image.width >= kMinWidth && image.width <= kMaxWidth;
