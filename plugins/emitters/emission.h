@@ -18,6 +18,15 @@ namespace kinome {
 /// finite.
 inline constexpr float kMaxEmission = 1e36f;
 
+/// Reads the factor 'scale' on an emission.
+inline float read_scale(const Properties& props) {
+  const float scale = props.real("scale");
+  if (!std::isfinite(scale) || scale < 0) {
+    throw props.error("scale", "must be finite and not negative, got " + std::to_string(scale));
+  }
+  return scale;
+}
+
 /// Reads a radiance, intensity or irradiance between 0 and kMaxEmission.
 inline Rgb read_emission(const Properties& props, const std::string& name) {
   const Rgb value = props.color(name);

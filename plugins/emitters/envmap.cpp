@@ -70,14 +70,6 @@ void check_texels(const Location& source, const Image& image, float scale) {
   }
 }
 
-float read_scale(const Properties& props) {
-  const float scale = props.real("scale");
-  if (!std::isfinite(scale) || scale < 0) {
-    throw props.error("scale", "must be finite and not negative, got " + std::to_string(scale));
-  }
-  return scale;
-}
-
 SphericalMap read_map(const Properties& props) {
   LoadedImage loaded(props);
   const Image image = linear_image(std::move(loaded.image));

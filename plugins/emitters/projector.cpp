@@ -36,14 +36,6 @@ constexpr Parameter kTable[] = {
     KINOME_FOV_PARAMETERS,
 };
 
-float read_scale(const Properties& props) {
-  const float scale = props.real("scale");
-  if (!std::isfinite(scale) || scale < 0) {
-    throw props.error("scale", "must be finite and not negative, got " + std::to_string(scale));
-  }
-  return scale;
-}
-
 class Projector final : public Emitter {
  public:
   explicit Projector(const Properties& props)

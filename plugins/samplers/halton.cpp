@@ -36,12 +36,6 @@ struct Base {
   std::array<uint64_t, 21> weights{};  ///< prime^-1, prime^-2 ..., times 2^64
 };
 
-constexpr bool is_prime(uint32_t n) {
-  for (uint32_t i = 2; i * i <= n; ++i) {
-    if (n % i == 0) return false;
-  }
-  return true;
-}
 template <size_t... i>
 constexpr std::array<Base, kBaseCount> make_bases(std::index_sequence<i...> /*of kBaseCount*/) {
   std::array<uint32_t, kBaseCount> primes{};

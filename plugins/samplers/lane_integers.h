@@ -37,6 +37,13 @@ KINOME_WIDE wide::Uint reverse_bits(wide::Uint v) {
 #endif
 }
 
+constexpr bool is_prime(uint32_t n) {
+  for (uint32_t i = 2; i * i <= n; ++i) {
+    if (n % i == 0) return false;
+  }
+  return n >= 2;
+}
+
 /// Returns the upper 32 bits of the product.
 inline uint32_t multiply_high(uint32_t a, uint32_t b) {
   return static_cast<uint32_t>(static_cast<uint64_t>(a) * b >> 32);

@@ -20,12 +20,6 @@ const Parameter kTable[] = {
     ignored_row("strength", ParameterType::kInteger, "Bose's construction has strength 2"),
 };
 
-bool is_prime(uint32_t n) {
-  for (uint32_t i = 2; i * i <= n; ++i) {
-    if (n % i == 0) return false;
-  }
-  return n >= 2;
-}
 /// Returns the smallest prime whose square is at least `count`.
 uint32_t prime_for(uint32_t count) {
   uint32_t p = 2;

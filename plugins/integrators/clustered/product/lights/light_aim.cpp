@@ -120,14 +120,13 @@ std::vector<EyePoint> points_around(const Scene& scene, std::span<const SurfaceI
 
 int pick_aim(int count, float& u) {
   if (count == 0) return -1;
-  constexpr float kBelowOne = 0x1.fffffep-1f;
   if (u >= kAimedShare) {
-    u = std::min((u - kAimedShare) / (1 - kAimedShare), kBelowOne);
+    u = std::min((u - kAimedShare) / (1 - kAimedShare), kOneMinusEpsilon);
     return -1;
   }
   const float scaled = u / kAimedShare * static_cast<float>(count);
   const int picked = std::min(static_cast<int>(scaled), count - 1);
-  u = std::clamp(scaled - static_cast<float>(picked), 0.f, kBelowOne);
+  u = std::clamp(scaled - static_cast<float>(picked), 0.f, kOneMinusEpsilon);
   return picked;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinome/math.h"
+
 namespace kinome {
 namespace {
 
@@ -158,15 +160,15 @@ float LightGuide::warp(uint32_t source, Numbers& at) const {
     w *= 0.5f;
     // Clamped, because rounding could give 1.
     if (u < p) {
-      u = std::min(u / p, 0x1.fffffep-1f);
+      u = std::min(u / p, kOneMinusEpsilon);
       node = &nodes_[node->below];
     } else {
-      u = std::min((u - p) / (1 - p), 0x1.fffffep-1f);
+      u = std::min((u - p) / (1 - p), kOneMinusEpsilon);
       lo[axis] += w;
       node = &nodes_[node->below + 1];
     }
   }
-  for (int a = 0; a < kAxes; ++a) at[a] = std::min(lo[a] + width[a] * at[a], 0x1.fffffep-1f);
+  for (int a = 0; a < kAxes; ++a) at[a] = std::min(lo[a] + width[a] * at[a], kOneMinusEpsilon);
   return factor_[source] * node->value;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clustered/kernels/cell_kernels.h"
+#include "kinome/math.h"
 
 namespace kinome {
 
@@ -47,8 +48,6 @@ class Comb {
   }
 
  private:
-  static constexpr float kBelowOne = 0x1.fffffep-1f;
-
   /// End of each stratum of a block: prefix sums of four runs of four, computed side by side. Each
   /// run starts at the end of the previous one. So the ends never decrease, and are equal if a
   /// weight is 0.
@@ -93,10 +92,11 @@ class Comb {
     // The loop condition uses `end` rather than `ends`, which are available later.
     for (; next_ < end && left_ > 0; next_ += step_, --left_) {
       size_t i = ends.before(next_);
-      float share = kBelowOne;
+      float share = kOneMinusEpsilon;
       if (i < simd::kCellLanes) {
         const double begin = i > 0 ? ends[i - 1] : position_;
-        share = std::min(static_cast<float>((next_ - begin) / weights[first + i]), kBelowOne);
+        share = std::min(static_cast<float>((next_ - begin) / weights[first + i]),
+                         kOneMinusEpsilon);
       } else {
         // Because of rounding, the block's sum can exceed the last end slightly.
         while (i > 0 && !(weights[first + --i] > 0)) {
