@@ -1,7 +1,10 @@
 #include "base/read_files.h"
 
 #include <atomic>
+#include <cstdint>
+#include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <mutex>
 
 namespace kinome {
@@ -43,6 +46,30 @@ ReadFiles::Recording::Recording(ReadFiles& files) : outer_(recording) {
 
 ReadFiles::Recording::~Recording() {
   recording = outer_;
+}
+
+std::optional<std::string> file_contents(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             &std::fclose);
+  if (!file) return std::nullopt;
+  // Files of unknown size (pipes) are read in steps.
+  const bool seekable = std::fseek(file.get(), 0, SEEK_END) == 0;
+  const long size = seekable ? std::ftell(file.get()) : -1;
+  if (seekable) std::rewind(file.get());
+  constexpr size_t kStep = 1 << 20;
+  size_t filled = 0;
+  // One byte more than the size, so that a single read reaches the end. Folders report a size of
+  // LONG_MAX; reading them fails.
+  std::string bytes(size > 0 && size < (int64_t{1} << 40) ? static_cast<size_t>(size) + 1 : kStep,
+                    '\0');
+  while (const size_t n =
+             std::fread(bytes.data() + filled, 1, bytes.size() - filled, file.get())) {
+    filled += n;
+    if (filled == bytes.size()) bytes.resize(bytes.size() + kStep);
+  }
+  if (std::ferror(file.get())) return std::nullopt;
+  bytes.resize(filled);
+  return bytes;
 }
 
 void protect_read_files() {

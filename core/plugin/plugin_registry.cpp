@@ -45,15 +45,15 @@ std::vector<Library> find_libraries(const std::vector<std::string>& folders, Cat
 
 Error no_such_plugin(const PluginRegistry& registry, const std::vector<std::string>& folders,
                      Category category, const std::string& name, const Location& where) {
-  const std::string title = std::string("unknown ") + to_string(category) + " plugin '" + name;
+  const std::string title = std::string("unknown ") + to_string(category) + " plugin '" + name + "'";
   const std::vector<std::string> known = registry.names(category);
   const std::string nearest = nearest_name(name, known);
-  if (!nearest.empty()) return Error(where, title + "' (did you mean '" + nearest + "'?)");
+  if (!nearest.empty()) return Error(where, title + did_you_mean(nearest));
   std::string list;
   for (const std::string& other : known) list += (list.empty() ? "" : ", ") + other;
-  if (!list.empty()) return Error(where, title + "' (available: " + list + ")");
+  if (!list.empty()) return Error(where, title + " (available: " + list + ")");
   for (const std::string& folder : folders) list += (list.empty() ? "" : ", ") + folder;
-  return Error(where, title + "' (no plugins of this category in " +
+  return Error(where, title + " (no plugins of this category in " +
                           (list.empty() ? "an empty search path" : list) + ")");
 }
 

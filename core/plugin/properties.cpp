@@ -124,9 +124,8 @@ float Properties::number_or_name(const std::string& name,
     if (lower_case(*wanted) == lower_case(named.name)) return named.value;
     known.emplace_back(named.name);
   }
-  const std::string nearest = nearest_name(*wanted, known);
   throw error(name, "must be a number or a known name, got '" + *wanted + "'" +
-                        (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+                        did_you_mean(nearest_name(*wanted, known)));
 }
 
 std::string Properties::string(const std::string& name) const {
@@ -205,9 +204,8 @@ int Properties::choice(const std::string& name) const {
   }
   constexpr size_t kMaxListed = 16;
   if (choices.size() > kMaxListed) list = std::to_string(choices.size()) + " names";
-  const std::string nearest = nearest_name(wanted, choices);
   throw error(name, "must be one of " + list + ", got '" + wanted + "'" +
-                        (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+                        did_you_mean(nearest_name(wanted, choices)));
 }
 
 Error Properties::error(const std::string& name, const std::string& message) const {

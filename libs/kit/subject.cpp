@@ -135,9 +135,8 @@ Subject::Subject(const Request& request) : request_(request) {
     if (is_element || is_known) continue;
     std::vector<std::string> names;
     for (const Parameter& parameter : plugin_->parameters) names.emplace_back(parameter.name);
-    const std::string near = nearest_name(name, names);
     throw Error(fmt::format("-D: {} has no parameter '{}'{}", title(), name,
-                            near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+                            did_you_mean(nearest_name(name, names))));
   }
   if (!request.against.empty()) read_against();
   for (const Parameter& parameter : plugin_->parameters) {
@@ -196,7 +195,7 @@ void Subject::find(const std::string& wanted) {
   const std::string near = nearest_name(wanted, known);
   throw Error(fmt::format("unknown plugin '{}'{}", wanted,
                           near.empty() ? "; `kinome plugins` lists all plugins"
-                                       : fmt::format(" (did you mean '{}'?)", near)));
+                                       : did_you_mean(near)));
 }
 
 int Subject::samples(int usual) const {

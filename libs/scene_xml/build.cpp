@@ -85,13 +85,8 @@ Builder::Builder(const Expansion& expansion, std::vector<std::string> base_folde
       base_folders_(std::move(base_folders)),
       registry_(registry),
       faults_(faults) {
-  collect_ids(expansion.root);
-}
-
-void Builder::collect_ids(const Node& node) {
-  const Attribute* id = node.find("id");
-  if (id && node.tag != "ref") ids_.emplace(id->value, &node);
-  for (const Node& child : node.children) collect_ids(child);
+  for_each_id(expansion.root,
+              [&](const std::string& id, const Node& node) { ids_.emplace(id, &node); });
 }
 
 /// The loop ends, because an alias can only refer to earlier ids.

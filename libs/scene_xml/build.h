@@ -80,7 +80,6 @@ class Builder {
   };
   class UnderConstruction;
 
-  void collect_ids(const Node& node);
   const Node* target_of(const Node& ref);
   std::string unaliased(std::string id) const;
   void forget_scene();

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include <fmt/format.h>
@@ -12,6 +10,7 @@
 #include "base/file_search.h"
 #include "base/fnv1a.h"
 #include "kinome/log.h"
+#include "kinome/read_files.h"
 #include "scene_xml/node.h"
 #include "scene_xml/substitute.h"
 #include "scene_xml/text_encoding.h"
@@ -314,11 +313,8 @@ std::string read_text(const std::string& path, const Location& where) {
   if (const std::string why = unreadable(path); !why.empty()) {
     throw Error(location, title + " " + why);
   }
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw Error(location, title + " can't be read");
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) throw Error(location, title + " can't be read");
-  return text;
+  if (auto text = file_contents(path)) return *std::move(text);
+  throw Error(location, title + " can't be read");
 }
 
 Expansion expand(const std::string& text, const std::string& name, const LoadOptions& options,

@@ -51,7 +51,7 @@ class UnsupportedRemover {
 
   void run(Expansion& expansion) {
     aliases_ = &expansion.aliases;
-    collect_tags(expansion.root);
+    tags_.collect(expansion.root);
     visit(expansion.root);
     // References to removed objects are removed, too, which may remove further objects.
     for (size_t before = 0; before != removed_ids_.size();) {
@@ -64,17 +64,9 @@ class UnsupportedRemover {
   }
 
  private:
-  void collect_tags(const Node& node) {
-    if (const Attribute* const id = node.find("id"); id && node.tag != "ref") {
-      tags_.emplace(id->value, node.tag);
-    }
-    for (const Node& child : node.children) collect_tags(child);
-  }
   /// Returns the tag of an object, or of the object that a reference names; "" if that is unknown.
   std::string tag_of(const Node& node) const {
-    if (node.tag != "ref") return node.tag;
-    const auto found = tags_.find(target_of(node.value("id")));
-    return found == tags_.end() ? "" : found->second;
+    return node.tag == "ref" ? tags_.tag_of(target_of(node.value("id"))) : node.tag;
   }
   /// Returns the id that a name stands for. The limit ends cycles of <alias> elements.
   std::string target_of(std::string name) const {
@@ -223,7 +215,7 @@ class UnsupportedRemover {
   const PluginRegistry& registry_;
   std::vector<LeftOut>& left_out_;
   std::set<std::string> removed_ids_;
-  std::map<std::string, std::string> tags_;  ///< by id
+  IdTags tags_;
   std::map<std::string, std::string>* aliases_ = nullptr;
 };
 

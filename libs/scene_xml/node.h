@@ -72,12 +72,33 @@ void for_each_part(const Node& node, const Fn& fn) {
   if (node.inner) fn(*node.inner);
 }
 
+/// Calls fn(id, node) for each object of a tree that has an id.
+template <class Fn>
+void for_each_id(const Node& node, const Fn& fn) {
+  if (const Attribute* const id = node.find("id"); id && node.tag != "ref") fn(id->value, node);
+  for (const Node& child : node.children) for_each_id(child, fn);
+}
+
+/// Tags of objects by their ids.
+class IdTags {
+ public:
+  void collect(const Node& root) {
+    for_each_id(root, [&](const std::string& id, const Node& node) { tags_.emplace(id, node.tag); });
+  }
+  /// Returns "" if the id is unknown.
+  std::string tag_of(const std::string& id) const {
+    const auto found = tags_.find(id);
+    return found == tags_.end() ? "" : found->second;
+  }
+
+ private:
+  std::map<std::string, std::string> tags_;
+};
+
 /// Returns true if a node, even a broken one, has this attribute with a nonempty value without $.
 bool has_certain(const Node& node, std::string_view attribute);
 /// Returns "<rgb>" for messages.
 std::string quoted_tag(const Node& node);
-/// Returns " (did you mean 'x'?)", or "" if `nearest` is empty.
-std::string did_you_mean(const std::string& nearest, const std::string& prefix = "");
 
 /// Parses one document and returns its root. Throws Error for malformed XML.
 Node parse(const std::string& text, const std::string& file, Faults& faults);

@@ -113,10 +113,6 @@ std::string quoted_tag(const Node& node) {
   return "<" + node.tag + ">";
 }
 
-std::string did_you_mean(const std::string& nearest, const std::string& prefix) {
-  return nearest.empty() ? "" : " (did you mean '" + prefix + nearest + "'?)";
-}
-
 Node parse(const std::string& text, const std::string& file, Faults& faults) {
   if (const size_t nul = text.find('\0'); nul != std::string::npos) {
     throw Error(SourceLocations(text, file).at(nul), "malformed XML: a zero byte");

@@ -144,9 +144,8 @@ const Type& find_type(const Properties& props, const std::string& name) {
     if (name == type.name) return type;
     names.emplace_back(type.name);
   }
-  const std::string nearest = nearest_name(name, names);
-  throw props.error("aovs", "has the unknown type '" + name + "'" +
-                                (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+  throw props.error(
+      "aovs", "has the unknown type '" + name + "'" + did_you_mean(nearest_name(name, names)));
 }
 
 /// State of one thread.

@@ -5,43 +5,21 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "kinome/error.h"
 #include "kinome/log.h"
+#include "kinome/read_files.h"
 
 /// Helpers that readers of mesh files share.
 namespace kinome {
 
 /// Returns the bytes of a file. Throws Error at `path` if it can't be read.
 inline std::string read_mesh_file(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
-                                                             &std::fclose);
-  std::string bytes;
-  if (file) {
-    // Files of unknown size (pipes) are read in steps.
-    const bool seekable = std::fseek(file.get(), 0, SEEK_END) == 0;
-    const long size = seekable ? std::ftell(file.get()) : -1;
-    if (seekable) std::rewind(file.get());
-    constexpr size_t kStep = 1 << 20;
-    size_t filled = 0;
-    // One byte more than the size, so that a single read reaches the end. Folders report a size of
-    // LONG_MAX; reading them fails.
-    bytes.resize(size > 0 && size < (int64_t{1} << 40) ? static_cast<size_t>(size) + 1 : kStep);
-    while (const size_t n =
-               std::fread(bytes.data() + filled, 1, bytes.size() - filled, file.get())) {
-      filled += n;
-      if (filled == bytes.size()) bytes.resize(bytes.size() + kStep);
-    }
-    bytes.resize(filled);
-  }
-  if (!file || std::ferror(file.get())) {
-    throw Error(Location{path, 0, 0}, "can't be read as a file");
-  }
-  return bytes;
+  if (auto bytes = file_contents(path)) return *std::move(bytes);
+  throw Error(Location{path, 0, 0}, "can't be read as a file");
 }
 
 /// Formats an index from a file; whole numbers have no decimals.

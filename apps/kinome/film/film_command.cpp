@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -39,8 +37,7 @@ uint64_t seed_of(const Options& options, int frame) {
 }
 
 std::string hash_of_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const std::string text = file_contents(path).value_or("");
   Fnv1a hash;
   hash.add(text.data(), text.size());
   return fmt::format("{:016x}", hash.value());

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -110,8 +108,7 @@ void FilmFrames::claim(const Checkpoint::Identity& identity, int frames) const {
   }
   Checkpoint::Identity there;
   try {
-    std::ifstream file(path);
-    there = json::parse(file).get<Checkpoint::Identity>();
+    there = json::parse(file_contents(path).value_or("")).get<Checkpoint::Identity>();
   } catch (const json::exception&) {
     throw Error(Location{path},
                 "invalid file: can't identify the animation of the frames beside it");

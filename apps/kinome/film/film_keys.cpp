@@ -4,16 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <set>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 #include <nlohmann/json.hpp>
 
 #include "kinome/error.h"
+#include "kinome/read_files.h"
 
 namespace kinome::app {
 namespace {
@@ -21,14 +20,6 @@ namespace {
 using nlohmann::json;
 using Key = KeyedCurve::Key;
 using Kind = KeyedCurve::Kind;
-
-std::string read(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) throw Error(Location{path}, "can't be read");
-  return text.str();
-}
 
 /// Returns line and column of a byte of a text.
 Location location_of(const std::string& file, const std::string& text, size_t byte) {
@@ -40,9 +31,10 @@ Location location_of(const std::string& file, const std::string& text, size_t by
 }
 
 json parse(const std::string& path) {
-  const std::string text = read(path);
+  const auto text = file_contents(path);
+  if (!text) throw Error(Location{path}, "can't be read");
   try {
-    return json::parse(text);
+    return json::parse(*text);
   } catch (const json::out_of_range&) {
     throw Error(Location{path}, "a number is too large");
   } catch (const json::parse_error& error) {
@@ -50,7 +42,7 @@ json parse(const std::string& path) {
     std::string what = error.what();
     const size_t words = what.find("syntax error");
     what = words == std::string::npos ? "invalid JSON" : what.substr(words);
-    throw Error(location_of(path, text, error.byte > 0 ? error.byte - 1 : 0), what);
+    throw Error(location_of(path, *text, error.byte > 0 ? error.byte - 1 : 0), what);
   }
 }
 
@@ -81,9 +73,7 @@ class Part {
     const std::vector<std::string> known(names.begin(), names.end());
     for (const auto& [name, value] : value_.items()) {
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      const std::string near = nearest_name(name, known);
-      fail(fmt::format("unknown key '{}'{}", name,
-                       near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+      fail(fmt::format("unknown key '{}'{}", name, did_you_mean(nearest_name(name, known))));
     }
   }
   void check_list(size_t min_size) const {

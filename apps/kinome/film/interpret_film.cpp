@@ -43,9 +43,8 @@ void interpret_path(const FilmOptions& film) {
   if (film.path == "orbit" || film.path == "ellipse") return;
   if (std::filesystem::exists(film.path, failed)) return;
   const std::string near = nearest_name(film.path, std::vector<std::string>{"orbit", "ellipse"});
-  throw Error(
-      fmt::format("--path: expected orbit, ellipse or a file of keys, got '{}'{}", film.path,
-                  near.empty() ? ": no such file" : fmt::format(" (did you mean '{}'?)", near)));
+  throw Error(fmt::format("--path: expected orbit, ellipse or a file of keys, got '{}'{}",
+                          film.path, near.empty() ? ": no such file" : did_you_mean(near)));
 }
 
 /// Sets the first and last frame to render.

@@ -105,8 +105,7 @@ std::string unknown_option(const CLI::App& app, const std::string& word, const W
   const char* const advice = has_option(app, "--checkpoint") ? advice_on(name) : nullptr;
   if (advice) return text + "; " + advice;
   const bool is_letter = name.size() == 2;
-  const std::string near = is_letter ? "" : nearest_name(twice, option_names(app));
-  return text + (near.empty() ? "" : " (did you mean '" + near + "'?)");
+  return text + (is_letter ? "" : did_you_mean(nearest_name(twice, option_names(app))));
 }
 
 /// Returns the first word that names a long option with one dash, such as "-time", whose letters
@@ -229,7 +228,7 @@ std::string unknown_command(const std::string& word, const Words& commands) {
       {"help", "--help"}, {"version", "--version"}, {"list", "plugins"}};
   const auto found = meant.find(word);
   const std::string near = found != meant.end() ? found->second : nearest_name(word, commands);
-  if (!near.empty()) return text + " (did you mean '" + near + "'?)";
+  if (!near.empty()) return text + did_you_mean(near);
   if (word == "render") return text + ": kinome SCENE.xml renders a scene";
   return text + ", and no file of this name";
 }

@@ -24,15 +24,13 @@ size_t sensor_index(const Scene& scene, const std::string& wanted) {
   const char* end = wanted.data() + wanted.size();
   const auto [rest, error] = std::from_chars(wanted.data(), end, index);
   if (error == std::errc{} && rest == end && index < sensors.size()) return index;
-  const std::string near = nearest_name(wanted, ids);
   const size_t count = sensors.size();
   const std::string known = count == 1 ? "the scene has only one, 0"
                                        : fmt::format("the scene has {}, 0 to {}", count, count - 1);
   constexpr size_t kMaxListed = 5;
   const bool is_list = !ids.empty() && ids.size() <= kMaxListed;
-  const std::string by_id = is_list         ? fmt::format(" ('{}')", fmt::join(ids, "', '"))
-                            : !near.empty() ? fmt::format(" (did you mean '{}'?)", near)
-                                            : "";
+  const std::string by_id = is_list ? fmt::format(" ('{}')", fmt::join(ids, "', '"))
+                                    : did_you_mean(nearest_name(wanted, ids));
   throw Error(where, fmt::format("unknown sensor '{}': {}{}", wanted, known, by_id));
 }
 

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include <fmt/format.h>
 
@@ -14,6 +13,7 @@
 #include "kinome/error.h"
 #include "kinome/object.h"
 #include "kinome/plugin_registry.h"
+#include "kinome/read_files.h"
 
 namespace kinome::app {
 namespace {
@@ -28,11 +28,8 @@ fs::path templates() {
 }
 
 std::string read(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file) throw Error(fmt::format("'{}': can't be read", path.string()));
-  return text.str();
+  if (auto text = file_contents(path.string())) return *std::move(text);
+  throw Error(fmt::format("'{}': can't be read", path.string()));
 }
 
 void write(const fs::path& path, const std::string& text) {
@@ -102,9 +99,7 @@ Category category_named(const std::string& name) {
     all.emplace_back(to_string(static_cast<Category>(i)));
     if (name == all.back()) return static_cast<Category>(i);
   }
-  const std::string near = nearest_name(name, all);
-  throw Error(fmt::format("unknown category '{}'{}", name,
-                          near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+  throw Error(fmt::format("unknown category '{}'{}", name, did_you_mean(nearest_name(name, all))));
 }
 
 void check_name(const std::string& name, Category category) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -47,29 +48,20 @@ std::string one_line(const char* doc) {
 /// beginning of `text`; if that leaves little room, the text begins on the line below `head`.
 void print_wrapped(const std::string& head, const std::string& text, size_t width) {
   constexpr size_t kMinWidth = 24, kIndent = 6;
-  size_t indent = head.size();
-  std::string line = head;
-  const auto end_line = [&] {
+  const auto print_line = [](const std::string& line) {
     fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
-    line.assign(indent, ' ');
   };
-  if (width > 0 && width < head.size() + kMinWidth && head.size() + text.size() > width) {
-    indent = kIndent;
-    end_line();
+  const bool is_below =
+      width > 0 && width < head.size() + kMinWidth && head.size() + text.size() > width;
+  if (is_below) print_line(head);
+  const size_t indent = is_below ? kIndent : head.size();
+  std::istringstream lines(wrapped(text, width > 0 ? std::max(width, indent + 1) - indent : 0));
+  std::string line, before = is_below ? std::string(kIndent, ' ') : head;
+  while (std::getline(lines, line)) {
+    print_line(before + line);
+    before.assign(indent, ' ');
   }
-  bool is_empty = true;  // whether the line has no words yet
-  for (size_t begin = 0; begin < text.size();) {
-    const size_t end = std::min(text.find(' ', begin), text.size());
-    if (width > 0 && !is_empty && line.size() + 1 + end - begin > width) {
-      end_line();
-      is_empty = true;
-    }
-    if (!is_empty) line += ' ';
-    line += text.substr(begin, end - begin);
-    is_empty = false;
-    begin = end + 1;
-  }
-  end_line();
+  if (text.empty()) print_line(before);
 }
 
 /// Returns the description of a parameter, with its choices unless the description names them all.
@@ -218,9 +210,8 @@ int print_named(PluginRegistry& registry, const std::string& wanted, bool markdo
   }
   if (found) return 0;
   const std::string near = nearest_name(wanted, known);
-  throw Error(fmt::format(
-      "unknown plugin '{}'{}", wanted,
-      near.empty() ? " (`kinome plugins` lists all)" : fmt::format(" (did you mean '{}'?)", near)));
+  throw Error(fmt::format("unknown plugin '{}'{}", wanted,
+                          near.empty() ? " (`kinome plugins` lists all)" : did_you_mean(near)));
 }
 
 enum class Support { kYes, kPartly, kNo };

@@ -71,5 +71,9 @@ std::string nearest_name(const std::string& name, const Range& candidates) {
   }
   return best;
 }
+/// Returns " (did you mean 'x'?)", or "" if `nearest` is empty.
+inline std::string did_you_mean(const std::string& nearest, const std::string& prefix = "") {
+  return nearest.empty() ? "" : " (did you mean '" + prefix + nearest + "'?)";
+}
 
 }  // namespace kinome

@@ -41,22 +41,14 @@ class Translation {
 
   void run(Node& node, const FileFinder& find_file) {
     translate_vertex_colors(node, find_file, warnings_);
-    if (node.tag == "scene") collect_tags(node);
+    if (node.tag == "scene") tags_.collect(node);
     translate(node);
   }
 
  private:
-  void collect_tags(const Node& node) {
-    if (const Attribute* const id = node.find("id"); id && node.tag != "ref") {
-      tags_.emplace(id->value, node.tag);
-    }
-    for (const Node& child : node.children) collect_tags(child);
-  }
   /// Returns the tag of an object, or of the object that a reference names; "" if that is unknown.
   std::string tag_of(const Node& node) const {
-    if (node.tag != "ref") return node.tag;
-    const auto found = tags_.find(node.value("id"));
-    return found == tags_.end() ? "" : found->second;
+    return node.tag == "ref" ? tags_.tag_of(node.value("id")) : node.tag;
   }
 
   void translate(Node& node) {
@@ -193,7 +185,7 @@ class Translation {
   PluginRegistry& registry_;
   Faults& faults_;
   Warnings warnings_;
-  std::map<std::string, std::string> tags_;  ///< of all ids
+  IdTags tags_;
   std::map<std::pair<Category, std::string>, const PluginDescriptor*> plugins_;
 };
 
