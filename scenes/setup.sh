@@ -1,35 +1,35 @@
 # shellcheck shell=sh disable=SC2154
-# What scenes/render.sh, tests/run.sh and the scripts of validation have in common. To be sourced,
-# with `root` set to the top folder and `build` to the build folder.
+# Packages and functions that scenes/render.sh, tests/run.sh and the scripts of validation share. They
+# source this file with `root` set to the top folder and `build` to the build folder.
 
 kinome_packages="build-essential cmake ninja-build pkg-config \
 libopenexr-dev libembree-dev libtbb-dev libtinygltf-dev nlohmann-json3-dev libglm-dev \
 libpugixml-dev libcli11-dev libspdlog-dev libfmt-dev libhwy-dev libpng-dev libjpeg-dev \
 libopenimageio-dev libgtest-dev libbenchmark-dev blender-data python3 python3-numpy"
-# What the pages with pictures and plots need beside these (validation/thesis.sh and its test).
+# Additional packages for pages with images and plots (validation/thesis.sh and its test).
 kinome_report_packages="python3-matplotlib python3-pil"
 
-# The packages are of Debian's Python; another one may come before it on the PATH.
+# The packages belong to Debian's Python. Another Python may precede it in the PATH.
 kinome_python=python3
 [ ! -x /usr/bin/python3 ] || kinome_python=/usr/bin/python3
 
-# What validation/kinome-compare and its tests need beside kinome_packages.
+# Additional packages for validation/kinome-compare and its tests.
 kinome_compare_packages="python3-openimageio python3-scipy python3-matplotlib"
 
-# What makes videos of films, for the test of `kinome film`; without it films are PNG frames.
+# Encodes videos, for the test of `kinome film`. Without it, animations remain PNG frames.
 kinome_film_packages="ffmpeg"
 
-# What the Python module needs beside kinome_packages; nanobind is not among Debian 12's.
+# Additional packages for the Python module. Debian 12 has no package of nanobind.
 kinome_module_packages="python3-dev python3-venv"
 kinome_module_requirements="nanobind==3.1.0 scikit-build-core==1.1.2"
 
-# What kinome-view needs beside kinome_packages, and its tests.
+# Additional packages for kinome-view and its tests.
 kinome_viewer_packages="libglfw3-dev libimgui-dev xvfb xauth xdotool libgl1-mesa-dri python3-pil"
 
-# What rendering with several processes needs beside kinome_packages, and its test.
+# Additional packages for rendering with several processes, and for its test.
 kinome_mpi_packages="libopenmpi-dev openmpi-bin"
 
-# One question for all packages; those that are not fully installed, one a line.
+# Prints the packages that aren't fully installed, one per line, with a single query.
 kinome_missing_packages() {
   # shellcheck disable=SC2086
   set -- $kinome_packages
@@ -40,7 +40,7 @@ kinome_missing_packages() {
   done
 }
 
-# Installs what is missing; does and says nothing where all is there.
+# Installs missing packages. Prints nothing if all are installed.
 kinome_install_packages() {
   if ! command -v dpkg-query >/dev/null 2>&1; then
     echo "Not a Debian system: what these packages hold is taken to be there: $kinome_packages" >&2
@@ -58,16 +58,16 @@ kinome_install_packages() {
     echo "These packages are missing, and installing them needs root or sudo." >&2
     return 1
   fi
-  # Package lists may be old or, in a fresh container, not there at all.
+  # Package lists may be old. In a fresh container, they are missing.
   $as_root apt-get update -q || return 1
   # shellcheck disable=SC2086
   $as_root env DEBIAN_FRONTEND=noninteractive \
     apt-get install -q -y --no-install-recommends $missing
 }
 
-# A virtual environment in the build folder with what the module is built by, where
-# python/CMakeLists.txt looks for it; does nothing where it is there already. Where it can't be had,
-# the module isn't built.
+# Creates a virtual environment in the build folder with the build requirements of the Python module,
+# at the path at which apps/python/CMakeLists.txt searches for it. Does nothing if it exists. If it
+# can't be created, the module isn't built.
 kinome_python_environment() {
   environment=$build/python-env
   [ "$(cat "$environment/requirements.txt" 2>/dev/null)" != "$kinome_module_requirements" ] ||
@@ -85,8 +85,9 @@ kinome_python_environment() {
   fi
 }
 
-# kinome_configure [CMAKE ARGUMENT...]: once a build folder, and again where KINOME_WERROR is asked
-# for anew; CMake keeps it up to date by itself. KINOME_ISAS: as CMake's option, see KinomePlugin.cmake.
+# kinome_configure [CMAKE ARGUMENT...]: configures the build folder once, and again if KINOME_WERROR
+# changes. CMake itself keeps the configuration up to date. The environment variable KINOME_ISAS is
+# passed to CMake; see KinomePlugin.cmake.
 kinome_configure() {
   if [ -f "$build/build.ninja" ] &&
     { [ -z "${KINOME_WERROR:-}" ] ||

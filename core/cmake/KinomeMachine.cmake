@@ -1,5 +1,5 @@
-# kinome_machine_has(ISA RESULT): whether this machine's processor has x86-64-v2, -v3 or -v4, by what
-# Linux says of it.
+# kinome_machine_has(ISA RESULT): sets RESULT to TRUE if /proc/cpuinfo lists all features of ISA
+# (x86-64-v2, x86-64-v3 or x86-64-v4), otherwise to FALSE.
 function(kinome_machine_has isa result)
   set(features_x86-64-v2 ssse3 sse4_1 sse4_2 popcnt)
   set(features_x86-64-v3 ${features_x86-64-v2} avx2 fma bmi1 bmi2 f16c movbe abm)

@@ -1,33 +1,35 @@
 # kinome_add_plugin(CATEGORY NAME SOURCE... [WIDE] [ALIASES NAME...] [LINK TARGET...])
 #
-# Builds one plugin as plugins/CATEGORY/NAME.so of the build folder. In-tree and out-of-tree plugins
-# are made by this same function: out of tree, that `plugins` is a folder for KINOME_PLUGIN_PATH and
-# --plugin-path, and an installed plugin comes to lie beside Kinome's own. CATEGORY is a tag of the
-# scene language: bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture. An
-# alias is a symbolic link: another name for the same plugin.
+# Builds one plugin as plugins/CATEGORY/NAME.so in the build folder, in this tree and out of it. Out of
+# tree, the folder `plugins` can be passed to KINOME_PLUGIN_PATH and --plugin-path, and installation
+# puts the plugin beside Kinome's own. CATEGORY is a tag of the scene language: bsdf, emitter, film,
+# integrator, rfilter, sampler, sensor, shape or texture. An alias is a symbolic link: another name
+# for the same plugin.
 #
-# WIDE is for plugins that compute with the numbers of kinome/wide. Their sources are built once for
-# KINOME_BASELINE, and once more for each instruction set of KINOME_ISAS that the compiler knows, as
-# plugins/CATEGORY/ISA/NAME.so. The program loads the best one that the processor has.
+# WIDE is for plugins that use the SIMD types of kinome/wide. Their sources are built once for
+# KINOME_BASELINE. They are also built for each instruction set of KINOME_ISAS that the compiler
+# supports, as plugins/CATEGORY/ISA/NAME.so. The program loads the best one that the processor
+# supports.
 #
-# A WIDE integrator may LINK kinome::transport: the stages over blocks of samples that Kinome's own
-# integrators use.
+# A WIDE integrator may LINK kinome::transport, which has the stages over blocks of samples of Kinome's
+# own integrators.
 include("${CMAKE_CURRENT_LIST_DIR}/KinomeMachine.cmake")
 set(KINOME_ISAS "auto" CACHE STRING
   "auto: build everything once, for this machine's processor. Or a list of the instruction sets that wide plugins are built for in addition to KINOME_BASELINE, for programs that run on other machines: x86-64-v2, -v3, -v4")
-# x86-64-v2 has vectors of four numbers. With fewer, Highway has one lane, and plugins take four to eight
-# times as long as with AVX-512.
+# x86-64-v2 has vectors of four floats. With x86-64, Highway uses a single lane, and plugins take four
+# to eight times as long as with AVX-512.
 set(KINOME_BASELINE "auto" CACHE STRING
   "Minimum instruction set: x86-64, or x86-64-v2 to -v4. auto: the best of this machine if KINOME_ISAS is auto, else x86-64-v2. Ignored if CMAKE_CXX_FLAGS has -march")
 include(CheckCXXCompilerFlag)
-# kinome_compiler_knows(ISA RESULT): compilers for other processors know none of them.
+# kinome_compiler_knows(ISA RESULT): whether the compiler supports -march=ISA. Compilers for other
+# processors don't.
 function(kinome_compiler_knows isa result)
   string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${isa}" knows)
   check_cxx_compiler_flag("-march=${isa}" ${knows})
   set(${result} ${${knows}} PARENT_SCOPE)
 endfunction()
 
-# The minimum instruction set as kinome_baseline, and the additional ones as kinome_isas.
+# Sets kinome_baseline to the minimum instruction set, and kinome_isas to the additional ones.
 if(KINOME_ISAS STREQUAL "auto")
   set(kinome_isas)
 else()
@@ -54,8 +56,8 @@ if(KINOME_BASELINE STREQUAL "auto")
   endif()
 endif()
 
-# kinome_baseline_option(RESULT): the compiler's option for kinome_baseline. Empty if it knows none, or if
-# CMAKE_CXX_FLAGS has one.
+# kinome_baseline_option(RESULT): the compiler option for kinome_baseline. Empty if the compiler doesn't
+# support it, or if CMAKE_CXX_FLAGS has -march.
 function(kinome_baseline_option result)
   set(${result} "" PARENT_SCOPE)
   kinome_compiler_knows(${kinome_baseline} known)
@@ -64,7 +66,7 @@ function(kinome_baseline_option result)
   endif()
 endfunction()
 
-# The additional instruction sets that the compiler knows.
+# kinome_list_known_isas(RESULT): the additional instruction sets that the compiler supports.
 function(kinome_list_known_isas result)
   set(isas)
   foreach(isa IN LISTS kinome_isas)
@@ -75,8 +77,9 @@ function(kinome_list_known_isas result)
   endforeach()
   set(${result} "${isas}" PARENT_SCOPE)
 endfunction()
-# The instruction sets, beside the baseline, that wide plugins are built for. Under sanitizers none:
-# what these find doesn't depend on them.
+# kinome_list_isas(RESULT): the instruction sets for which wide plugins are built in addition to the
+# baseline. The list is empty with sanitizers, because their findings don't depend on the instruction
+# set.
 function(kinome_list_isas result)
   set(isas)
   if(NOT KINOME_SANITIZER)
@@ -85,7 +88,7 @@ function(kinome_list_isas result)
   set(${result} "${isas}" PARENT_SCOPE)
 endfunction()
 
-# Highway, which kinome/wide is made of, as hwy::hwy.
+# Finds Highway, on which kinome/wide is based, as hwy::hwy.
 macro(kinome_find_highway)
   if(NOT TARGET hwy::hwy)
     find_package(hwy QUIET)
@@ -99,8 +102,8 @@ macro(kinome_find_highway)
   endif()
 endmacro()
 
-# What wide plugins' files include, compiled once for each instruction set (`isa` is empty for the
-# baseline). In this tree only.
+# Reuses the precompiled headers of wide plugins for an instruction set (`isa` is empty for the
+# baseline). For this tree only.
 function(kinome_reuse_wide_headers target isa)
   set(headers kinome_wide_headers)
   if(isa)
@@ -108,17 +111,17 @@ function(kinome_reuse_wide_headers target isa)
   endif()
   target_precompile_headers(${target} REUSE_FROM ${headers})
   if((isa OR kinome_baseline MATCHES "v[34]$") AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # False alarms: intrinsics of AVX and AVX-512 make undefined values on purpose, and GCC forgets
-    # the pragmas about this that precompiled headers contain.
+    # False warnings: intrinsics of AVX and AVX-512 intentionally create undefined values, and GCC
+    # ignores the pragmas about this that precompiled headers contain.
     target_compile_options(${target} PRIVATE -Wno-uninitialized -Wno-maybe-uninitialized)
   endif()
 endfunction()
 
 # kinome_add_wide_parts(NAME SOURCE... [INCLUDE FOLDER] [LINK NAME] [USES TARGET] [UNITE])
 #
-# A library that several wide plugins LINK, compiled once for each instruction set. Its headers are
-# included relative to FOLDER. LINK: another such library that it needs. USES: any other target.
-# UNITE: see kinome_unite. In this tree only.
+# Adds a static library that several wide plugins LINK, compiled once for each instruction set. Its
+# headers are included relative to FOLDER. LINK: another such library that it needs. USES: any other
+# target that it needs. UNITE: calls kinome_unite. For this tree only.
 function(kinome_add_wide_parts name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "UNITE" "INCLUDE;LINK;USES" "")
   kinome_find_highway()
@@ -164,7 +167,7 @@ function(kinome_add_plugin_library target category name isa sources link aliases
   endforeach()
   target_link_libraries(${target} PRIVATE kinome::core)
   if(category STREQUAL "emitter" AND TARGET kinome_lights_headers)
-    target_link_libraries(${target} PRIVATE kinome_lights_headers)  # in this tree; else in kinome::core
+    target_link_libraries(${target} PRIVATE kinome_lights_headers)  # out of tree, kinome::core has them
   endif()
   set(folder "${category}")
   set(up "../../..")
@@ -212,7 +215,7 @@ function(kinome_add_plugin category name)
     kinome_list_isas(isas)
   endif()
   if("kinome::transport" IN_LIST arg_LINK AND DEFINED kinome_sdk_baseline)
-    # Out of tree: that library exists only for some instruction sets.
+    # Out of tree, kinome::transport exists only for the instruction sets of the installed Kinome.
     set(kinome_baseline ${kinome_sdk_baseline})
     foreach(isa IN LISTS isas)
       if(NOT TARGET kinome::transport_${isa})
@@ -222,8 +225,8 @@ function(kinome_add_plugin category name)
   endif()
   kinome_add_plugin_library(${target} ${category} ${name} "" "${arg_UNPARSED_ARGUMENTS}"
                             "${arg_LINK}" "${arg_ALIASES}")
-  # Libraries of other instruction sets are found before the baseline's. So they are never older, and
-  # what another configuration left is gone, also from where it was installed.
+  # The program prefers libraries of other instruction sets to the baseline's. So they must never be
+  # older than it: libraries that another configuration has built or installed are removed.
   foreach(isa IN ITEMS x86-64-v2 x86-64-v3 x86-64-v4)
     if(isa IN_LIST isas)
       kinome_add_plugin_library(${target}_${isa} ${category} ${name} ${isa}
@@ -239,7 +242,8 @@ function(kinome_add_plugin category name)
   endforeach()
 endfunction()
 
-# The instruction sets of kinome_list_isas that this machine has, in their order.
+# kinome_list_machine_isas(RESULT): the instruction sets of kinome_list_isas that this machine supports,
+# in the same order.
 function(kinome_list_machine_isas result)
   kinome_list_isas(isas)
   set(found)
