@@ -21,6 +21,8 @@ INTEGRATORS = "plugins/integrators"
 # that its path begins with.
 ROOMS = {
     "core": ["core", "core/include"],
+    "libs/image_files": ["libs", "libs/image_files/include"],
+    "libs/spectra": ["libs", "libs/spectra/include"],
     "libs/lights": ["libs", "libs/lights/include"],
     "libs/audit": ["libs", "libs/audit/include"],
     "libs/scene_xml": ["libs", "libs/scene_xml/include"],

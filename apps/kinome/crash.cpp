@@ -13,6 +13,7 @@
 #include <ucontext.h>
 #include <unistd.h>
 
+#include "kinome/output_files.h"
 #include "kinome/alternate_stack.h"
 #include "kinome/image.h"
 #include "kinome/plugin_sites.h"

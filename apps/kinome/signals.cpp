@@ -6,6 +6,7 @@
 
 #include <unistd.h>
 
+#include "kinome/output_files.h"
 #include "kinome/image.h"
 
 namespace kinome::app {

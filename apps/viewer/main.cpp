@@ -12,6 +12,7 @@
 
 #include "options/complaints.h"
 #include "options/interpret_options.h"
+#include "kinome/output_files.h"
 #include "kinome/error.h"
 #include "kinome/image.h"
 #include "kinome/read_files.h"

@@ -17,6 +17,7 @@
 #include <random>
 
 #include "base/read_files.h"
+#include "kinome/output_files.h"
 #include "kinome/image.h"
 
 namespace kinome {

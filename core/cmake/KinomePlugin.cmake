@@ -166,9 +166,15 @@ function(kinome_add_plugin_library target category name isa sources link aliases
     target_link_libraries(${target} PRIVATE ${part})
   endforeach()
   target_link_libraries(${target} PRIVATE kinome::core)
-  if(category STREQUAL "emitter" AND TARGET kinome_lights_headers)
-    target_link_libraries(${target} PRIVATE kinome_lights_headers)  # out of tree, kinome::core has them
-  endif()
+  # The rooms of libs/ that a category may use, in this tree. Elsewhere, kinome::core has all headers.
+  set(rooms_emitter lights image_files)
+  set(rooms_film image_files)
+  set(rooms_texture image_files spectra)
+  foreach(room IN LISTS rooms_${category})
+    if(TARGET kinome_${room}_headers)
+      target_link_libraries(${target} PRIVATE kinome_${room}_headers)
+    endif()
+  endforeach()
   set(folder "${category}")
   set(up "../../..")
   if(isa)

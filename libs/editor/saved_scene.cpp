@@ -5,6 +5,7 @@
 
 #include "base/file_writer.h"
 #include "base/read_files.h"
+#include "kinome/image_files.h"
 #include "kinome/mesh_shape.h"
 #include "kinome/image.h"
 #include "editor/saved_mesh.h"

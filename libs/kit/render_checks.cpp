@@ -11,6 +11,7 @@
 
 #include "kit/lit_scene.h"
 #include "kit/subject.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome::check {

@@ -1,3 +1,4 @@
+#include "kinome/output_files.h"
 #include "kinome/checkpoint.h"
 
 #include <algorithm>

@@ -19,9 +19,9 @@
 
 #include "base/fnv1a.h"
 #include "base/scratch_folder.h"
-#include "image/exr_files.h"
+#include "image_files/exr_files.h"
 #include "session/film_sums.h"
-#include "image/image_exr_check.h"
+#include "image_files/image_exr_check.h"
 #include "kinome/error.h"
 #include "kinome/scene_loader.h"
 

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "kinome/image_files.h"
 #include "kinome/film.h"
 #include "kinome/plugin.h"
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "kinome/instruction_set.h"
 #include "kinome/log.h"

@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "cli.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome::test {

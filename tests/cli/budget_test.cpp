@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "cli.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome::test {

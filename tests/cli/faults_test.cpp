@@ -10,6 +10,7 @@
 
 #include "background.h"
 #include "cli.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome::test {

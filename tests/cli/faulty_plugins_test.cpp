@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "cli.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "kinome/instruction_set.h"
 

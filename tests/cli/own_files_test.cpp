@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include "cli.h"
+#include "kinome/image_files.h"
 
 namespace kinome::test {
 namespace {

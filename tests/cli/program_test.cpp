@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "support/plugin_sets.h"
 

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "cli.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome::test {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinome/image_files.h"
 #include "kinome/film.h"
 #include "kinome/sensor.h"
 #include "support/render.h"

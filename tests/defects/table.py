@@ -139,7 +139,7 @@ DEFECTS = [Defect(*row) for row in (
      "ptracer", "LightTracing.EvaluatesMaterialsAsPathsDo"),
     ("splats_without_the_filters_integral", "core/image/film.cpp",
      "w * data_->splat_columns[x - crop_.x0] * data_->splat_rows[y - crop_.y0]",
-     "w * (DEFECT ? 1 : splat_columns_[x - crop_.x0] * splat_rows_[y - crop_.y0])",
+     "w * (DEFECT ? 1 : data_->splat_columns[x - crop_.x0] * data_->splat_rows[y - crop_.y0])",
      "splat", "*KeepsTheSum*"),
     ("splats_at_edges_as_in_the_middle", "core/image/film.cpp",
      "is_inside ? whole", "is_inside || DEFECT ? whole",

@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "support/render.h"
 

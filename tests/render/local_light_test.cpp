@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "direct_scenes.h"
+#include "kinome/image_files.h"
 
 namespace kinome::test {
 namespace {

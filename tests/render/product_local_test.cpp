@@ -7,6 +7,7 @@
 
 #include "path_scenes.h"
 #include "product_scenes.h"
+#include "kinome/image_files.h"
 
 namespace kinome::test {
 namespace {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "product_scenes.h"
+#include "kinome/image_files.h"
 
 namespace kinome::test {
 namespace {

@@ -3,6 +3,7 @@
 /// Images have one pixel, because all pixels of a render share their points and would be dependent.
 #include <cmath>
 
+#include "kinome/image_files.h"
 #include "kinome/clustered_light.h"
 #include "kinome/log.h"
 #include "path_scenes.h"

@@ -19,21 +19,27 @@ NAME_PART = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 CORE, LIGHTS = "core", "libs/lights"
-LIBS = {LIGHTS, "libs/audit", "libs/scene_xml", "libs/editor", "libs/session", "libs/kit"}
+FILES, SPECTRA = "libs/image_files", "libs/spectra"
+LIBS = {LIGHTS, FILES, SPECTRA, "libs/audit", "libs/scene_xml", "libs/editor", "libs/session", "libs/kit"}
 # Rooms whose headers each room may include, in addition to its own.
 ROOMS = {
     CORE: set(),
     LIGHTS: {CORE},
+    FILES: {CORE},
+    SPECTRA: {CORE},
     "libs/audit": {CORE, LIGHTS},
-    "libs/scene_xml": {CORE},
-    "libs/editor": {CORE, "libs/scene_xml"},
-    "libs/session": {CORE, "libs/scene_xml"},  # merged parts are written by the scene's film
-    "libs/kit": {CORE, LIGHTS, "libs/audit", "libs/scene_xml", "libs/session"},
+    "libs/scene_xml": {CORE, SPECTRA},
+    "libs/editor": {CORE, FILES, SPECTRA, "libs/scene_xml"},
+    "libs/session": {CORE, FILES, "libs/scene_xml"},  # merged parts are written by the scene's film
+    "libs/kit": {CORE, FILES, LIGHTS, "libs/audit", "libs/scene_xml", "libs/session"},
     "apps/drawing": {CORE},
     "apps/kinome": {CORE, *LIBS, "apps/drawing"},
     "apps/viewer": {CORE, *LIBS, "apps/drawing", "apps/kinome"},
     "apps/python": {CORE, *LIBS},
 }
+# Rooms that plugins may include beside the core, by the category's folder.
+ROOMS_OF_PLUGINS = {"emitters": [LIGHTS], "integrators": [LIGHTS], "films": [FILES],
+                    "textures": [FILES], "spectra": [SPECTRA]}
 # Folders of learned product sampling. Each may include headers of those before it.
 PRODUCT = "plugins/integrators/clustered/product"
 PRODUCT_FOLDERS = ["tiles", "rays", "lights", "choice", "paths", "strata", "pilot", "trial", "pass",
@@ -123,7 +129,7 @@ def forbidden_includes(root):
                                   any(headers(root, room, name) for room in ROOMS))
             elif name.startswith("kinome/"):
                 is_allowed = any(headers(root, room, name) for room in [CORE] +
-                                 [LIGHTS] * (category.name in ("emitters", "integrators")))
+                                 ROOMS_OF_PLUGINS.get(category.name, []))
             else:
                 is_allowed = any(is_within(folder / name, category)
                                  for folder in (path.parent, category))

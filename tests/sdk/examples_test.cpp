@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kinome/image_files.h"
 #include "kinome/instruction_set.h"
 #include "sdk.h"
 #include "support/png.h"

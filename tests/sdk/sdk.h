@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "support/render.h"
 

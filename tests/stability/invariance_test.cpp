@@ -11,6 +11,7 @@
 #include "measure.h"
 #include "support/render.h"
 #include "xml.h"
+#include "kinome/image_files.h"
 
 namespace kinome::test {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "matrix.h"
 #include "xml.h"
+#include "kinome/image_files.h"
 
 namespace kinome::test {
 namespace {

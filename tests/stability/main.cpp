@@ -18,6 +18,7 @@
 
 #include <fmt/format.h>
 
+#include "kinome/output_files.h"
 #include "kinome/error.h"
 #include "kinome/image.h"
 #include "kinome/log.h"

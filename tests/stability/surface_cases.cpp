@@ -4,6 +4,8 @@
 
 #include "matrix.h"
 #include "xml.h"
+#include "kinome/output_files.h"
+#include "kinome/image_files.h"
 
 namespace kinome::test {
 namespace {

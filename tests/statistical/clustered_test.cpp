@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "clustered_cases.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome::test {

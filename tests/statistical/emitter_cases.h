@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "kinome/image_files.h"
 #include "kinome/emitter.h"
 #include "kinome/image.h"
 #include "kinome/scene.h"

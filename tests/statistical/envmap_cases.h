@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "kinome/image_files.h"
 #include "kinome/emitter.h"
 #include "kinome/image.h"
 #include "support/render.h"

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "envmap_cases.h"
+#include "kinome/image_files.h"
 #include "kinome/color.h"
 #include "kinome/sphere_partition.h"
 #include "support/statistics.h"

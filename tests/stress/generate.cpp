@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "dice.h"
+#include "kinome/output_files.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "node_values.h"
 

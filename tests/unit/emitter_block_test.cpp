@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "kinome/image_files.h"
 #include "kinome/emitter.h"
 #include "kinome/image.h"
 #include "kinome/shape.h"

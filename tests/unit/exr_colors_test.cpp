@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "image_helpers.h"
+#include "kinome/image_files.h"
 #include "kinome/color.h"
 
 namespace kinome::test {

@@ -11,6 +11,7 @@
 #include <map>
 
 #include "film_xml.h"
+#include "kinome/image_files.h"
 #include "kinome/error.h"
 #include "kinome/film.h"
 #include "kinome/texture.h"

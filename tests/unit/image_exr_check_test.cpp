@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "image_helpers.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome::test {

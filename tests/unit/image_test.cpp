@@ -1,3 +1,4 @@
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 #include <ImfChannelList.h>

@@ -1,4 +1,5 @@
 /// Tests that the merged parts of an image have the bits of the whole image.
+#include "kinome/image_files.h"
 #include "kinome/parts.h"
 
 #include <gtest/gtest.h>

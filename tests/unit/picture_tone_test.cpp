@@ -12,6 +12,7 @@
 #include "picture/tone.h"
 #include "support/png.h"
 #include "support/render.h"
+#include "kinome/image_files.h"
 
 namespace kinome::viewer {
 namespace {

@@ -13,6 +13,7 @@
 #include "clustered/product/rays/ray_comb.h"
 #include "clustered/product/rays/shadow_rays.h"
 #include "kernel_helpers.h"
+#include "kinome/image_files.h"
 #include "kinome/clustered_light.h"
 #include "kinome/sensor.h"
 #include "support/render.h"

@@ -8,6 +8,7 @@
 #include <random>
 #include <tuple>
 
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "kinome/texture.h"
 #include "support/block_memory.h"

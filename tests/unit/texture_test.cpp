@@ -1,3 +1,4 @@
+#include "kinome/image_files.h"
 #include "kinome/texture.h"
 
 #include <gtest/gtest.h>

@@ -9,6 +9,8 @@
 #include <filesystem>
 
 #include "image_helpers.h"
+#include "kinome/output_files.h"
+#include "kinome/image_files.h"
 
 namespace kinome::test {
 namespace {

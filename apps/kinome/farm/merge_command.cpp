@@ -9,6 +9,7 @@
 #include "base/file_writer.h"
 #include "commands.h"
 #include "crash.h"
+#include "kinome/output_files.h"
 #include "kinome/log.h"
 #include "kinome/parts.h"
 #include "kinome/plugin_registry.h"

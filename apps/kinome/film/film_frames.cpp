@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/file_writer.h"
+#include "kinome/output_files.h"
 #include "kinome/error.h"
 #include "kinome/read_files.h"
 

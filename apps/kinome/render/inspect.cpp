@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include "drawing/inspection_image.h"
+#include "kinome/output_files.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome::app {

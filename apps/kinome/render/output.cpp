@@ -9,6 +9,8 @@
 
 #include "base/file_writer.h"
 #include "base/scratch_folder.h"
+#include "kinome/output_files.h"
+#include "kinome/image_files.h"
 
 namespace kinome::app {
 namespace {

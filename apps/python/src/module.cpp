@@ -10,6 +10,7 @@
 #include <cctype>
 #include <mutex>
 
+#include "kinome/image_files.h"
 #include "kinome/inspection.h"
 #include "kinome/log.h"
 #include "rendering.h"

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinome/image_files.h"
 #include "kinome/error.h"
 #include "kinome/read_files.h"
 

@@ -1,6 +1,7 @@
 #include "session/preview_sensor.h"
 
 #include <array>
+#include "kinome/image_files.h"
 
 namespace kinome::viewer {
 namespace {

@@ -1,6 +1,7 @@
 #include "session/picture.h"
 
 #include "base/file_writer.h"
+#include "kinome/image_files.h"
 #include "kinome/error.h"
 
 namespace kinome::viewer {

@@ -7,6 +7,7 @@
 
 #include <cstdio>
 
+#include "kinome/image_files.h"
 #include "kinome/color.h"
 #include "kinome/error.h"
 

@@ -2,6 +2,7 @@
 //
 //     <film type="png"> <float name="exposure" value="1"/> </film>
 
+#include <kinome/image_files.h>
 #include <kinome/film.h>
 #include <kinome/plugin.h>
 

@@ -1,4 +1,4 @@
-#include "image/exr_files.h"
+#include "image_files/exr_files.h"
 
 #include <ImfStringAttribute.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "image/image_exr_check.h"
+#include "image_files/image_exr_check.h"
 
 #include <ImfChannelList.h>
 #include <ImfCompression.h>
@@ -19,7 +19,7 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "image/image_size.h"
+#include "image_files/image_size.h"
 
 namespace kinome {
 namespace {

@@ -18,10 +18,10 @@
 #include <filesystem>
 #include <set>
 
-#include "image/color_channels.h"
-#include "image/exr_colors.h"
-#include "image/exr_files.h"
-#include "image/image_exr_check.h"
+#include "image_files/color_channels.h"
+#include "image_files/exr_colors.h"
+#include "image_files/exr_files.h"
+#include "image_files/image_exr_check.h"
 #include "kinome/image.h"
 #include "kinome/log.h"
 

@@ -5,7 +5,7 @@
 
 #include "base/numbers.h"
 #include "kinome/error.h"
-#include "base/cie_tables.h"
+#include "spectra/cie_tables.h"
 
 namespace kinome {
 namespace {

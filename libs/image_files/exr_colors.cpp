@@ -1,4 +1,4 @@
-#include "image/exr_colors.h"
+#include "image_files/exr_colors.h"
 
 #include <ImfChromaticities.h>
 #include <ImfStandardAttributes.h>

@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "base/file_writer.h"
-#include "image/color_channels.h"
+#include "image_files/color_channels.h"
+#include "kinome/image_files.h"
 #include "kinome/color.h"
 #include "kinome/image.h"
 

@@ -9,8 +9,9 @@
 #include <fstream>
 
 #include "base/file_writer.h"
-#include "image/color_channels.h"
-#include "image/image_size.h"
+#include "image_files/color_channels.h"
+#include "image_files/image_size.h"
+#include "kinome/image_files.h"
 #include "kinome/image.h"
 
 namespace kinome {
