@@ -62,8 +62,7 @@ std::optional<std::string> file_contents(const std::string& path) {
   // LONG_MAX; reading them fails.
   std::string bytes(size > 0 && size < (int64_t{1} << 40) ? static_cast<size_t>(size) + 1 : kStep,
                     '\0');
-  while (const size_t n =
-             std::fread(bytes.data() + filled, 1, bytes.size() - filled, file.get())) {
+  while (const size_t n = std::fread(bytes.data() + filled, 1, bytes.size() - filled, file.get())) {
     filled += n;
     if (filled == bytes.size()) bytes.resize(bytes.size() + kStep);
   }

@@ -45,7 +45,8 @@ std::vector<Library> find_libraries(const std::vector<std::string>& folders, Cat
 
 Error no_such_plugin(const PluginRegistry& registry, const std::vector<std::string>& folders,
                      Category category, const std::string& name, const Location& where) {
-  const std::string title = std::string("unknown ") + to_string(category) + " plugin '" + name + "'";
+  const std::string title =
+      std::string("unknown ") + to_string(category) + " plugin '" + name + "'";
   const std::vector<std::string> known = registry.names(category);
   const std::string nearest = nearest_name(name, known);
   if (!nearest.empty()) return Error(where, title + did_you_mean(nearest));

@@ -193,9 +193,9 @@ void Subject::find(const std::string& wanted) {
     throw Error(fmt::format("'{}' is ambiguous: write {} or {}", wanted, found[0], found[1]));
   }
   const std::string near = nearest_name(wanted, known);
-  throw Error(fmt::format("unknown plugin '{}'{}", wanted,
-                          near.empty() ? "; `kinome plugins` lists all plugins"
-                                       : did_you_mean(near)));
+  throw Error(
+      fmt::format("unknown plugin '{}'{}", wanted,
+                  near.empty() ? "; `kinome plugins` lists all plugins" : did_you_mean(near)));
 }
 
 int Subject::samples(int usual) const {

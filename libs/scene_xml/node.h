@@ -83,7 +83,8 @@ void for_each_id(const Node& node, const Fn& fn) {
 class IdTags {
  public:
   void collect(const Node& root) {
-    for_each_id(root, [&](const std::string& id, const Node& node) { tags_.emplace(id, node.tag); });
+    for_each_id(root,
+                [&](const std::string& id, const Node& node) { tags_.emplace(id, node.tag); });
   }
   /// Returns "" if the id is unknown.
   std::string tag_of(const std::string& id) const {

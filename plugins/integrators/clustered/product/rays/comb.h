@@ -95,8 +95,8 @@ class Comb {
       float share = kOneMinusEpsilon;
       if (i < simd::kCellLanes) {
         const double begin = i > 0 ? ends[i - 1] : position_;
-        share = std::min(static_cast<float>((next_ - begin) / weights[first + i]),
-                         kOneMinusEpsilon);
+        share =
+            std::min(static_cast<float>((next_ - begin) / weights[first + i]), kOneMinusEpsilon);
       } else {
         // Because of rounding, the block's sum can exceed the last end slightly.
         while (i > 0 && !(weights[first + --i] > 0)) {
