@@ -1,6 +1,7 @@
 #include "clustered/kernels/candidate_kernels.h"
 
 #include "clustered/kernels/lobe_kernels.h"
+#include "clustered/kernels/vector_columns.h"
 #include "kinome/wide/functions.h"
 
 namespace kinome::simd {
@@ -12,9 +13,6 @@ using wide::kLanes;
 using wide::Vec2;
 using wide::Vec3;
 
-KINOME_WIDE Vec3 load(const float* const columns[3], size_t i) {
-  return {Float::load(columns[0] + i), Float::load(columns[1] + i), Float::load(columns[2] + i)};
-}
 KINOME_WIDE void store(const Vec3& value, float* const columns[3], size_t i) {
   value.x.store(columns[0] + i);
   value.y.store(columns[1] + i);
@@ -127,7 +125,7 @@ void find_places(const SphereGrid& grid, const float* dx, const float* dy, const
   const auto columns = static_cast<float>(grid.columns), rows = static_cast<float>(grid.rows);
   const float* const m = grid.to_local;
   wide::for_lanes(count, [&](size_t i) {
-    const Vec3 d(Float::load(dx + i), Float::load(dy + i), Float::load(dz + i));
+    const Vec3 d = load(dx, dy, dz, i);
     const Float x = dot(d, Vec3(m[0], m[1], m[2])), y = dot(d, Vec3(m[3], m[4], m[5])),
                 z = dot(d, Vec3(m[6], m[7], m[8]));
     const auto positive = [&](Float column) { return column + select(column < 0.f, columns); };

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "clustered/kernels/lane_blocks.h"
-#include "kinome/wide/vectors.h"
+#include "clustered/kernels/vector_columns.h"
 
 namespace kinome::simd {
 namespace {
@@ -25,10 +25,6 @@ constexpr float kMinShare = 1e-3f;
 constexpr float kStraddlingShare = 0.02f;
 /// Rounding error of the bounds.
 constexpr float kRounding = 1e-6f;
-
-KINOME_WIDE Vec3 load(const float* x, const float* y, const float* z, size_t i) {
-  return {Float::load(x + i), Float::load(y + i), Float::load(z + i)};
-}
 
 /// Returns the sum of kCellLanes values from `first` on. values(i) returns the vector that begins
 /// at i.
@@ -214,7 +210,7 @@ float glossy_importance(const CellColumns& cells, const GlossyQuery& query, floa
   float total = 0;
   for (size_t i = 0; i < cells.count; i += kCellLanes) {
     total += * block_sums++ = sum_block(i, [&](size_t k) {
-      const Vec3 c = load(cells.axis[0], cells.axis[1], cells.axis[2], k), h = viewer + c;
+      const Vec3 c = load(cells.axis, k), h = viewer + c;
       const Float cosine2 = max(sqr(dot(n, h)) / max(dot(h, h), 1e-12f), 1e-4f);
       const Float radius = Float::load(cells.radius + k);
       // A cell of radius r turns the half vector by about r / 2; half of its square is added to a2.

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "clustered/kernels/vector_columns.h"
 #include "kinome/math.h"
-#include "kinome/wide/vectors.h"
 
 namespace kinome::simd {
 namespace {
@@ -20,10 +20,6 @@ constexpr float kMargin = 0.05f;
 constexpr float kLobeFloor = 0.05f;
 /// The same fraction for light that is reflected to other surfaces, and the minimum cosines there.
 constexpr float kSentFloor = 0.02f;
-
-KINOME_WIDE Vec3 load(const float* const (&columns)[3], size_t i) {
-  return {Float::load(columns[0] + i), Float::load(columns[1] + i), Float::load(columns[2] + i)};
-}
 
 template <class F>
 VecOf<F> vector_of(const float (&v)[3]) {

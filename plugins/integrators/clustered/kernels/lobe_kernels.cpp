@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "clustered/kernels/group_members.h"
+#include "clustered/kernels/vector_columns.h"
 #include "kinome/warp.h"
 #include "kinome/wide/bsdf.h"
 #include "kinome/wide/fresnel.h"
@@ -19,9 +20,6 @@ using wide::Int;
 using wide::Uint;
 using wide::Vec3;
 
-KINOME_WIDE Vec3 load(const float* x, const float* y, const float* z, size_t i) {
-  return {Float::load(x + i), Float::load(y + i), Float::load(z + i)};
-}
 KINOME_WIDE Vec3 gather(const Column<float> (&from)[3], Int k) {
   return {wide::gather(from[0].data(), k), wide::gather(from[1].data(), k),
           wide::gather(from[2].data(), k)};

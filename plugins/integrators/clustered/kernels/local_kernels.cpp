@@ -1,6 +1,6 @@
 #include "clustered/kernels/local_kernels.h"
 
-#include "kinome/wide/vectors.h"
+#include "clustered/kernels/vector_columns.h"
 
 namespace kinome::simd {
 namespace {
@@ -8,10 +8,6 @@ namespace {
 using wide::Float;
 using wide::Mask;
 using wide::Vec3;
-
-KINOME_WIDE Vec3 load(const float* const (&columns)[3], size_t i) {
-  return {Float::load(columns[0] + i), Float::load(columns[1] + i), Float::load(columns[2] + i)};
-}
 
 constexpr size_t kRow = sizeof(LightPointRow) / sizeof(float);
 constexpr size_t kPower = offsetof(LightPointRow, power) / sizeof(float);

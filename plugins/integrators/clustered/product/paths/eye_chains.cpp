@@ -8,8 +8,6 @@
 namespace kinome {
 namespace {
 
-/// Rays of one call to Embree.
-constexpr size_t kBatch = 1024;
 /// Random numbers of one edge.
 enum Number : uint32_t { kLobe, kLobeX, kLobeY, kSurvival };
 
@@ -64,8 +62,8 @@ void EyeChains::trace(const Scene& scene, RenderCounters& counters) {
     const std::vector<Begin> chains = std::move(chains_);
     rays_.clear();
     chains_.clear();
-    for (size_t begin = 0; begin < rays.size(); begin += kBatch) {
-      const size_t count = std::min(kBatch, rays.size() - begin);
+    for (size_t begin = 0; begin < rays.size(); begin += kEyeRaysPerCall) {
+      const size_t count = std::min(kEyeRaysPerCall, rays.size() - begin);
       scene.intersect({&rays[begin], count}, Coherence::kIncoherent, counters);
       counters[RayKind::kBsdf] += count;
     }

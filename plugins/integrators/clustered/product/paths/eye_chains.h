@@ -7,6 +7,9 @@
 
 namespace kinome {
 
+/// Number of eye rays of one call to Embree.
+inline constexpr size_t kEyeRaysPerCall = 1024;
+
 /// Emitters seen through chains of delta lobes (mirrors, smooth glass) from the surface points that
 /// the camera sees. Rays follow delta lobes alone, and add the light of emitters that they hit. If
 /// paths from the emitters (Caustics) find the same light, balance weights divide it. Rays wait

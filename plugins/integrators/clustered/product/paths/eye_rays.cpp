@@ -9,8 +9,6 @@
 namespace kinome {
 namespace {
 
-/// Rays of one call to Embree.
-constexpr size_t kBatch = 1024;
 /// Random numbers of one primary's eye ray.
 constexpr uint32_t kNumbers = 4;
 /// Random numbers at the hit of an eye ray.
@@ -44,11 +42,12 @@ float share_of(float own, float follow_ratio, float odds) {
 
 }  // namespace
 
-std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, float u1,
-                                                    const Vec2& u) {
+std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, uint32_t primary,
+                                                    uint64_t seed) {
   const Bsdf& bsdf = si.shape->bsdf();
   if (!any(bsdf.lobes() & Lobe::kDelta)) return std::nullopt;
-  const auto sample = bsdf.sample(si, Lobe::kDelta, u1, u);
+  const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
+  const auto sample = bsdf.sample(si, Lobe::kDelta, random_float(hash_words(seed, primary), 0), u);
   if (!sample) return std::nullopt;
   return MirroredDirection{si.frame.to_world(sample->wo), sample->weight};
 }
@@ -134,8 +133,7 @@ void EyeRays::send(const GroupView& group, float expected, uint64_t seed,
 
 void EyeRays::send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint64_t seed,
                             Rgb& sum) {
-  const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  const auto mirrored = mirrored_direction(si, random_float(hash_words(seed, primary), 0), u);
+  const auto mirrored = mirrored_direction(si, primary, seed);
   if (!mirrored || is_black(mirrored->weight)) return;
   Ray ray;
   ray.d = mirrored->d;
@@ -153,8 +151,8 @@ void EyeRays::trace(ShadowRays& shadow_rays) {
   while (!rays_.empty()) {
     std::swap(hits_, traced_hits_);
     std::swap(rays_, traced_);
-    for (size_t begin = 0; begin < traced_.size(); begin += kBatch) {
-      const size_t count = std::min(kBatch, traced_.size() - begin);
+    for (size_t begin = 0; begin < traced_.size(); begin += kEyeRaysPerCall) {
+      const size_t count = std::min(kEyeRaysPerCall, traced_.size() - begin);
       scene_->intersect({&traced_hits_[begin], count}, Coherence::kIncoherent, *counters_);
       (*counters_)[RayKind::kBsdf] += count;
       for (size_t i = begin; i < begin + count; ++i) {

@@ -5,16 +5,14 @@
 #include "clustered/product/tiles/spread.h"
 
 namespace kinome {
-namespace {
-
-/// Number of rays of one call to Embree, which fits the caches.
-constexpr size_t kBatch = 2048;
-
-}  // namespace
 
 ShadowRays::ShadowRays(StageTimes& times, const transport::SceneTable* passing, uint32_t max_passes)
-    : times_(times), max_passes_(max_passes), rays_(kBatch), pending_(kBatch), lit_(kBatch) {
-  if (passing) straight_.emplace(*passing, kBatch);
+    : times_(times),
+      max_passes_(max_passes),
+      rays_(kRaysPerCall),
+      pending_(kRaysPerCall),
+      lit_(kRaysPerCall) {
+  if (passing) straight_.emplace(*passing, kRaysPerCall);
 }
 
 void ShadowRays::trace() {

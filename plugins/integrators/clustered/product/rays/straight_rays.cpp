@@ -5,11 +5,6 @@
 #include "clustered/product/tiles/spread.h"
 
 namespace kinome {
-namespace {
-
-constexpr size_t kBatch = 2048;
-
-}  // namespace
 
 StraightRays::StraightRays(const transport::SceneTable& scene, size_t count)
     : shadows_(scene, padded(count), padded(count)),
@@ -44,9 +39,9 @@ std::vector<float> arriving_shares(const Scene& scene, const transport::SceneTab
     for (size_t i = 0; i < rays.size(); ++i) shares[i] = rays[i].is_occluded() ? 0.f : 1.f;
     return shares;
   }
-  StraightRays straight(*passing, std::min(rays.size(), kBatch));
-  for (size_t begin = 0; begin < rays.size(); begin += kBatch) {
-    const size_t count = std::min(kBatch, rays.size() - begin);
+  StraightRays straight(*passing, std::min(rays.size(), kRaysPerCall));
+  for (size_t begin = 0; begin < rays.size(); begin += kRaysPerCall) {
+    const size_t count = std::min(kRaysPerCall, rays.size() - begin);
     for (size_t i = 0; i < count; ++i) straight.set(i, rays[begin + i], ~0u);
     straight.trace(count, counters);
     for (size_t i = 0; i < count; ++i) shares[begin + i] = mean_of(straight.transmittance(i));

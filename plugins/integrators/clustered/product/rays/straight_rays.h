@@ -13,6 +13,9 @@ inline uint32_t passes_left(uint32_t max_depth, uint32_t edges) {
   return max_depth > edges ? max_depth - edges : 0;
 }
 
+/// Number of rays of one call to Embree, which fits the caches.
+inline constexpr size_t kRaysPerCall = 2048;
+
 /// Shadow rays that pass surfaces straight (Lobe::kNull), one surface after another. One object per
 /// thread.
 class StraightRays {

@@ -34,8 +34,7 @@ void add_control(const Stage& stage, const GroupView& group, const Rgb& control,
 /// the point sends to the viewer.
 std::optional<MirroredDirection> mirrored_sky(const CellLight& light, const SurfaceInteraction& si,
                                               uint32_t primary, uint64_t seed) {
-  const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  auto mirrored = mirrored_direction(si, random_float(hash_words(seed, primary), 0), u);
+  auto mirrored = mirrored_direction(si, primary, seed);
   if (!mirrored) return std::nullopt;
   mirrored->weight *=
       light.environment ? light.environment->eval_environment(mirrored->d) : Rgb(0.f);

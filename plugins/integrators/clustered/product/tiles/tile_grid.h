@@ -15,7 +15,7 @@ namespace kinome {
 /// thread. The points of a tile, which has kTileSide x kTileSide pixels, share patches.
 class TileGrid {
  public:
-  static constexpr int kBlockSide = 32;
+  static constexpr int kBlockSide = kTileSize;
   static constexpr int kTilesAcross = kBlockSide / kTileSide;  ///< tiles per row of a block
   static constexpr int kTilesOfBlock = kTilesAcross * kTilesAcross;
 
