@@ -1,7 +1,6 @@
 #include "kinome/sky.h"
 
 #include <cmath>
-#include <mutex>
 
 #include "kinome/distant_disk.h"
 #include "kinome/flux_grid.h"
@@ -29,16 +28,14 @@ Vec2 position_of(const Vec3& d) {
 /// The distribution is made when it is first needed, because constructors can't call radiance().
 struct Sky::Tables {
   DistantDisk disk;
-  std::once_flag is_probed;
-  std::optional<FluxGrid> flux;
+  LazyFluxGrid flux;
 
   const FluxGrid& flux_of(const Sky& sky) {
-    std::call_once(is_probed, [&] {
-      flux.emplace(kCells, kProbesOfSide, [&](const Vec2& uv) {
+    return flux.get([&] {
+      return FluxGrid(kCells, kProbesOfSide, [&](const Vec2& uv) {
         return luminance(glm::abs(sky.radiance(direction_at(uv))));
       });
     });
-    return *flux;
   }
 };
 

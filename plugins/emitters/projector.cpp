@@ -16,8 +16,6 @@
 ///       <transform name="to_world"><lookat origin="0 1 5" target="0 1 0" up="0 1 0"/></transform>
 ///     </emitter>
 
-#include <mutex>
-
 #include "../sensors/camera.h"
 #include "emission.h"
 #include "kinome/flux_grid.h"
@@ -132,8 +130,7 @@ class Projector final : public Emitter {
 
  private:
   const FluxGrid& flux() const {
-    std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
-    return *flux_;
+    return flux_.get([this] { return make_flux_grid(); });
   }
   template <class F>
   struct ImagePoint {
@@ -194,9 +191,7 @@ class Projector final : public Emitter {
   wide::ColorInput irradiance_;
   float scale_;
   Vec2 half_size_{1.f};  ///< half of the image's size at z = 1
-  /// Built when the first emitted ray is sampled: direct light doesn't need it.
-  mutable std::once_flag flux_made_;
-  mutable std::optional<FluxGrid> flux_;
+  LazyFluxGrid flux_;    ///< direct light doesn't need it
 };
 
 }  // namespace

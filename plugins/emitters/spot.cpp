@@ -13,7 +13,6 @@
 ///       <float name="cutoff_angle" value="30"/>
 ///     </emitter>
 
-#include <mutex>
 #include <numbers>
 
 #include "emission.h"
@@ -170,8 +169,7 @@ class Spot final : public Emitter {
 
  private:
   const FluxGrid& flux() const {
-    std::call_once(flux_made_, [this] { flux_.emplace(make_flux_grid()); });
-    return *flux_;
+    return flux_.get([this] { return make_flux_grid(); });
   }
 
   template <class F>
@@ -232,9 +230,7 @@ class Spot final : public Emitter {
   float min_lit_cosine_;  ///< directions with a smaller cosine are dark, whatever the rounding
   float tan_cutoff_;
   wide::ColorInput texture_;
-  /// Built when the first emitted ray is sampled: direct light doesn't need it.
-  mutable std::once_flag flux_made_;
-  mutable std::optional<FluxGrid> flux_;
+  LazyFluxGrid flux_;  ///< direct light doesn't need it
 };
 
 }  // namespace

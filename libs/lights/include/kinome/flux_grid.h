@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -110,6 +111,21 @@ class FluxGrid {
   GridDistribution grid_;
   double density_scale_ = 0;
   float mean_ = 0;
+};
+
+/// FluxGrid that is built when it is first needed. Thread-safe.
+class LazyFluxGrid {
+ public:
+  /// make() returns the FluxGrid. It is only called once.
+  template <class Make>
+  const FluxGrid& get(const Make& make) const {
+    std::call_once(is_made_, [&] { grid_.emplace(make()); });
+    return *grid_;
+  }
+
+ private:
+  mutable std::once_flag is_made_;
+  mutable std::optional<FluxGrid> grid_;
 };
 
 }  // namespace kinome
