@@ -4,8 +4,6 @@
 //
 //   <sampler type="multijitter"><integer name="sample_count" value="64"/></sampler>
 
-#include <memory>
-
 #include "kinome/plugin.h"
 #include "strata.h"
 
@@ -27,6 +25,7 @@ Grid grid_for(uint32_t count) {
 /// m x n strata of the square, and m n strata of each coordinate.
 struct Jitters : GridSet {
   using GridSet::GridSet;
+  static Jitters of_size(uint32_t count, bool jitters) { return {grid_for(count), jitters}; }
 
   template <class U>
   KINOME_WIDE Pair<U> square(U within, const PixelKey<U>& key) const {
@@ -41,20 +40,7 @@ struct Jitters : GridSet {
   }
 };
 
-class MultiJitter : public StratifyingSampler<Jitters> {
- public:
-  explicit MultiJitter(const Properties& props)
-      : MultiJitter(read_sample_count(props), static_cast<uint64_t>(props.integer("seed")),
-                    props.boolean("jitter")) {
-    warn_if_rounded(props, read_sample_count(props), sample_count_);
-  }
-  MultiJitter(uint32_t count, uint64_t seed, bool jitters)
-      : StratifyingSampler(Jitters(grid_for(count), jitters), seed) {}
-
-  std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
-    return std::make_shared<MultiJitter>(count, seed_, method().jitter.is_random);
-  }
-};
+using MultiJitter = StratifyingSampler<Jitters>;
 
 }  // namespace
 }  // namespace kinome

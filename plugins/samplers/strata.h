@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 
 #include "permutation.h"
 #include "sample_sets.h"
@@ -87,16 +88,24 @@ struct GridSet {
   Jitter jitter;
 };
 
-/// Sampler of stratified sets. Method must have these functions, for uint32_t and for wide::Uint:
-///   uint32_t count() const;                              number of samples in a set
+/// Sampler of stratified sets. Method must have a field `jitter` and these functions, the last two
+/// for uint32_t and for wide::Uint:
+///   static Method of_size(uint32_t count, bool jitters);      sets of at least `count` samples
+///   uint32_t count() const;                                   number of samples in a set
 ///   Real<U> line(U within, const PixelKey<U>& key) const;     a number
 ///   Pair<U> square(U within, const PixelKey<U>& key) const;   a pair
 /// `within` is the index of a sample in its set, and `key` the key of the set and the dimension.
 template <class Method>
 class StratifyingSampler : public Sampler {
  public:
-  StratifyingSampler(const Method& method, uint64_t seed) : method_(method), sets_(method.count()) {
-    sample_count_ = method.count();
+  explicit StratifyingSampler(const Properties& props)
+      : StratifyingSampler(read_sample_count(props), static_cast<uint64_t>(props.integer("seed")),
+                           props.boolean("jitter")) {
+    warn_if_rounded(props, read_sample_count(props), sample_count_);
+  }
+  StratifyingSampler(uint32_t count, uint64_t seed, bool jitters)
+      : method_(Method::of_size(count, jitters)), sets_(method_.count()) {
+    sample_count_ = method_.count();
     seed_ = seed;
   }
 
@@ -127,8 +136,9 @@ class StratifyingSampler : public Sampler {
                              });
   }
 
- protected:
-  const Method& method() const { return method_; }
+  std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
+    return std::make_shared<StratifyingSampler>(count, seed_, method_.jitter.is_random);
+  }
 
  private:
   static auto keys(uint32_t salt) {

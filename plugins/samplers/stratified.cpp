@@ -5,8 +5,6 @@
 //
 //   <sampler type="stratified"><integer name="sample_count" value="64"/></sampler>
 
-#include <memory>
-
 #include "kinome/plugin.h"
 #include "strata.h"
 
@@ -25,6 +23,7 @@ uint32_t side_for(uint32_t count) {
 struct Squares : GridSet {
   Squares(uint32_t side, bool jitters)
       : GridSet(Grid(side, side), jitters), width(1 / static_cast<float>(side)) {}
+  static Squares of_size(uint32_t count, bool jitters) { return {side_for(count), jitters}; }
 
   template <class U>
   KINOME_WIDE Pair<U> square(U within, const PixelKey<U>& key) const {
@@ -37,20 +36,7 @@ struct Squares : GridSet {
   float width;  ///< side of a stratum in the square
 };
 
-class Stratified : public StratifyingSampler<Squares> {
- public:
-  explicit Stratified(const Properties& props)
-      : Stratified(read_sample_count(props), static_cast<uint64_t>(props.integer("seed")),
-                   props.boolean("jitter")) {
-    warn_if_rounded(props, read_sample_count(props), sample_count_);
-  }
-  Stratified(uint32_t count, uint64_t seed, bool jitters)
-      : StratifyingSampler(Squares(side_for(count), jitters), seed) {}
-
-  std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
-    return std::make_shared<Stratified>(count, seed_, method().jitter.is_random);
-  }
-};
+using Stratified = StratifyingSampler<Squares>;
 
 }  // namespace
 }  // namespace kinome
