@@ -103,9 +103,7 @@ class Coat : public Bsdf {
     return value;
   }
   Frame reflection_frame(const SurfaceInteraction& si) const override {
-    Frame frame = si.frame;
-    if (si.wi.z < 0) frame.n = -frame.n;
-    return frame;
+    return si.frame_toward_viewer();
   }
 
  private:

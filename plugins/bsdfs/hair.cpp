@@ -131,9 +131,7 @@ class Hair final : public wide::FormulaBsdf<Hair> {
     return {Rgb(0.f), Lobes<float>(*this, si.wi, absorption_.at(si.uv)).albedo()};
   }
   Frame reflection_frame(const SurfaceInteraction& si) const override {
-    Frame frame = si.frame;
-    if (si.wi.z < 0) frame.n = -frame.n;
-    return frame;
+    return si.frame_toward_viewer();
   }
 
  private:

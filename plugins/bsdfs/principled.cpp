@@ -86,9 +86,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
   }
   /// Glass is two-sided.
   Frame reflection_frame(const SurfaceInteraction& si) const override {
-    Frame frame = si.frame;
-    if (transmits_ && si.wi.z < 0) frame.n = -frame.n;
-    return frame;
+    return transmits_ ? si.frame_toward_viewer() : si.frame;
   }
 
  private:

@@ -74,9 +74,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
             bounded(glossy * (Rgb(mirrored + 1e-3f) + (1 - mirrored) * base))};
   }
   Frame reflection_frame(const SurfaceInteraction& si) const override {
-    Frame frame = si.frame;
-    if (si.wi.z < 0) frame.n = -frame.n;
-    return frame;
+    return si.frame_toward_viewer();
   }
 
  private:

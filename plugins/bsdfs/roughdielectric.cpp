@@ -66,9 +66,7 @@ class RoughDielectric final : public wide::FormulaBsdf<RoughDielectric> {
             mirrored * reflectance_.at(si) + (1 - mirrored) * transmittance_.at(si)};
   }
   Frame reflection_frame(const SurfaceInteraction& si) const override {
-    Frame frame = si.frame;
-    if (si.wi.z < 0) frame.n = -frame.n;
-    return frame;
+    return si.frame_toward_viewer();
   }
 
  private:

@@ -55,6 +55,12 @@ struct SurfaceInteraction {
   const Shape* shape = nullptr;
   uint32_t primitive = 0;
 
+  /// Returns `frame` with its normal turned to the side from which the ray comes.
+  Frame frame_toward_viewer() const {
+    Frame turned = frame;
+    if (wi.z < 0) turned.n = -turned.n;
+    return turned;
+  }
   /// Returns the origin of a ray toward the world direction d: p moved off the surface to the side
   /// of d.
   Vec3 ray_origin(const Vec3& d) const {
