@@ -21,13 +21,7 @@ std::string folder_of_file(const std::string& file) {
 
 void collect_references(const Node& node, std::set<std::string>& ids,
                         const std::map<std::string, std::string>& aliases) {
-  if (node.tag == "ref") {
-    std::string id = node.value("id");
-    for (auto alias = aliases.find(id); alias != aliases.end(); alias = aliases.find(id)) {
-      id = alias->second;
-    }
-    ids.insert(id);
-  }
+  if (node.tag == "ref") ids.insert(unaliased(aliases, node.value("id")));
   for_each_part(node, [&](const Node& child) { collect_references(child, ids, aliases); });
 }
 

@@ -73,12 +73,7 @@ class SceneGenerator {
                        const SavedScene::Changes* changes) const {
     if (attribute.name == "type" && changes) return changes->type;
     if (attribute.name == "id" && node.tag == "ref") {
-      std::string id = attribute.value;
-      for (auto alias = expansion_.aliases.find(id); alias != expansion_.aliases.end();
-           alias = expansion_.aliases.find(id)) {
-        id = alias->second;
-      }
-      return id;
+      return unaliased(expansion_.aliases, attribute.value);
     }
     if (attribute.name == "filename") return saved_.relocated_file(node, attribute.value);
     if (attribute.name == "value" && node.tag == "string") {

@@ -89,19 +89,10 @@ Builder::Builder(const Expansion& expansion, std::vector<std::string> base_folde
               [&](const std::string& id, const Node& node) { ids_.emplace(id, &node); });
 }
 
-/// The loop ends, because an alias can only refer to earlier ids.
-std::string Builder::unaliased(std::string id) const {
-  for (auto alias = expansion_.aliases.find(id); alias != expansion_.aliases.end();
-       alias = expansion_.aliases.find(id)) {
-    id = alias->second;
-  }
-  return id;
-}
-
 const Node* Builder::target_of(const Node& ref) {
   if (ref.is_broken) return nullptr;
   const Attribute& id = *ref.find("id");
-  const std::string target = unaliased(id.value);
+  const std::string target = unaliased(expansion_.aliases, id.value);
   const auto found = ids_.find(target);
   if (found != ids_.end()) {
     if (!under_construction_.count(found->second)) return found->second;

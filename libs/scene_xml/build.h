@@ -81,7 +81,6 @@ class Builder {
   class UnderConstruction;
 
   const Node* target_of(const Node& ref);
-  std::string unaliased(std::string id) const;
   void forget_scene();
   void add_overrides(const Node& node, const PluginDescriptor& plugin, Parts& parts);
   std::shared_ptr<Object> make(const Node& node);

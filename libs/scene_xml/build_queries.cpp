@@ -13,7 +13,7 @@ const Node* Builder::resolved(const Node& node) const {
 }
 
 const Node* Builder::with_id(const std::string& id) const {
-  const auto found = ids_.find(unaliased(id));
+  const auto found = ids_.find(unaliased(expansion_.aliases, id));
   return found == ids_.end() ? nullptr : found->second;
 }
 

@@ -305,6 +305,16 @@ std::vector<std::string> search_folders(const std::vector<std::string>* includes
   return all;
 }
 
+std::string unaliased(const std::map<std::string, std::string>& aliases, std::string name) {
+  // The limit ends cycles.
+  for (size_t i = 0; i < aliases.size(); ++i) {
+    const auto alias = aliases.find(name);
+    if (alias == aliases.end()) break;
+    name = alias->second;
+  }
+  return name;
+}
+
 std::string read_text(const std::string& path, const Location& where) {
   std::error_code failed;
   const Location location = where.file.empty() ? Location{path, 0, 0} : where;

@@ -68,15 +68,7 @@ class UnsupportedRemover {
   std::string tag_of(const Node& node) const {
     return node.tag == "ref" ? tags_.tag_of(target_of(node.value("id"))) : node.tag;
   }
-  /// Returns the id that a name stands for. The limit ends cycles of <alias> elements.
-  std::string target_of(std::string name) const {
-    for (size_t i = 0; i < aliases_->size(); ++i) {
-      const auto alias = aliases_->find(name);
-      if (alias == aliases_->end()) break;
-      name = alias->second;
-    }
-    return name;
-  }
+  std::string target_of(const std::string& name) const { return unaliased(*aliases_, name); }
   bool has_part(const Node& node, std::string_view tag) const {
     return std::any_of(node.children.begin(), node.children.end(),
                        [&](const Node& child) { return tag_of(child) == tag; });

@@ -143,6 +143,8 @@ struct Expansion {
   std::set<std::string> lost_ids;
   bool has_unknown_ids = false;  ///< true if errors may have hidden further ids
 };
+/// Returns the id that a name stands for.
+std::string unaliased(const std::map<std::string, std::string>& aliases, std::string name);
 /// Parses and expands a text. If `whole_scene`, the root must be a <scene> with a version. Throws
 /// Error for malformed XML and for an invalid root.
 Expansion expand(const std::string& text, const std::string& name, const LoadOptions& options,
