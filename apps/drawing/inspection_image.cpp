@@ -192,6 +192,12 @@ std::optional<Vec2> InspectionView::find(const Sensor& sensor, const Vec3& posit
   return connection->film_position * scale;
 }
 
+InspectionView inspection_view(const Inspection& report, const Scene& scene, const Sensor& sensor) {
+  InspectionView view = report.is_distant ? environment_view(scene) : scene_view(scene, sensor);
+  draw_inspection(report, sensor, view);
+  return view;
+}
+
 void draw_inspection(const Inspection& report, const Sensor& sensor, InspectionView& view) {
   const bool distant = report.is_distant;
   outline_clusters(report, view);

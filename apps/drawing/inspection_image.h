@@ -42,6 +42,8 @@ InspectionView environment_view(const Scene& scene);
 /// longer side is less than 768 pixels.
 InspectionView scene_view(const Scene& scene, const Sensor& sensor);
 
+/// Draws a report over the view of its kind of light.
+InspectionView inspection_view(const Inspection& report, const Scene& scene, const Sensor& sensor);
 /// Outlines the clusters' boxes and draws the samples by weight, visible ones in red and shadowed
 /// ones in blue. Clusters with a low learned visibility become dark blue.
 void draw_inspection(const Inspection& report, const Sensor& sensor, InspectionView& view);

@@ -12,10 +12,7 @@ namespace {
 
 void draw(const Inspection& report, const Scene& scene, const Sensor& sensor, const Vec2& pixel,
           const std::string& path) {
-  drawing::InspectionView view = report.is_distant
-                                     ? drawing::environment_view(scene)
-                                     : drawing::scene_view(scene, sensor);
-  drawing::draw_inspection(report, sensor, view);
+  drawing::InspectionView view = drawing::inspection_view(report, scene, sensor);
   drawing::add_legend(report, pixel, view.canvas);
   write_png(path, view.canvas.image, 0);
 }

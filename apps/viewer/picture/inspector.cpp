@@ -32,10 +32,7 @@ ObjectDescription integrator_of(const SceneEditor& editor, const std::string& im
 }
 
 InspectedSet draw(Inspection report, const Scene& scene, const Sensor& sensor) {
-  drawing::InspectionView view = report.is_distant
-                                     ? drawing::environment_view(scene)
-                                     : drawing::scene_view(scene, sensor);
-  drawing::draw_inspection(report, sensor, view);
+  drawing::InspectionView view = drawing::inspection_view(report, scene, sensor);
   InspectionMarks marks = marks_of(report, sensor);
   return {std::move(report), std::move(view.canvas.image), std::move(marks)};
 }
