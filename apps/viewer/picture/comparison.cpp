@@ -34,10 +34,6 @@ Rgb color_at(const Image& image, const ChannelGroup& group, int x, int y) {
   return color;
 }
 
-bool is_finite(const Rgb& c) {
-  return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z);
-}
-
 /// Returns 0.01 times the square of the mean of the counted values; 1, for absolute errors, if the
 /// mean is 0.
 double floor_of(const Image& image, const ChannelGroup& colors, const std::vector<bool>& counts) {
@@ -54,18 +50,24 @@ double floor_of(const Image& image, const ChannelGroup& colors, const std::vecto
   return mean != 0 ? 0.01 * mean * mean : 1;
 }
 
-/// Replaces non-finite and negative values by 0.
-LinearPicture radiance_of(const Image& image) {
+/// Returns the values of fn for the colours of an image's pixels, or for black if it has none.
+template <class Fn>
+LinearPicture picture_of(const Image& image, const Fn& fn) {
   const ChannelGroup colors = colors_of(image);
   LinearPicture picture{image.width, image.height, {}};
   picture.pixels.reserve(static_cast<size_t>(image.width) * image.height);
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
-      const Rgb color = color_at(image, colors, x, y);
-      picture.pixels.push_back(is_finite(color) ? glm::max(color, 0.f) : Rgb(0.f));
+      picture.pixels.push_back(fn(colors.count > 0 ? color_at(image, colors, x, y) : Rgb(0.f)));
     }
   }
   return picture;
+}
+
+/// Replaces non-finite and negative values by 0.
+LinearPicture radiance_of(const Image& image) {
+  return picture_of(
+      image, [](const Rgb& color) { return is_finite(color) ? glm::max(color, 0.f) : Rgb(0.f); });
 }
 
 }  // namespace
@@ -183,16 +185,7 @@ Tone tone_of(Difference kind, float range) {
 }
 
 LinearPicture displayed_picture(const Image& image, float exposure, Curve curve) {
-  const ChannelGroup colors = colors_of(image);
-  LinearPicture picture{image.width, image.height, {}};
-  picture.pixels.reserve(static_cast<size_t>(image.width) * image.height);
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      const Rgb color = colors.count > 0 ? color_at(image, colors, x, y) : Rgb(0.f);
-      picture.pixels.push_back(displayed(color, exposure, curve));
-    }
-  }
-  return picture;
+  return picture_of(image, [&](const Rgb& color) { return displayed(color, exposure, curve); });
 }
 
 std::vector<uint8_t> split_view(const ToneMapper& mapper, const Image& left, const Image& right,

@@ -262,7 +262,6 @@ class LocalLight {
   };
   struct Drawn;
   struct Walker;
-  class Walkers;
   void find_sources(uint64_t seed);
   void make_lamp_cells();
   /// Finds the spheres of aim, and sets the bounce_share of each source by them.

@@ -1,7 +1,7 @@
 // The part of LocalLight that traces light paths from the sources and leaves points where they hit.
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <memory>
 #include <utility>
 
 #include "clustered/product/lights/light_point_draw.h"
@@ -12,6 +12,7 @@
 #include "kinome/render_context.h"
 #include "transport/adjoint.h"
 #include "transport/adjoint_samples.h"
+#include "transport/blocks_of_tile.h"
 #include "transport/rays.h"
 
 namespace kinome {
@@ -65,28 +66,6 @@ struct LocalLight::Walker {
   }
 };
 
-/// Pool of Walkers for threads.
-class LocalLight::Walkers {
- public:
-  explicit Walkers(const transport::SceneTable& table) : table_(table) {}
-  std::unique_ptr<Walker> take() {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) return std::make_unique<Walker>(table_);
-    auto walker = std::move(free_.back());
-    free_.pop_back();
-    return walker;
-  }
-  void give_back(std::unique_ptr<Walker> walker) {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(walker));
-  }
-
- private:
-  const transport::SceneTable& table_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Walker>> free_;
-};
-
 void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
                            std::vector<Drawn>& chunks) const {
   const uint32_t parts = (count + kChunk - 1) / kChunk;
@@ -95,13 +74,11 @@ void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderCon
   const LightGuide& guide = bounce ? bounce_guide_ : surface_guide_;
   const std::vector<double>& unguided = bounce ? bounce_ends_ : surface_ends_;
   const Turns turns(guide.empty() ? unguided : guide.ends(), count, seed);
-  Walkers walkers(table_);
-  context.parallel_for(parts, [&](size_t c) {
-    auto walker = walkers.take();
+  const auto draw_chunk = [&](size_t c, Walker& walker) {
     const auto begin = static_cast<uint32_t>(c) * kChunk;
     const uint32_t end = std::min(begin + kChunk, count);
     Drawn& out = chunks[before + c];
-    out.walks.swap(walker->spare);
+    out.walks.swap(walker.spare);
     std::vector<LightOrigin> origins;
     for (uint32_t i = begin; i < end;) {
       const Turns::Turn first = turns[i];
@@ -116,14 +93,18 @@ void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderCon
         turn = turns[i];
       }
       if (bounce) {
-        leave(origins, hash_words(seed, kSeedOfWalks), first_index, *walker, out);
+        leave(origins, hash_words(seed, kSeedOfWalks), first_index, walker, out);
       } else {
-        add_surface_points(origins, *walker, out);
+        add_surface_points(origins, walker, out);
       }
     }
-    while (take_parts(*walker, out)) walk_on(*walker, out);
-    out.walks.swap(walker->spare);
-    walkers.give_back(std::move(walker));
+    while (take_parts(walker, out)) walk_on(walker, out);
+    out.walks.swap(walker.spare);
+  };
+  transport::Workers<Walker> walkers;
+  context.parallel_for(parts, [&](size_t c) {
+    walkers.with_one([&] { return std::make_unique<Walker>(table_); },
+                     [&](Walker& walker) { draw_chunk(c, walker); });
   });
   for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
 }
