@@ -7,15 +7,22 @@
 
 namespace kinome {
 
+namespace fs = std::filesystem;
+
+std::string folder_of(const std::string& file) {
+  const std::string folder = fs::path(file).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
 std::string unreadable(const std::string& path) {
   std::error_code failed;
-  if (std::filesystem::is_directory(path, failed)) return "is a folder, not a file";
+  if (fs::is_directory(path, failed)) return "is a folder, not a file";
   // A pipe or a device may have no end, or block forever.
-  if (!std::filesystem::is_regular_file(path, failed)) return "is not a regular file";
+  if (!fs::is_regular_file(path, failed)) return "is not a regular file";
   // Files in /proc and /sys count as regular, but report a wrong size; some have no end or block.
   // canonical() returns "" if it fails, as for /proc/self/fd/N of a deleted file. Opening the file
   // then gives a better error than this function could.
-  const std::string resolved = std::filesystem::canonical(path, failed).string();
+  const std::string resolved = fs::canonical(path, failed).string();
   if (resolved.starts_with("/proc/") || resolved.starts_with("/sys/")) {
     return "is a virtual file of the kernel, not a file on a disk";
   }
@@ -24,7 +31,6 @@ std::string unreadable(const std::string& path) {
 
 std::string find_file(const std::string& name, const std::vector<std::string>& folders,
                       const Location& where, const std::string& prefix) {
-  namespace fs = std::filesystem;
   if (name.empty()) throw Error(where, prefix + "a file name is empty");
   const bool is_searched = fs::path(name).is_relative() && !folders.empty();
   std::string looked_in;

@@ -16,6 +16,9 @@ class MissingFile : public Error {
 /// if it can.
 std::string unreadable(const std::string& path);
 
+/// Returns the folder of a file; "." if the path has none.
+std::string folder_of(const std::string& file);
+
 /// Folder name for the working directory, which is searched last. A file found there is loaded with
 /// a warning, because the scene depends on the directory it is rendered from.
 inline const std::string kWorkingDirectory = "";

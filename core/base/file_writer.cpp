@@ -16,9 +16,10 @@
 #include <filesystem>
 #include <random>
 
+#include "base/file_search.h"
 #include "base/read_files.h"
-#include "kinome/output_files.h"
 #include "kinome/image.h"
+#include "kinome/output_files.h"
 
 namespace kinome {
 namespace {
@@ -90,11 +91,6 @@ int open_file(const std::string& path, int flags) {
     fd = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
   } while (fd < 0 && errno == EINTR);
   return fd;
-}
-
-std::string folder_of(const std::string& path) {
-  const std::string folder = fs::path(path).parent_path().string();
-  return folder.empty() ? "." : folder;
 }
 
 /// Returns the path by which an open, unnamed file can be linked to a name.

@@ -7,17 +7,13 @@
 
 #include <fmt/format.h>
 
+#include "base/file_search.h"
 #include "editor/written_values.h"
 
 namespace kinome::loader {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string folder_of_file(const std::string& file) {
-  const fs::path folder = fs::path(file).parent_path();
-  return (folder.empty() ? fs::path(".") : folder).string();
-}
 
 void collect_references(const Node& node, std::set<std::string>& ids,
                         const std::map<std::string, std::string>& aliases) {
@@ -274,7 +270,7 @@ void PatchedScene::patch_include(const File& file, const SourceElement& element,
   const auto includes = includes_;
   const auto names = saved_.names();
   Owner unused{owner ? owner->node : nullptr};
-  saved_.set_folder(folder_of_file(path));
+  saved_.set_folder(folder_of(path));
   const bool stays = included_text(path, owner ? &unused : nullptr) == expansion_.texts.at(path);
   saved_.set_folder(folder);
   kept_ = kept;

@@ -265,11 +265,6 @@ class Expander {
   /// Hashes the terminating zero, too, which separates texts.
   void add_to_hash(const std::string& text) { hash_.add(text.c_str(), text.size() + 1); }
 
-  static std::string folder_of(const std::string& file) {
-    const std::string folder = fs::path(file).parent_path().string();
-    return folder.empty() ? "." : folder;
-  }
-
   const std::string& name_;
   const LoadOptions& options_;
   Faults& faults_;
