@@ -1,31 +1,23 @@
 #include "kinome/object.h"
 
+#include <iterator>
+
 namespace kinome {
 
 Object::~Object() = default;
 
 const char* to_string(Category category) {
-  switch (category) {
-    case Category::kBsdf:
-      return "bsdf";
-    case Category::kEmitter:
-      return "emitter";
-    case Category::kFilm:
-      return "film";
-    case Category::kIntegrator:
-      return "integrator";
-    case Category::kReconstructionFilter:
-      return "rfilter";
-    case Category::kSampler:
-      return "sampler";
-    case Category::kSensor:
-      return "sensor";
-    case Category::kShape:
-      return "shape";
-    case Category::kTexture:
-      return "texture";
+  constexpr const char* kNames[] = {"bsdf",    "emitter", "film",  "integrator", "rfilter",
+                                    "sampler", "sensor",  "shape", "texture"};
+  static_assert(std::size(kNames) == std::size(kCategories));
+  return kNames[static_cast<size_t>(category)];
+}
+
+std::optional<Category> category_named(const std::string& name) {
+  for (const Category category : kCategories) {
+    if (name == to_string(category)) return category;
   }
-  return "";
+  return std::nullopt;
 }
 
 }  // namespace kinome

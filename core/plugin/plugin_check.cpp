@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "plugin/property_types.h"
 
@@ -105,7 +106,7 @@ class ObjectCounts {
     int64_t found = 0;
   };
   const Properties& props_;
-  std::array<Count, kCategoryCount> counts_;
+  std::array<Count, std::size(kCategories)> counts_;
 };
 
 void check_value(const Properties& props, const PluginDescriptor& plugin, const std::string& name,

@@ -46,7 +46,7 @@ SavedScene::SavedScene(const Node& root, Builder& builder, const ParameterList& 
 }
 
 void SavedScene::visit(const Node& node) {
-  if (node.tag == "scene" || (node.tag != "ref" && category_of_tag(node.tag))) add(node);
+  if (node.tag == "scene" || (node.tag != "ref" && category_named(node.tag))) add(node);
   for_each_part(node, [this](const Node& child) { visit(child); });
 }
 
@@ -146,7 +146,7 @@ std::string SavedScene::contents(const Node& node) const {
 }
 
 const Parameter* SavedScene::row(const Node& node, const std::string& name) const {
-  if (!category_of_tag(node.tag)) return nullptr;
+  if (!category_named(node.tag)) return nullptr;
   const PluginDescriptor* const plugin = parameters_.known_plugin_of(node);
   return plugin ? find_row(*plugin, name) : nullptr;
 }

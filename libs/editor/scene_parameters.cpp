@@ -87,7 +87,7 @@ const ObjectPaths& ParameterList::paths() const {
 }
 
 const PluginDescriptor& ParameterList::plugin_of(const Node& node) const {
-  return registry_.find(*category_of_tag(node.tag), node.value("type"));
+  return registry_.find(*category_named(node.tag), node.value("type"));
 }
 
 const PluginDescriptor* ParameterList::known_plugin_of(const Node& node) const {

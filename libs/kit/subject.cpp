@@ -52,13 +52,6 @@ const char* tag_of(const Parameter& parameter, const std::string& value) {
   return "";
 }
 
-std::optional<Category> category_named(const std::string& name) {
-  for (int i = 0; i < kCategoryCount; ++i) {
-    if (name == to_string(static_cast<Category>(i))) return static_cast<Category>(i);
-  }
-  return std::nullopt;
-}
-
 /// Camera for the scenes of the checks.
 constexpr const char* kCamera =
     "<sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"
@@ -177,8 +170,7 @@ std::string Subject::xml_against() const {
 
 void Subject::find(const std::string& wanted) {
   std::vector<std::string> found, known;
-  for (int i = 0; i < kCategoryCount; ++i) {
-    const auto category = static_cast<Category>(i);
+  for (const Category category : kCategories) {
     for (const std::string& name : registry_->names(category)) {
       const std::string full = std::string(to_string(category)) + "/" + name;
       known.push_back(name);

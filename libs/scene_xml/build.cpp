@@ -42,14 +42,6 @@ std::optional<std::string> row_of_any_texture(const PluginDescriptor& plugin) {
 
 }  // namespace
 
-std::optional<Category> category_of_tag(const std::string& tag) {
-  for (int i = 0; i < kCategoryCount; ++i) {
-    const auto category = static_cast<Category>(i);
-    if (tag == to_string(category)) return category;
-  }
-  return std::nullopt;
-}
-
 const char* why_ignored(Category category, const std::string& name) {
   struct Ignored {
     Category category;
@@ -70,7 +62,7 @@ const char* why_ignored(Category category, const std::string& name) {
 }
 
 bool is_made_on_demand(const Node& node) {
-  const auto category = category_of_tag(node.tag);
+  const auto category = category_named(node.tag);
   return category == Category::kBsdf || category == Category::kTexture;
 }
 
@@ -166,7 +158,7 @@ const PluginDescriptor* Builder::find_plugin(const Node& node) {
                     " (--lenient renders without it)");
     return nullptr;
   }
-  const auto category = category_of_tag(node.tag);
+  const auto category = category_named(node.tag);
   if (!category && !node.is_broken) {
     faults_.add(node.where, node.tag == "scene" ? "a <scene> is not an object of its own"
                                                 : quoted_tag(node) + " is not supported");
@@ -191,7 +183,7 @@ void Builder::check_parts(const Node& node, const Maker& make) {
 
 Builder::Parts Builder::read_parts(const Node& node, const PluginDescriptor& plugin,
                                    const Maker& make) {
-  Parts parts{Properties(*category_of_tag(node.tag), node.value("type"), node.where), {}};
+  Parts parts{Properties(*category_named(node.tag), node.value("type"), node.where), {}};
   parts.props.set_id(node.value("id"));
   parts.props.set_search_paths(folders(node));
   int unnamed = 0;
@@ -254,7 +246,7 @@ void Builder::add_value(const Node& child, const std::string& name, const Plugin
 void Builder::add_object(const Node& child, std::string name, const PluginDescriptor& plugin,
                          const Maker& make, Parts& parts) {
   const Node* const target = child.tag == "ref" ? target_of(child) : &child;
-  const auto category = target ? category_of_tag(target->tag) : std::nullopt;
+  const auto category = target ? category_named(target->tag) : std::nullopt;
   std::shared_ptr<Object> object = target ? make(*target) : nullptr;
   if (category == Category::kTexture && !find_row(plugin, name)) {
     name = row_of_any_texture(plugin).value_or(name);
@@ -313,7 +305,7 @@ void Builder::check(const Node& node) {
 std::shared_ptr<Object> Builder::placeholder(const Node& node) {
   if (!is_made_on_demand(node)) return object(node);
   check(node);
-  if (category_of_tag(node.tag) == Category::kBsdf) return make_black_bsdf();
+  if (category_named(node.tag) == Category::kBsdf) return make_black_bsdf();
   return make_uniform_texture(Rgb(kPlaceholder));
 }
 

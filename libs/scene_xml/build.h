@@ -17,8 +17,6 @@
 
 namespace kinome::loader {
 
-/// Returns the category of objects with this tag; nullopt if there is none.
-std::optional<Category> category_of_tag(const std::string& tag);
 /// Returns true if an object is of an unsupported plugin of Mitsuba.
 bool is_missing(const Node& node, const PluginRegistry& registry);
 /// Returns why a parameter that Mitsuba accepts for every plugin of a category has no effect here;

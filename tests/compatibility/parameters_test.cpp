@@ -87,8 +87,7 @@ TEST(Parameters, OfAllTablesAreReadOrIgnored) {
   const TemporaryFolder folder;
   const auto given = needed(folder);
   int plugins = 0;
-  for (int i = 0; i < kCategoryCount; ++i) {
-    const auto category = static_cast<Category>(i);
+  for (const Category category : kCategories) {
     for (const std::string& name : registry().names(category)) {
       if (name != registry().find(category, name).name) continue;  // an alias
       const std::string title = std::string(to_string(category)) + "/" + name;

@@ -61,8 +61,7 @@ TEST(NearestName, IsTheNearestOrNone) {
 
 TEST(Category, HasMitsubasNames) {
   std::string all;
-  for (int i = 0; i < kCategoryCount; ++i)
-    all += to_string(static_cast<Category>(i)) + std::string(" ");
+  for (const Category category : kCategories) all += to_string(category) + std::string(" ");
   EXPECT_EQ(all, "bsdf emitter film integrator rfilter sampler sensor shape texture ");
 }
 

@@ -93,12 +93,10 @@ std::string renamed(std::string text, const std::string& name, const std::string
   return text;
 }
 
-Category category_named(const std::string& name) {
+Category known_category(const std::string& name) {
+  if (const auto category = category_named(name)) return *category;
   std::vector<std::string> all;
-  for (int i = 0; i < kCategoryCount; ++i) {
-    all.emplace_back(to_string(static_cast<Category>(i)));
-    if (name == all.back()) return static_cast<Category>(i);
-  }
+  for (const Category category : kCategories) all.emplace_back(to_string(category));
   throw Error(fmt::format("unknown category '{}'{}", name, did_you_mean(nearest_name(name, all))));
 }
 
@@ -147,7 +145,7 @@ fs::path example_of(const fs::path& folder) {
 
 int new_plugin_command(const Options& options) {
   set_activity("creating a plugin");
-  check_name(options.plugin_name, category_named(options.category));
+  check_name(options.plugin_name, known_category(options.category));
   const std::string& name = options.plugin_name;
   const fs::path from = templates() / options.category;
   const fs::path example = example_of(from);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -18,12 +19,6 @@
 
 namespace kinome::app {
 namespace {
-
-std::vector<Category> all_categories() {
-  std::vector<Category> all;
-  for (int i = 0; i < kCategoryCount; ++i) all.push_back(static_cast<Category>(i));
-  return all;
-}
 
 std::string type_name(const Parameter& p) {
   if (p.type != ParameterType::kObject) return to_string(p.type);
@@ -146,7 +141,7 @@ std::string parameters_in_markdown(const PluginDescriptor& plugin) {
 
 void print_markdown(PluginRegistry& registry) {
   fmt::print("| category | plugin | what it is | parameters (default) |\n|---|---|---|---|\n");
-  for (const Category category : all_categories()) {
+  for (const Category category : kCategories) {
     // A plugin's aliases are files that load as the same library.
     std::map<const PluginDescriptor*, std::string> names;
     std::vector<const PluginDescriptor*> plugins;
@@ -165,7 +160,7 @@ void print_markdown(PluginRegistry& registry) {
 
 /// Prints the plugins of some categories. Continues after a library that can't be loaded, and
 /// returns exit status 1 in that case.
-int print_list(PluginRegistry& registry, const std::vector<Category>& categories) {
+int print_list(PluginRegistry& registry, std::span<const Category> categories) {
   int status = 0;
   for (const Category category : categories) {
     fmt::print("{}\n", to_string(category));
@@ -189,11 +184,11 @@ int print_list(PluginRegistry& registry, const std::vector<Category>& categories
 int print_named(PluginRegistry& registry, const std::string& wanted, bool markdown) {
   std::vector<std::string> known;
   bool found = false;
-  for (const Category category : all_categories()) {
-    if (wanted == to_string(category)) return print_list(registry, {category});
+  for (const Category category : kCategories) {
+    if (wanted == to_string(category)) return print_list(registry, {&category, 1});
     known.emplace_back(to_string(category));
   }
-  for (const Category category : all_categories()) {
+  for (const Category category : kCategories) {
     for (const std::string& name : registry.names(category)) {
       const std::string full = fmt::format("{}/{}", to_string(category), name);
       known.push_back(name);
@@ -232,7 +227,7 @@ Support support_of(const std::map<std::string, std::vector<std::string>>& names,
 /// Prints the support for Mitsuba's plugins: one per line, or in Markdown a category per row.
 void print_mitsuba(PluginRegistry& registry, bool markdown) {
   std::map<std::string, std::vector<std::string>> names;
-  for (const Category category : all_categories()) {
+  for (const Category category : kCategories) {
     names[to_string(category)] = registry.names(category);
   }
   int counts[3] = {};
@@ -279,7 +274,7 @@ int plugins_command(const Options& options) {
     print_mitsuba(registry, options.markdown);
     return 0;
   }
-  if (!options.markdown) return print_list(registry, all_categories());
+  if (!options.markdown) return print_list(registry, kCategories);
   print_markdown(registry);
   return 0;
 }

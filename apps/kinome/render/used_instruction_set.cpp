@@ -11,8 +11,7 @@ namespace kinome::app {
 
 InstructionSet used_instruction_set(const PluginRegistry& registry) {
   InstructionSet best = least_instruction_set();
-  for (int c = 0; c < kCategoryCount; ++c) {
-    const auto category = static_cast<Category>(c);
+  for (const Category category : kCategories) {
     const std::string prefix = std::string(to_string(category)) + "/";
     for (const std::string& name : registry.loaded()) {
       if (!name.starts_with(prefix)) continue;

@@ -282,8 +282,7 @@ std::vector<FoundPlugin> find_plugins() {
   const Turn turn(plugins().mutex);
   PluginRegistry& registry = plugins().get();
   std::vector<FoundPlugin> all;
-  for (int i = 0; i < kCategoryCount; ++i) {
-    const auto category = static_cast<Category>(i);
+  for (const Category category : kCategories) {
     for (const std::string& name : registry.names(category)) {
       all.push_back({category, name, &registry.find(category, name)});
     }
@@ -321,8 +320,7 @@ nb::list list_plugins() {
 std::map<std::string, std::vector<std::string>> plugin_names() {
   const Turn turn(plugins().mutex);
   std::map<std::string, std::vector<std::string>> all;
-  for (int i = 0; i < kCategoryCount; ++i) {
-    const auto category = static_cast<Category>(i);
+  for (const Category category : kCategories) {
     all[to_string(category)] = plugins().get().names(category);
   }
   return all;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,9 +23,19 @@ enum class Category {
   kShape,
   kTexture,
 };
-inline constexpr int kCategoryCount = 9;
+inline constexpr Category kCategories[] = {Category::kBsdf,
+                                           Category::kEmitter,
+                                           Category::kFilm,
+                                           Category::kIntegrator,
+                                           Category::kReconstructionFilter,
+                                           Category::kSampler,
+                                           Category::kSensor,
+                                           Category::kShape,
+                                           Category::kTexture};
 /// "bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape", "texture".
 KINOME_EXPORT const char* to_string(Category category);
+/// Returns nullopt if there is no such category.
+KINOME_EXPORT std::optional<Category> category_named(const std::string& name);
 
 /// Base class of all objects that plugins create. An object is constructed once while a scene is
 /// loaded, then immutable and shared by all threads while it renders. Const member functions are

@@ -91,7 +91,7 @@ class Translation {
   /// Restores capital letters of parameters that have some, such as B of `mitchell`. They were
   /// lost when names were translated to snake case.
   void restore_capitals(Node& node) {
-    const auto category = category_of_tag(node.tag);
+    const auto category = category_named(node.tag);
     const auto* const plugin = category ? find_plugin(*category, *node.find("type")) : nullptr;
     if (!plugin) return;
     for (const Parameter& row : plugin->parameters) {
@@ -133,7 +133,7 @@ class Translation {
 
   /// Removes parameters that a plugin doesn't have, with a warning as in Mitsuba 0.x.
   void drop_unused(Node& node) {
-    const auto category = category_of_tag(node.tag);
+    const auto category = category_named(node.tag);
     if (!category) return;
     const PluginDescriptor* const plugin = find_plugin(*category, *node.find("type"));
     std::erase_if(node.children, [&](const Node& child) {
