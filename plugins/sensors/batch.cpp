@@ -25,12 +25,9 @@ const Parameter kTable[] = {
     KINOME_SENSOR_PARAMETERS,
 };
 
-class Batch final : public Sensor {
+class Batch final : public ParsedSensor {
  public:
-  explicit Batch(const Properties& props) : sensors_(props.objects<Sensor>()) {
-    shutter_ = read_shutter(props);
-    film_ = read_part<Film>(props, "film");
-    sampler_ = read_part<Sampler>(props, "sampler");
+  explicit Batch(const Properties& props) : ParsedSensor(props), sensors_(props.objects<Sensor>()) {
     const auto count = static_cast<int>(sensors_.size());
     if (film_->width() % count != 0) {
       throw props.error("film", "must have a width that is a multiple of " + std::to_string(count) +

@@ -89,6 +89,16 @@ std::shared_ptr<T> read_part(const Properties& props, const char* name) {
   return part;
 }
 
+/// Sensor with KINOME_SENSOR_PARAMETERS.
+class ParsedSensor : public Sensor {
+ protected:
+  explicit ParsedSensor(const Properties& props) {
+    shutter_ = read_shutter(props);
+    film_ = read_part<Film>(props, "film");
+    sampler_ = read_part<Sampler>(props, "sampler");
+  }
+};
+
 inline float aspect_ratio(const Film& film) {
   return static_cast<float>(film.width()) / static_cast<float>(film.height());
 }
@@ -268,8 +278,9 @@ Connection<wide::NumberOf<V>> connect_to_lens(const V& p, const V& lens, const V
 ///     template <class F>
 ///     Connection<F> connection(const wide::VecOf<F>& p, const wide::Vec2Of<F>& aperture) const;
 template <class Self>
-class FormulaSensor : public Sensor {
+class FormulaSensor : public ParsedSensor {
  public:
+  using ParsedSensor::ParsedSensor;
   Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
     return self().template ray<float>(film_position, aperture).one();
   }

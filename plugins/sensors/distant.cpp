@@ -28,12 +28,9 @@ const Parameter kTable[] = {
     KINOME_SENSOR_PARAMETERS,
 };
 
-class Distant final : public Sensor {
+class Distant final : public ParsedSensor {
  public:
-  explicit Distant(const Properties& props) : shape_(props.object<Shape>()) {
-    shutter_ = read_shutter(props);
-    film_ = read_part<Film>(props, "film");
-    sampler_ = read_part<Sampler>(props, "sampler");
+  explicit Distant(const Properties& props) : ParsedSensor(props), shape_(props.object<Shape>()) {
     check_film_of_one_pixel(props, *film_);
     if (props.has("direction")) {
       if (props.has("to_world")) {

@@ -21,12 +21,9 @@ namespace {
 
 const Parameter kTable[] = {KINOME_SENSOR_PARAMETERS};
 
-class IrradianceMeter final : public Sensor {
+class IrradianceMeter final : public ParsedSensor {
  public:
-  explicit IrradianceMeter(const Properties& props) {
-    shutter_ = read_shutter(props);
-    film_ = read_part<Film>(props, "film");
-    sampler_ = read_part<Sampler>(props, "sampler");
+  explicit IrradianceMeter(const Properties& props) : ParsedSensor(props) {
     // Directions are sampled with density cosine / pi.
     film_->set_response(std::numbers::pi_v<float>);
   }

@@ -22,10 +22,9 @@ const Parameter kTable[] = {
 class Orthographic final : public FormulaSensor<Orthographic> {
  public:
   explicit Orthographic(const Properties& props)
-      : to_world_(read_camera_transform(props, true)), to_camera_(to_world_.inverse()) {
-    shutter_ = read_shutter(props);
-    film_ = read_part<Film>(props, "film");
-    sampler_ = read_part<Sampler>(props, "sampler");
+      : FormulaSensor(props),
+        to_world_(read_camera_transform(props, true)),
+        to_camera_(to_world_.inverse()) {
     plane_ = FilmPlane(*film_, 1.f);
     const ClipRange clip = read_clip_range(props);
     const Vec3 axis = to_world_.vector(Vec3(0, 0, 1));

@@ -26,12 +26,10 @@ const Parameter kTable[] = {
 class Perspective final : public FormulaSensor<Perspective> {
  public:
   explicit Perspective(const Properties& props)
-      : clip_(read_clip_range(props)),
+      : FormulaSensor(props),
+        clip_(read_clip_range(props)),
         to_world_(read_camera_transform(props, false)),
         to_camera_(to_world_.inverse()) {
-    shutter_ = read_shutter(props);
-    film_ = read_part<Film>(props, "film");
-    sampler_ = read_part<Sampler>(props, "sampler");
     const Vec2 offset(props.real("principal_point_offset_x"),
                       props.real("principal_point_offset_y"));
     plane_ = FilmPlane(*film_, read_half_width(props, aspect_ratio(*film_)), offset);

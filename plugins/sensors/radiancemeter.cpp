@@ -21,12 +21,9 @@ const Parameter kTable[] = {
     KINOME_SENSOR_PARAMETERS,
 };
 
-class RadianceMeter final : public Sensor {
+class RadianceMeter final : public ParsedSensor {
  public:
-  explicit RadianceMeter(const Properties& props) {
-    shutter_ = read_shutter(props);
-    film_ = read_part<Film>(props, "film");
-    sampler_ = read_part<Sampler>(props, "sampler");
+  explicit RadianceMeter(const Properties& props) : ParsedSensor(props) {
     check_film_of_one_pixel(props, *film_);
     ray_.tmin = 0;
     ray_.tmax = kInfinity;

@@ -22,10 +22,9 @@ const Parameter kTable[] = {
 class Spherical final : public FormulaSensor<Spherical> {
  public:
   explicit Spherical(const Properties& props)
-      : to_world_(read_camera_transform(props, false)), to_camera_(to_world_.inverse()) {
-    shutter_ = read_shutter(props);
-    film_ = read_part<Film>(props, "film");
-    sampler_ = read_part<Sampler>(props, "sampler");
+      : FormulaSensor(props),
+        to_world_(read_camera_transform(props, false)),
+        to_camera_(to_world_.inverse()) {
     step_ = Vec2(2 * kPi / static_cast<float>(film_->width()),
                  kPi / static_cast<float>(film_->height()));
   }

@@ -25,12 +25,10 @@ const Parameter kTable[] = {
 class ThinLens final : public FormulaSensor<ThinLens> {
  public:
   explicit ThinLens(const Properties& props)
-      : clip_(read_clip_range(props)),
+      : FormulaSensor(props),
+        clip_(read_clip_range(props)),
         to_world_(read_camera_transform(props, false)),
         to_camera_(to_world_.inverse()) {
-    shutter_ = read_shutter(props);
-    film_ = read_part<Film>(props, "film");
-    sampler_ = read_part<Sampler>(props, "sampler");
     plane_ = FilmPlane(*film_, read_half_width(props, aspect_ratio(*film_)));
     aperture_radius_ = read_positive(props, "aperture_radius");
     focus_distance_ =
