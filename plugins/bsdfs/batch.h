@@ -107,5 +107,9 @@ inline float mean_of_channels(const Texture& texture) {
   const Rgb m = texture.mean();
   return (m.x + m.y + m.z) / 3;
 }
+/// Returns the specular fraction of all reflection; 0.5 if both parts are 0.
+inline float specular_share(float diffuse, float specular) {
+  return diffuse + specular > 0 ? specular / (diffuse + specular) : 0.5f;
+}
 
 }  // namespace kinome

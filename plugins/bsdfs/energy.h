@@ -17,9 +17,8 @@ class ReflectancePair {
     if (props.boolean("ensure_energy_conservation") && sum > 1) {
       scale_ = 0.99f / sum;
     }
-    const float d = luminance(diffuse_->mean());
-    const float s = luminance(specular_->mean());
-    specular_probability_ = d + s > 0 ? s / (d + s) : 0.5f;
+    specular_probability_ =
+        specular_share(luminance(diffuse_->mean()), luminance(specular_->mean()));
   }
 
   Rgb diffuse(const SurfaceInteraction& si) const { return scale_ * diffuse_.at(si); }

@@ -33,9 +33,7 @@ class Plastic final : public wide::FormulaBsdf<Plastic> {
         eta_(relative_ior(props)),
         nonlinear_(props.boolean("nonlinear")),
         internal_reflectance_(fresnel_diffuse_reflectance(1 / eta_)) {
-    const float d = mean_of_channels(*diffuse_);
-    const float s = mean_of_channels(*specular_);
-    specular_weight_ = d + s > 0 ? s / (d + s) : 0.5f;
+    specular_weight_ = specular_share(mean_of_channels(*diffuse_), mean_of_channels(*specular_));
     lobes_ = (diffuse_->max() > 0 ? Lobe::kDiffuse : Lobe::kNone) |
              (specular_->max() > 0 ? Lobe::kDelta : Lobe::kNone);
   }

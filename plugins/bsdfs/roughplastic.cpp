@@ -44,9 +44,7 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
         sample_visible_(props.boolean("sample_visible")),
         nonlinear_(props.boolean("nonlinear")),
         transmittance_(type_, alpha_, eta_) {
-    const float d = mean_of_channels(*diffuse_);
-    const float s = mean_of_channels(*specular_);
-    specular_weight_ = d + s > 0 ? s / (d + s) : 0.5f;
+    specular_weight_ = specular_share(mean_of_channels(*diffuse_), mean_of_channels(*specular_));
     lobes_ = (diffuse_->max() > 0 ? Lobe::kDiffuse : Lobe::kNone) |
              (specular_->max() > 0 ? Lobe::kGlossy : Lobe::kNone);
   }

@@ -37,9 +37,7 @@ constexpr Parameter kTable[] = {
     kFlipNormals,
     {"flip_tex_coords", ParameterType::kBoolean, "false", "Replace v by 1 - v."},
     kToWorld,
-    kNestedBsdf,
-    kNestedEmitter,
-    kNestedSensor,
+    KINOME_NESTED_IN_SHAPES,
 };
 
 /// Returns the first line of a message from the library, which may quote megabytes of the file.

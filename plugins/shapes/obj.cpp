@@ -29,9 +29,7 @@ constexpr Parameter kTable[] = {
     {"flip_tex_coords", ParameterType::kBoolean, "true",
      "Replace v by 1 - v: v starts at the bottom of the image in OBJ, and at the top in textures."},
     kToWorld,
-    kNestedBsdf,
-    kNestedEmitter,
-    kNestedSensor,
+    KINOME_NESTED_IN_SHAPES,
 };
 
 constexpr int64_t kAbsent = -1;

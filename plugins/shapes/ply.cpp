@@ -32,9 +32,7 @@ constexpr Parameter kTable[] = {
     kFlipNormals,
     {"flip_tex_coords", ParameterType::kBoolean, "false", "Replace v by 1 - v."},
     kToWorld,
-    kNestedBsdf,
-    kNestedEmitter,
-    kNestedSensor,
+    KINOME_NESTED_IN_SHAPES,
 };
 
 /// Meaning of a vertex property.

@@ -30,9 +30,7 @@ constexpr Parameter kTable[] = {
     kFaceNormals,
     kFlipNormals,
     kToWorld,
-    kNestedBsdf,
-    kNestedEmitter,
-    kNestedSensor,
+    KINOME_NESTED_IN_SHAPES,
 };
 
 constexpr uint16_t kMagic = 0x041c;

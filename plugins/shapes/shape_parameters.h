@@ -19,6 +19,8 @@ inline constexpr Parameter kNestedEmitter{"emitter", ParameterType::kObject,
 inline constexpr Parameter kNestedSensor{"sensor", ParameterType::kObject,
                                          nullptr,  "An irradiancemeter for this surface.",
                                          false,    Category::kSensor};
+/// Objects that are nested in shapes.
+#define KINOME_NESTED_IN_SHAPES kNestedBsdf, kNestedEmitter, kNestedSensor
 inline constexpr Parameter kFaceNormals{"face_normals", ParameterType::kBoolean, "false",
                                         "Flat shading, without the normals of vertices."};
 inline constexpr Parameter kIgnoredFaceNormals =

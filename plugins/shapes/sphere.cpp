@@ -25,9 +25,7 @@ constexpr Parameter kTable[] = {
     {"radius", ParameterType::kFloat, "1", "Radius, before to_world."},
     kToWorld,
     kFlipNormals,
-    kNestedBsdf,
-    kNestedEmitter,
-    kNestedSensor,
+    KINOME_NESTED_IN_SHAPES,
 };
 
 class Sphere final : public AnalyticShape<Sphere> {
