@@ -22,7 +22,7 @@
 #include "image_files/exr_colors.h"
 #include "image_files/exr_files.h"
 #include "image_files/image_exr_check.h"
-#include "kinome/image.h"
+#include "kinome/image_files.h"
 #include "kinome/log.h"
 
 namespace kinome {
