@@ -18,7 +18,7 @@
 #include <filesystem>
 
 #include "base/fnv1a.h"
-#include "base/scratch_folder.h"
+#include "session/scratch_folder.h"
 #include "image_files/exr_files.h"
 #include "session/film_sums.h"
 #include "image_files/image_exr_check.h"

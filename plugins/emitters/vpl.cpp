@@ -17,7 +17,7 @@
 
 #include "kinome/clustered_light.h"
 #include "kinome/log.h"
-#include "kinome/owen.h"
+#include "kinome/wide/owen.h"
 #include "kinome/plugin.h"
 #include "kinome/render_context.h"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "kinome/owen.h"
+#include "kinome/wide/owen.h"
 #include "kinome/wide/random.h"
 
 namespace kinome {

@@ -12,7 +12,7 @@
 
 #include <fmt/format.h>
 
-#include "base/scratch_folder.h"
+#include "session/scratch_folder.h"
 #include "kinome/error.h"
 
 extern char** environ;

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/file_writer.h"
-#include "base/scratch_folder.h"
+#include "session/scratch_folder.h"
 #include "kinome/output_files.h"
 #include "kinome/image_files.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kinome/log.h"
-#include "kinome/owen.h"
+#include "kinome/wide/owen.h"
 #include "kinome/primary_rays.h"
 #include "transport/camera.h"
 #include "transport/paths.h"

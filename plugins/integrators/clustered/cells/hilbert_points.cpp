@@ -4,7 +4,7 @@
 #include <numbers>
 #include <utility>
 
-#include "kinome/owen.h"
+#include "kinome/wide/owen.h"
 
 namespace kinome {
 namespace {

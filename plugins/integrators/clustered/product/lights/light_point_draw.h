@@ -5,7 +5,7 @@
 
 #include "clustered/product/lights/local_light.h"
 #include "kinome/emitter.h"
-#include "kinome/owen.h"
+#include "kinome/wide/owen.h"
 #include "kinome/render_context.h"
 #include "kinome/shape.h"
 #include "kinome/warp.h"

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "kinome/owen.h"
+#include "kinome/wide/owen.h"
 #include "kinome/sampler.h"
 #include "kinome/wide/random.h"
 #include "kinome/wide/vectors.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "clustered/cells/hilbert_points.h"
-#include "kinome/owen.h"
+#include "kinome/wide/owen.h"
 #include "kinome/wide/surface_point.h"
 
 namespace kinome {
