@@ -14,10 +14,6 @@ target_compile_options(kinome_options INTERFACE
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # False warnings for `"literal" + std::string` (GCC bug 105651, fixed in 13).
   target_compile_options(kinome_options INTERFACE -Wno-restrict)
-  if(kinome_baseline MATCHES "v[34]$")
-    # False alarms on std::string, if vectors are wide.
-    target_compile_options(kinome_options INTERFACE -Wno-array-bounds)
-  endif()
 endif()
 if(KINOME_WERROR)
   target_compile_options(kinome_options INTERFACE -Werror)
