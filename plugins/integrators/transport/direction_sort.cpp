@@ -14,7 +14,7 @@ DirectionSort::DirectionSort(size_t rays)
     : arena_(rays),
       bin_(arena_.indices()),
       order_(arena_.indices()),
-      rows_arena_(4 * rays),
+      rows_arena_(4 * padded(rays)),
       from_(rows_arena_.floats()),
       along_(rows_arena_.floats()) {}
 
