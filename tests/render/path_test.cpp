@@ -295,7 +295,7 @@ TEST(MaxDepth, IsWhatMitsubaTakes) {
                   .data,
               deepest);
     EXPECT_EQ(picture(1), render_scene(*scene_from(scene + integrator_xml("path", 1))).data);
-    EXPECT_NE(error_of(integrator_xml(c.type, -2, c.parameters)).find("'max_depth' must not be"),
+    EXPECT_NE(error_of(integrator_xml(c.type, -2, c.parameters)).find("'max_depth' must be"),
               std::string::npos);
   }
   for (const char* type : {"path", "ptracer", "clustered", "groundtruth"}) {
