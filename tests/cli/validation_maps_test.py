@@ -140,20 +140,20 @@ class Patches(unittest.TestCase):
     def test_the_rules_are_those_of_product(self):
         folder = ROOT / "plugins/integrators/clustered/product"
         texts = {name: (folder / name).read_text("utf-8") for name in (
-            "patches.cpp", "primaries.h", "product_renderer.cpp")}
-        for file, name, value in (("patches.cpp", "kPatchCosine", surfaces.COSINE),
-                                  ("patches.cpp", "kConeFactor", surfaces.CONE_FACTOR),
-                                  ("patches.cpp", "kConeMargin", surfaces.CONE_MARGIN),
-                                  ("patches.cpp", "kPlaneWidths", surfaces.PLANE_WIDTHS),
-                                  ("patches.cpp", "kMaxPatches", surfaces.MAX_PATCHES),
-                                  ("primaries.h", "kTileSide", surfaces.SIDE),
-                                  ("product_renderer.cpp", "kMinRaysToLearn", surfaces.PILOT[0][0])):
+            "tiles/patches.cpp", "tiles/primaries.h", "pass/product_renderer.cpp")}
+        for file, name, value in (("tiles/patches.cpp", "kPatchCosine", surfaces.COSINE),
+                                  ("tiles/patches.cpp", "kConeFactor", surfaces.CONE_FACTOR),
+                                  ("tiles/patches.cpp", "kConeMargin", surfaces.CONE_MARGIN),
+                                  ("tiles/patches.cpp", "kPlaneWidths", surfaces.PLANE_WIDTHS),
+                                  ("tiles/patches.cpp", "kMaxPatches", surfaces.MAX_PATCHES),
+                                  ("tiles/primaries.h", "kTileSide", surfaces.SIDE),
+                                  ("pass/product_renderer.cpp", "kMinRaysToLearn", surfaces.PILOT[0][0])):
             found = re.search(rf"constexpr \w+ {name} = ([\d.]+)f?;", texts[file])
             self.assertIsNotNone(found, name)
             self.assertEqual(float(found[1]), value, name)
         (few, one), (some, two), (_, four) = surfaces.PILOT[1:]
         self.assertIn(f"effort.primaries = rays_per_pixel < {few} ? {one} : rays_per_pixel < "
-                      f"{some} ? {two} : {four};", texts["product_renderer.cpp"])
+                      f"{some} ? {two} : {four};", texts["pass/product_renderer.cpp"])
 
     def test_the_pilot_grows_with_the_rays(self):
         self.assertEqual([surfaces.pilot_rays(n) for n in (9, 12, 48, 192)], [0, 1, 2, 4])
