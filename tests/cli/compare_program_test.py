@@ -105,7 +105,7 @@ class PicturesByTheProgram(unittest.TestCase):
         status, out = compared_with(a)
         self.assertEqual(status, 0, out)
         line, = (line for line in out.splitlines() if line.startswith("note: left out unless"))
-        self.assertRegex(line, "6 of 12 tiles, .*rare.exr hardly found the light .*"
+        self.assertRegex(line, "6 of 12 tiles, .*rare.exr hardly found the light, .*"
                                "They begin at pixel 0,0, 16,0, 0,16, 16,16, 0,32 and 1 more")
         with unittest.mock.patch("compare.verdict.hardly_found",
                                  lambda a, b, masked: np.zeros((3, 4, 3), bool)):

@@ -94,13 +94,21 @@ TEST_F(Sdk, SkyGradientIsSampledByItsCells) {
       << deep.err;
 }
 
+/// Returns the text with one part replaced.
+std::string replaced(std::string text, const std::string& part, const std::string& by) {
+  const size_t at = text.find(part);
+  EXPECT_NE(at, std::string::npos) << part;
+  return at == std::string::npos ? text : text.replace(at, part.size(), by);
+}
+
 /// The engine's stages give an integrator of another project the bits of `direct`.
 TEST_F(Sdk, IntegratorOfStagesIsDirectLight) {
   const std::string source =
       read_text(std::string(KINOME_TEST_SOURCE) + "/tests/sdk/project/one_bounce.cpp");
   EXPECT_LE(std::count(source.begin(), source.end(), '\n'), 120);
   const std::string lights = R"(<emitter type="constant"/>
-      <shape type="sphere"> <point name="center" x="1" y="1"/> <float name="radius" value=".5"/>
+      <shape type="sphere">
+        <point name="center" x="1" y="1" z="0"/> <float name="radius" value=".5"/>
         <emitter type="area"> <rgb name="radiance" value="7"/> </emitter> </shape>)";
   const Image ours = render_text(floor_scene("one_bounce", lights));
   const Image expected = render_text(floor_scene("direct", lights));
@@ -127,7 +135,7 @@ TEST_F(Sdk, SkyOfOneFunctionIsSupportedEverywhere) {
   } cases[] = {
       {"direct", "", 0.02},
       {"path", depth, 0.02},
-      {"ptracer", depth, 0.1},
+      {"ptracer", depth, 0.04},
       {"groundtruth", depth, 0.02},
       {"clustered", depth, 0.01},
       {"clustered", importance("joint"), 0.05},
@@ -137,8 +145,14 @@ TEST_F(Sdk, SkyOfOneFunctionIsSupportedEverywhere) {
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.integrator + c.parameters);
-    const Rgb mean = mean_of(render_text(floor_scene(c.integrator, sky, c.parameters)));
-    EXPECT_NEAR(mean.x, expected, c.tolerance * expected);
+    std::string scene = floor_scene(c.integrator, sky, c.parameters);
+    if (c.integrator == std::string("ptracer")) {
+      // More light paths, and a floor that most of them hit where the camera sees it. The standard
+      // deviation of the mean is some 0.7 %.
+      scene = replaced(replaced(scene, "<scale value=\"10\"/>", "<scale value=\"0.6\"/>"),
+                       "value=\"64\"", "value=\"1024\"");
+    }
+    EXPECT_NEAR(mean_of(render_text(scene)).x, expected, c.tolerance * expected);
   }
 }
 
@@ -177,8 +191,14 @@ bool is_usable(const std::string& set) {
 /// A wide plugin is a library for each instruction set, under both of its names.
 TEST_F(Sdk, WidePluginsAreBuiltForEachInstructionSet) {
   const auto sets = sets_built(fs::path(plugins()) / "texture", {"waves.so", "ripples.so"});
-  std::string list;
-  for (const std::string& set : sets) list += (list.empty() ? "  built for " : ", ") + set;
+  // The program lists those that it may use.
+  const std::string least = to_string(least_instruction_set());
+  std::string list = "  built for " + least;
+  for (const std::string& set : sets) {
+    if (instruction_set_named(set) && *instruction_set_named(set) > least_instruction_set()) {
+      list += ", " + set;
+    }
+  }
   std::vector<Image> images;
   for (const std::string& set : sets) {
     if (!is_usable(set)) continue;
@@ -254,13 +274,6 @@ TEST_F(Sdk, WideBsdfShowsWhatPointsDo) {
       EXPECT_NEAR(mean_of(wide).x, expected, expected * tolerance) << set << samples;
     }
   }
-}
-
-/// Returns the text with one part replaced.
-std::string replaced(std::string text, const std::string& part, const std::string& by) {
-  const size_t at = text.find(part);
-  EXPECT_NE(at, std::string::npos) << part;
-  return at == std::string::npos ? text : text.replace(at, part.size(), by);
 }
 
 /// Returns a scene of 16 x 16 pixels with the named sensor and its contents.

@@ -24,10 +24,9 @@ constexpr uint64_t kTrialSeed = 0x74726961;
 constexpr double kCostOfRay = 5, kCostAmongFewPrimitives = 8;
 /// Renders of less work are left to `path`, because a trial would take more than a tenth of it.
 constexpr double kMinWork = 4.5e6;
-/// Short renders are left to product sampling from this number of emitters and this work on, because
-/// `path` samples one emitter at a time.
+/// Short renders are left to product sampling from this number of emitters on, because `path`
+/// samples one emitter at a time.
 constexpr size_t kMinEmitters = 500;
-constexpr double kMinWorkOfMany = 1e6;
 /// Share of the render's work that the tiles of a trial take, and the work of one tile.
 constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
 constexpr int kMaxTiles = 256;
@@ -224,7 +223,7 @@ MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderConte
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
   const MethodTrial trial(grid, tiles, seed, PixelFilter(sensor.film().filter()));
   const bool is_short = work < kMinWork || trial.empty();
-  if (is_short && work >= kMinWorkOfMany && scene.emitters().size() >= kMinEmitters) return {};
+  if (is_short && scene.emitters().size() >= kMinEmitters) return {};
   if (is_short) {
     return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }
