@@ -27,12 +27,12 @@ foreach(isa IN LISTS isas ITEMS baseline)
     set(suffix)
   endif()
   set_target_properties(kinome_transport${suffix} PROPERTIES EXPORT_NAME transport${suffix})
-  target_include_directories(kinome_transport${suffix} PUBLIC $<INSTALL_INTERFACE:include/kinome>)
+  target_include_directories(kinome_transport${suffix} PUBLIC $<INSTALL_INTERFACE:include/kinome/engine>)
   install(TARGETS kinome_transport${suffix} EXPORT KinomeTargets
     ARCHIVE DESTINATION lib COMPONENT dev)
 endforeach()
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/plugins/integrators/transport"
-  DESTINATION include/kinome COMPONENT dev FILES_MATCHING PATTERN "*.h")
+  DESTINATION include/kinome/engine COMPONENT dev FILES_MATCHING PATTERN "*.h")
 # The comparison of images. The program searches for its package in ../lib/kinome/python.
 install(PROGRAMS "${PROJECT_SOURCE_DIR}/validation/kinome-compare" DESTINATION bin)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/validation/compare" DESTINATION lib/kinome/python

@@ -209,10 +209,13 @@ Outcome emitter_light_points(const Subject& subject, double alpha) {
   const EmitterScene at(subject);
   RenderContext context({.threads = 1, .seed = subject.request().seed});
   constexpr uint32_t kCount = 4096;
-  const auto points = light_points_of(at.emitter(), at.scene(), context, kCount);
+  // Points that are derived by probing aren't the plugin's.
+  const ClusteredLight* const own = clustered_light(at.emitter());
+  const auto points = own ? own->light_points(at.scene(), context, kCount) : std::nullopt;
   if (!points) {
     outcome.measured =
-        "not implemented: clustered with the importances of the thesis ignores this emitter";
+        "not implemented: clustered with the importances of the thesis ignores this emitter, or "
+        "probes it if it is an environment";
     return outcome;
   }
   const size_t count = points->size();

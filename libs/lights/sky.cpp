@@ -1,5 +1,6 @@
 #include "kinome/sky.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "kinome/distant_disk.h"
@@ -9,18 +10,32 @@
 namespace kinome {
 namespace {
 
-constexpr glm::uvec2 kCells{256, 128};
-constexpr uint32_t kProbesOfSide = 2;  ///< of each cell
-constexpr float kUniform = 0.25f * kInvPi;
+/// Cells of equal angles, and probes along each side of a cell. Probes are 0.35 degrees apart, so
+/// that a disk as large as the sun is never missed.
+constexpr glm::uvec2 kSkyCells{512, 256};
+constexpr uint32_t kProbesOfCell = 2;
+/// Maximum flux of a probe, so that sums stay finite.
+constexpr float kMaxProbe = 1e30f;
+/// Minimum sine of the polar angle in densities.
+constexpr float kMinSine = 1e-6f;
 
-/// Direction of a point of the unit square, with equal areas for equal solid angles.
+/// Direction of a point of the unit square: azimuth and polar angle around z.
 Vec3 direction_at(const Vec2& uv) {
-  return warp::spherical_direction<Vec3, float>(1 - 2 * uv.y, uv.x * (2 * kPi));
+  const float phi = 2 * kPi * uv.x, theta = kPi * uv.y;
+  const float sine = std::sin(theta);
+  return {sine * std::cos(phi), sine * std::sin(phi), std::cos(theta)};
 }
 
 Vec2 position_of(const Vec3& d) {
   const float turn = std::atan2(d.y, d.x) * (0.5f * kInvPi);
-  return {turn < 0 ? turn + 1 : turn, 0.5f * (1 - d.z)};
+  return {turn < 0 ? turn + 1 : turn, std::atan2(std::hypot(d.x, d.y), d.z) * kInvPi};
+}
+
+/// Radiance times the solid angle that a unit of the square's area has at uv, up to a factor.
+float probed_flux(const Sky& sky, const Vec2& uv) {
+  const Vec3 d = direction_at(uv);
+  const float flux = luminance(glm::abs(sky.radiance(d))) * std::hypot(d.x, d.y);
+  return std::isfinite(flux) ? std::min(flux, kMaxProbe) : 0.f;
 }
 
 }  // namespace
@@ -32,9 +47,8 @@ struct Sky::Tables {
 
   const FluxGrid& flux_of(const Sky& sky) {
     return flux.get([&] {
-      return FluxGrid(kCells, kProbesOfSide, [&](const Vec2& uv) {
-        return luminance(glm::abs(sky.radiance(direction_at(uv))));
-      });
+      return FluxGrid(kSkyCells, kProbesOfCell,
+                      [&](const Vec2& uv) { return probed_flux(sky, uv); });
     });
   }
 };
@@ -48,13 +62,15 @@ void Sky::prepare(const Aabb& scene_bounds) {
 
 float Sky::pdf_environment(const Vec3& d) const {
   const FluxGrid& flux = tables_->flux_of(*this);
-  return flux.is_black() ? kUniform : kUniform * flux.pdf(position_of(d));
+  if (flux.is_black()) return kUniformSpherePdf;
+  const float sine = std::max(std::hypot(d.x, d.y), kMinSine);
+  return flux.pdf(position_of(d)) / (2 * kPi * kPi * sine);
 }
 
 std::optional<DirectSample> Sky::sample_direct(const Vec3& /*p*/, const Vec2& u) const {
   const auto sample = tables_->flux_of(*this).sample(u);
   DirectSample direct;
-  direct.d = direction_at(sample ? sample->uv : u);
+  direct.d = sample ? direction_at(sample->uv) : square_to_uniform_sphere(u);
   direct.pdf = pdf_environment(direct.d);
   direct.radiance = radiance(direct.d);
   return direct;

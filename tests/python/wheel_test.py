@@ -78,7 +78,8 @@ class WheelTest(unittest.TestCase):
                          "-DKINOME_BUILD_TESTS=OFF", "-DKINOME_PYTHON_MODULE=ON",
                          f"-Dnanobind_DIR={self.nanobind()}")
         # CMake has checked the named sources; headers aren't named anywhere.
-        for folder in ("core", "plugins", "python", "validation/compare"):
+        for folder in ("core", "libs", "plugins", "apps", "validation/compare"):
+            self.assertTrue((ROOT / folder).is_dir(), folder)
             for file in (ROOT / folder).rglob("*"):
                 if file.is_file() and "__pycache__" not in file.parts:
                     self.assertTrue((source / file.relative_to(ROOT)).is_file(), file)

@@ -20,7 +20,10 @@ TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
         "share/kinome/templates/shape/ring.cpp", "share/kinome/templates/shape/scene.xml", "include/kinome/plugin.h", "lib/kinome/plugins/bsdf/diffuse.so",
         "lib/kinome/plugins/sampler/ldsampler.so", "lib/cmake/kinome/KinomeConfig.cmake",
         "lib/cmake/kinome/KinomeConfigVersion.cmake", "lib/cmake/kinome/KinomeTargets.cmake",
-        "lib/cmake/kinome/KinomePlugin.cmake"}) {
+        "lib/cmake/kinome/KinomePlugin.cmake", "lib/cmake/kinome/KinomeMachine.cmake",
+        "include/kinome/sky.h", "include/kinome/image_files.h", "include/kinome/scene_editor.h",
+        "include/kinome/parts.h", "include/kinome/scene_loader.h",
+        "include/kinome/engine/transport/stages.h", "lib/libkinome_transport.a"}) {
     EXPECT_TRUE(fs::exists(fs::path(prefix_) / name)) << name;
   }
   // No installed file may refer to the build folder.

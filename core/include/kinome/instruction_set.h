@@ -9,7 +9,6 @@
 /// Lowest level that includes all instructions that the compiler may generate for this file.
 /// Extensions after the first parts of AVX-512 are in no level; -march=native enables them if the
 /// build machine has them.
-/// -march=native if its own processor has it.
 #if !defined(__x86_64__)
 #define KINOME_ABI_ISA "baseline"
 #elif defined(__AVX512VNNI__) || defined(__AVX512VBMI__) || defined(__AVX512VBMI2__) ||     \

@@ -10,8 +10,8 @@ namespace kinome {
 
 class Film;
 
-/// Tells a render context which items of its passes are in the film already, and records the items
-/// that are added. Checkpoint (libs/session) resumes earlier renders by it. Without one, all items
+/// Reports which items of a render's passes are in the film already, and records the items that are
+/// added. Checkpoint (libs/session) resumes earlier renders by it. Without one, all items
 /// are rendered. Not thread-safe; the render context serialises the calls.
 class KINOME_EXPORT WorkSource {
  public:

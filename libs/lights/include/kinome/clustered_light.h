@@ -56,13 +56,14 @@ class KINOME_EXPORT ClusteredLight {
 KINOME_EXPORT const ClusteredLight* clustered_light(const Emitter& emitter);
 
 /// Returns the emitter's own light points. Those of an environment that has none are the means of
-/// its radiance over cells of equal solid angle, estimated from 16 directions each. Returns nullopt
-/// for other emitters.
+/// its radiance over cells of equal solid angle, each estimated from 16 random directions. Returns
+/// nullopt for other emitters.
 KINOME_EXPORT std::optional<LightPoints> light_points_of(const Emitter& emitter, const Scene& scene,
                                                          RenderContext& context, uint32_t count);
 
-/// Returns the emitter's own grid. An environment that has none gets quads of 1.4 degrees that
-/// aren't smooth. Returns nullopt for other emitters.
+/// Returns the emitter's own grid. An environment that has none gets quads of half a degree that
+/// aren't smooth. Returns nullopt for other emitters. Throws Error if the grid has no quads, or too
+/// many.
 KINOME_EXPORT std::optional<EnvironmentGrid> cell_grid_of(const Emitter& emitter);
 
 /// Evaluates many directions of an environment, as ClusteredLight::eval_environment_batch() does.

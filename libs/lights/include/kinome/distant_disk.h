@@ -1,6 +1,9 @@
 #pragma once
 
+#include <optional>
+
 #include "kinome/emitter.h"
+#include "kinome/light_samples.h"
 #include "kinome/warp.h"
 #include "kinome/wide/functions.h"
 #include "kinome/wide/textures.h"

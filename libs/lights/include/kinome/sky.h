@@ -1,14 +1,17 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "kinome/emitter.h"
 
 namespace kinome {
 
-/// Base of environments of which only the radiance is known. A table of the radiance, probed at
-/// 0.7 degrees, makes them importance-sampled, and all integrators support them. The density is
-/// positive everywhere, so that light between the probed directions is not lost, only noisy.
+/// Base of environments of which only the radiance is known. A table of the radiance, with probes
+/// 0.35 degrees apart, makes them importance-sampled, and all integrators support them. The density
+/// is positive everywhere: light that all probes miss is not lost, but so noisy that images of few
+/// samples don't show it. An environment with sources smaller than the sun needs functions of its
+/// own. Where the radiance isn't finite, it counts as 0 in the table.
 ///
 ///     class Dawn final : public kinome::Sky {
 ///       kinome::Rgb radiance(const kinome::Vec3& d) const override { … }
@@ -20,7 +23,7 @@ class KINOME_EXPORT Sky : public Emitter {
   Sky();
   ~Sky() override;
 
-  /// Radiance that arrives from the unit direction d, world space. Must be finite.
+  /// Radiance that arrives from the unit direction d, world space. Must be finite. Thread-safe.
   virtual Rgb radiance(const Vec3& d) const = 0;
 
   bool is_environment() const final { return true; }

@@ -137,8 +137,9 @@ class Builder {
   double deviation_scale_ = 1;  ///< 1 / the mean weight
 };
 
-/// Throws Error if the points are invalid. They may come from a third-party plugin.
-void check(const LightPoints& points) {
+}  // namespace
+
+void check_light_points(const LightPoints& points) {
   const size_t size = points.size();
   if (size == 0) throw Error("light points: none given");
   const bool local = points.kind == LightPoints::Kind::kLocal;
@@ -159,10 +160,8 @@ void check(const LightPoints& points) {
   }
 }
 
-}  // namespace
-
 LightTree::LightTree(LightPoints points) : points_(std::move(points)) {
-  check(points_);
+  check_light_points(points_);
   const Builder builder(points_, cells_);
   permute(points_.position, builder.order());
   permute(points_.normal, builder.order());

@@ -25,6 +25,9 @@ struct LightCell {
   uint32_t left = 0;  ///< index of the left child, followed by the right one; 0 for a leaf
 };
 
+/// Throws Error if the points are invalid. They may come from a third-party plugin.
+void check_light_points(const LightPoints& points);
+
 /// Complete binary tree over light points (Åkerlund 2008, 3.3; Walter et al. 2005). Points are
 /// reordered so that every cell is a contiguous range. Immutable; thread-safe.
 class LightTree {

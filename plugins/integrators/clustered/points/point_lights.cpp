@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "clustered/points/light_tree.h"
 #include "clustered/points/point_light_shader.h"
 #include "transport/camera_block.h"
 #include "kinome/clustered_light.h"
@@ -15,6 +16,7 @@ using Kind = LightPoints::Kind;
 /// make a separate set.
 void add_points(LightPoints points, bool is_indirect, std::vector<PointLightSet>& sets) {
   if (points.size() == 0) return;
+  check_light_points(points);
   for (PointLightSet& set : sets) {
     if (set.points.kind != points.kind || set.is_indirect != is_indirect || points.emission ||
         set.points.emission) {
