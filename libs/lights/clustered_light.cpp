@@ -74,6 +74,7 @@ std::optional<EnvironmentGrid> cell_grid_of(const Emitter& emitter) {
   EnvironmentGrid grid;
   grid.columns = kColumns;
   grid.rows = kRows;
+  grid.is_probed = true;
   return grid;
 }
 

@@ -74,6 +74,7 @@ NAMED_IN_CORE = {
     ("core/include/kinome/bsdf_form.h", "ggx"): "identifies the lobe of a BSDF",
     ("core/include/kinome/bsdf_form.h", "conductor"): "identifies the lobe of a BSDF",
     ("libs/audit/environment_audit.cpp", "clustered"): "the optional functions of libs/lights",
+    ("libs/kit/emission_checks.cpp", "clustered"): "the optional functions of libs/lights",
     ("core/include/kinome/inspection.h", "cluster"): "a term in the output of `kinome inspect`",
     ("core/include/kinome/inspection.h", "learned"): "a term in the output of `kinome inspect`",
     ("apps/kinome/render/inspect.cpp", "cluster"): "a term in the output of `kinome inspect`",

@@ -22,6 +22,9 @@ struct EnvironmentGrid {
   /// True if radiance is the bilinear interpolation in phi and theta of its values at the quad's
   /// corners. Integrals over cells are then exact and fast. Implies smooth_quads.
   bool bilinear_quads = false;
+  /// True if nothing is known of the radiance between evaluated positions. A quad then gets a part
+  /// of its neighbours' importance: it may hold the edge of a bright disk.
+  bool is_probed = false;
 };
 
 /// Returns the world direction of a grid position, in columns and rows.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <queue>
 
 #include "clustered/cells/grid_integrals.h"
@@ -20,6 +21,8 @@ constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.288675134594812
 /// Minimum importance as a share of the mean, so that directions keep a density where a photograph
 /// is black or tabulated too coarsely.
 constexpr double kFloor = 1e-3;
+/// Importance of a quad of a probed grid, relative to that of its best neighbour.
+constexpr float kShareOfNeighbour = 0.25f;
 /// Cells are no wider than a turn divided by this value. The horizon test requires less than half a
 /// turn.
 constexpr int kMaxWidthShare = 8;
@@ -200,6 +203,13 @@ double DistantCells::tabulate(const RenderContext& context) {
       row_means[y] = sum * quad_solid_angle(y);
     }
   });
+  if (grid_.is_probed) {
+    importance_->spread(kShareOfNeighbour);
+    for (int y = 0; y < rows; ++y) {
+      const float* const importance = importance_->row(y);
+      row_means[y] = std::accumulate(importance, importance + columns, 0.) * quad_solid_angle(y);
+    }
+  }
   double total = 0;
   for (const double mean : row_means) total += mean;
   const auto least = static_cast<float>(kFloor * total / (4 * kPiD));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace kinome {
@@ -20,6 +21,23 @@ class QuadImportance {
   float* row(int y) { return &values_[static_cast<size_t>(y) * columns_]; }
   const float* row(int y) const { return &values_[static_cast<size_t>(y) * columns_]; }
   const float& operator[](size_t quad) const { return values_[quad]; }
+
+  /// Raises each value to at least `share` times the largest of its eight neighbours. Columns wrap
+  /// around. Call it before sum_row().
+  void spread(float share) {
+    const auto rows = static_cast<int>(blocks_.size() / stride_);
+    // Maxima over three columns: of the row above, of the row itself, of the row below.
+    std::vector<float> above(columns_, 0.f), own = row_maxima(0), below;
+    for (int y = 0; y < rows; ++y) {
+      below = y + 1 < rows ? row_maxima(y + 1) : std::vector<float>(columns_, 0.f);
+      float* const values = row(y);
+      for (int x = 0; x < columns_; ++x) {
+        values[x] = std::max(values[x], share * std::max({above[x], own[x], below[x]}));
+      }
+      above = std::move(own);
+      own = std::move(below);
+    }
+  }
 
   /// Raises the values of a row to at least `least`, and computes its prefix sums.
   void sum_row(int y, float least) {
@@ -78,6 +96,15 @@ class QuadImportance {
   }
 
  private:
+  std::vector<float> row_maxima(int y) const {
+    const float* const values = row(y);
+    std::vector<float> maxima(columns_);
+    for (int x = 0; x < columns_; ++x) {
+      const int before = x > 0 ? x - 1 : columns_ - 1, after = x + 1 < columns_ ? x + 1 : 0;
+      maxima[x] = std::max({values[before], values[x], values[after]});
+    }
+    return maxima;
+  }
   static constexpr int kBlock = 16;
 
   Sums before(int y, int x) const {
