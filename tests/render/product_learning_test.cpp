@@ -76,7 +76,7 @@ class LyingRenderer {
     LocalLight::Settings settings;
     settings.length.max_depth = max_depth;
     settings.bounce_cells = 64;
-    settings.points = LocalLight::kLeastPoints;
+    settings.points = LocalLight::kMinPoints;
     const auto seen = places_seen(scene, sensor_, 128, 1, context_);
     local_ = std::make_unique<const LocalLight>(scene, settings, seen, 1, context_);
     if (local_->empty()) local_.reset();

@@ -235,8 +235,8 @@ class Checker {
     const bool is_product = method.name.starts_with("product");
     const bool has_bounce = method.name.ends_with("one bounce");
     const bool is_blunt = is_light_tracing || method.against == "emitter sampling";
-    const bool has_mirror = has_mirrors(scene), is_sharp = has_sharp_lobes(text_, kLeastAlpha);
-    if (is_blunt && (has_mirror || has_sharp_lobes(text_, kLeastBluntAlpha))) return false;
+    const bool has_mirror = has_mirrors(scene), is_sharp = has_sharp_lobes(text_, kMinAlpha);
+    if (is_blunt && (has_mirror || has_sharp_lobes(text_, kMinBluntAlpha))) return false;
     // With hide_emitters (see integrator()), only `ptracer` shows light that reflects off emitting
     // surfaces.
     if (is_light_tracing && scene.environment() && scene.has_surface_emitters()) return false;
@@ -244,7 +244,7 @@ class Checker {
     // Clusters are chosen by the lobe at one of their points, so that a sharp lobe at other points
     // finds light only by chance. The same holds for light points on glossy surfaces, because
     // clusters are chosen without regard to these lobes.
-    if (method.same_seeds && (is_sharp || (has_bounce && has_sharp_lobes(text_, kLeastBluntAlpha))))
+    if (method.same_seeds && (is_sharp || (has_bounce && has_sharp_lobes(text_, kMinBluntAlpha))))
       return false;
     // `product` includes light of lamps by way of mirrors and near-mirrors; `path` never or hardly
     // ever does.

@@ -83,16 +83,16 @@ double reflection_of(const SurfaceInteraction& si, const DirectSample& light) {
 
 }  // namespace
 
-bool has_sharp_lobes(const std::string& text, double least_alpha) {
+bool has_sharp_lobes(const std::string& text, double min_alpha) {
   constexpr double kMaxExponent = 1000;
   // The default alpha is 0.1, and the default exponent 30.
   const auto has = [&](const char* word) { return text.find(word) != std::string::npos; };
   const bool is_rough = has("\"rough") || has("\"ward\"") || has("\"phong\"");
   const bool is_silent = !has("\"alpha") && !has("\"exponent\"");
-  if (is_rough && is_silent && least_alpha > 0.1) return true;
-  const double largest = kMaxExponent * sqr(kLeastAlpha / least_alpha);
+  if (is_rough && is_silent && min_alpha > 0.1) return true;
+  const double largest = kMaxExponent * sqr(kMinAlpha / min_alpha);
   return any_value(text, {"alpha", "alpha_u", "alpha_v"},
-                   [&](double alpha) { return alpha < least_alpha; }) ||
+                   [&](double alpha) { return alpha < min_alpha; }) ||
          any_value(text, {"exponent"}, [&](double exponent) { return exponent > largest; });
 }
 

@@ -11,9 +11,9 @@ namespace kinome::test {
 /// Smallest alpha of lobes that methods find reliably. At grazing angles, a lobe with an alpha of
 /// 0.1 already has most of its light in one of thousands of directions. Methods that ignore the
 /// lobe (samples of emitters, light tracing) need the larger value.
-inline constexpr double kLeastAlpha = 0.03, kLeastBluntAlpha = 0.2;
+inline constexpr double kMinAlpha = 0.03, kMinBluntAlpha = 0.2;
 /// Returns true if a surface is so smooth that its lobe is found only by chance.
-bool has_sharp_lobes(const std::string& text, double least_alpha);
+bool has_sharp_lobes(const std::string& text, double min_alpha);
 bool has_mirrors(const Scene& scene);
 
 /// Returns true if a lobe reflects so little that a path, which chooses among lobes, hardly ever

@@ -43,10 +43,10 @@ TEST(LocalChoice, LooksAtEachPointOnceOnAverage) {
                   tile.primaries().size(), seed);
     std::vector<double> of_group(groups);
     double sum = 0;
-    for (uint32_t b = 0; b < LocalChoice::kLeastBlocks; ++b) {
+    for (uint32_t b = 0; b < LocalChoice::kMinBlocks; ++b) {
       const LocalChoice::Block block = choice.block(b);
       for (uint32_t i = 0; i < block.size; ++i) {
-        const double weight = block.weight[i] / LocalChoice::kLeastBlocks;
+        const double weight = block.weight[i] / LocalChoice::kMinBlocks;
         sum += weight;
         if (block.weight[i] > 0) weights.add(weight);
         const size_t group = block.point[i] / kPointsOfGroup;

@@ -107,7 +107,7 @@ TEST(SourceChoice, GoesByFluxWhereNothingArrivesOrIsKnown) {
 
   Sources many;
   Random random(1);
-  for (size_t s = 0; s <= SourceChoice::kMostLooks; ++s) {
+  for (size_t s = 0; s <= SourceChoice::kMaxLooks; ++s) {
     many.add(std::make_unique<Lamp>(random.direction(), 1.f), random.between(0.1, 2));
   }
   const SourceChoice of_many = many.choice(1);

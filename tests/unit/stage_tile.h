@@ -96,7 +96,7 @@ class StageTile {
           DistantCells(*scene_->environment(), *cell_grid_of(*scene_->environment()), 64, context_);
     }
     LocalLight::Settings settings;
-    settings.points = LocalLight::kLeastPoints;
+    settings.points = LocalLight::kMinPoints;
     settings.length.max_depth = max_depth;
     local_ = std::make_unique<const LocalLight>(*scene_, settings,
                                                 std::span<const SurfaceInteraction>(), 1, context_);

@@ -55,7 +55,7 @@ std::vector<std::vector<IntegerPoint>> all_first_points(uint32_t count) {
 }  // namespace
 
 uint32_t HilbertPoints::log2_near(double count) {
-  uint32_t log2 = kLeastLog2;
+  uint32_t log2 = kMinLog2;
   while (log2 < kMaxLog2 && (1u << log2) * std::numbers::sqrt2 < count) ++log2;
   return log2;
 }

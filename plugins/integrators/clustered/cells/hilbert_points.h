@@ -24,7 +24,7 @@ struct IntegerPoint {
 /// use; thread-safe.
 class HilbertPoints {
  public:
-  static constexpr uint32_t kLeastLog2 = 4, kMaxLog2 = 11;
+  static constexpr uint32_t kMinLog2 = 4, kMaxLog2 = 11;
   static constexpr uint32_t kMaxCount = 256;
 
   static const HilbertPoints& get();
@@ -39,7 +39,7 @@ class HilbertPoints {
     const auto& columns = powers_[log2];
     return {columns[0], columns[1]};
   }
-  /// Returns the log2, from kLeastLog2 to kMaxLog2, whose power of two is nearest to a number of
+  /// Returns the log2, from kMinLog2 to kMaxLog2, whose power of two is nearest to a number of
   /// points, by ratio.
   static uint32_t log2_near(double count);
   /// The first `count` points, 1 <= count <= kMaxCount.

@@ -151,7 +151,7 @@ void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
                          std::span<const Patch> patches, std::span<const Visibility> visibility,
                          uint32_t first_cell, size_t primaries, uint64_t seed) {
   blocks_ = static_cast<uint32_t>(
-      std::bit_floor(std::clamp<size_t>(primaries / 2, kLeastBlocks, kMostBlocks)));
+      std::bit_floor(std::clamp<size_t>(primaries / 2, kMinBlocks, kMaxBlocks)));
   lamp_blocks_ = light.lamps().size() > lamp_block_size(light) ? blocks_ : 1;
   const size_t count = light.padded_size();
   importance_.assign(count, 0.f);

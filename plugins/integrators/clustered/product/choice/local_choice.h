@@ -30,7 +30,7 @@ class LocalChoice {
   /// blocks, or in all.
   static constexpr uint32_t kBlockSize = kPointBlockSize;
   /// Bounds of the number of blocks. It is a power of two, about half the number of primaries.
-  static constexpr uint32_t kLeastBlocks = kMinPointBlocks, kMostBlocks = 64;
+  static constexpr uint32_t kMinBlocks = kMinPointBlocks, kMaxBlocks = 64;
 
   /// Selects points and lamps for a tile with this number of primaries. `visibility` has an entry
   /// for each patch, in which local cells start at `first_cell`.
@@ -85,7 +85,7 @@ class LocalChoice {
   Column<uint32_t> cells_, points_, reflections_;
   std::vector<uint32_t> block_first_;
   std::vector<Lamp> picked_lamps_, lamps_;
-  uint32_t blocks_ = kLeastBlocks;
+  uint32_t blocks_ = kMinBlocks;
   uint32_t lamp_blocks_ = 1;
   std::vector<uint32_t> lamp_first_;
 };

@@ -142,7 +142,7 @@ class LocalLight {
     uint32_t bounce_cells = 256;
     /// Number of points of a pass on reflecting surfaces if lamps light them, and on emitting
     /// surfaces. There are more on many emitting surfaces, and fewer if light bounces.
-    uint32_t points = kMostPoints;
+    uint32_t points = kMaxPoints;
     /// Number of points on reflecting surfaces, if larger than `points`, if all of their light
     /// comes from surfaces and the sky. Mixtures are in between. Such a point has light from one
     /// direction only, and represents its surroundings less well than a point that a lamp lights.
@@ -153,8 +153,8 @@ class LocalLight {
     /// is_complete() is false.
     double min_aimed_share = 0;
   };
-  static constexpr uint32_t kLeastPoints = 1u << 10, kMostPoints = 1u << 14;
-  static constexpr uint32_t kMostExtendedPoints = 1u << 17;
+  static constexpr uint32_t kMinPoints = 1u << 10, kMaxPoints = 1u << 14;
+  static constexpr uint32_t kMaxExtendedPoints = 1u << 17;
 
   /// `seen` has surface points that the camera sees, for guide and aim; may be empty.
   LocalLight(const Scene& scene, const Settings& settings, std::span<const SurfaceInteraction> seen,

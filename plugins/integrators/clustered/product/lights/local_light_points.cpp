@@ -30,7 +30,7 @@ uint32_t morton_code(const Vec3& at) {
 
 /// Maximum eye_ratio. It leaves nearly all light to eye rays, and gives 0, not NaN, when multiplied
 /// by a density of 0.
-constexpr float kMostEyeRatio = 1e25f;
+constexpr float kMaxEyeRatio = 1e25f;
 
 /// Minimum density of the reflected direction, at normal incidence [1/sr], of a narrow lobe and of
 /// a lobe that nearly mirrors. They correspond to GGX with an alpha of 0.28 and 0.0126.
@@ -175,7 +175,7 @@ float LocalLight::eye_ratio(const Source& source, float probability, const Surfa
     }
   }
   // At the rim of a cone, rounding can give a density of 0 to a direction that was drawn.
-  return ratio < kMostEyeRatio ? ratio : kMostEyeRatio;
+  return ratio < kMaxEyeRatio ? ratio : kMaxEyeRatio;
 }
 
 std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInteraction& si,

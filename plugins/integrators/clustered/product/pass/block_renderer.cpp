@@ -12,7 +12,7 @@ namespace {
 constexpr float kCandidateCost = 0.1f;
 /// Minimum number of shadow rays of a pixel, because control terms are wrong on surfaces that the
 /// pilot missed, such as thin ones.
-constexpr uint32_t kLeastRays = 2;
+constexpr uint32_t kMinRays = 2;
 
 }  // namespace
 
@@ -118,7 +118,7 @@ void BlockRenderer::find_units(const TilePrimaries& primaries, const std::vector
     const int x = pixels.x0 + i % pixels.width(), y = pixels.y0 + i / pixels.width();
     const size_t pixel = view_.grid.pixel(x, y);
     units_.push_back({primaries.first(i), primaries.first(i + 1),
-                      std::max<uint32_t>(plan[pixel].rays, kLeastRays), plan[pixel].candidates,
+                      std::max<uint32_t>(plan[pixel].rays, kMinRays), plan[pixel].candidates,
                       hash_words(seed, pixel, 2)});
   }
 }
@@ -150,7 +150,7 @@ void BlockRenderer::find_diagnostics(const TilePrimaries& primaries,
     const PixelPlan& p =
         plan[view_.grid.pixel(pixels.x0 + i % pixels.width(), pixels.y0 + i / pixels.width())];
     const auto samples = static_cast<float>(end - first);
-    const float rays = lit > 0 ? static_cast<float>(std::max<uint32_t>(p.rays, kLeastRays)) : 0.f;
+    const float rays = lit > 0 ? static_cast<float>(std::max<uint32_t>(p.rays, kMinRays)) : 0.f;
     diagnostics_.emplace_back(samples,
                               samples + rays + (lit > 0 ? kCandidateCost * p.candidates : 0.f),
                               lit > 0 ? visible / lit : 0.f);

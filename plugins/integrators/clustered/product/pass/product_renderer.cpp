@@ -111,9 +111,9 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
   }
   rays = share * std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
   local.points = static_cast<uint32_t>(
-      std::clamp<double>(rays / kRaysPerPoint, LocalLight::kLeastPoints, LocalLight::kMostPoints));
+      std::clamp<double>(rays / kRaysPerPoint, LocalLight::kMinPoints, LocalLight::kMaxPoints));
   local.extended_points = static_cast<uint32_t>(
-      std::min<double>(rays / (kRaysPerExtendedPoint * parts), LocalLight::kMostExtendedPoints));
+      std::min<double>(rays / (kRaysPerExtendedPoint * parts), LocalLight::kMaxExtendedPoints));
   std::vector<SurfaceInteraction> seen;
   if (settings.light_guide &&
       (scene.has_surface_emitters() || settings.length.max_depth >= LocalLight::kBounceDepth)) {

@@ -217,7 +217,7 @@ void Caustics::go_on(uint64_t seed, Paths& paths) const {
       path.is_mirrored = sample->is_delta || path.is_lamps;
       path.is_chain = path.is_chain && path.is_mirrored;
     }
-    if (!path.is_chain || path.edges >= std::min(light_.length().rr_depth, kMostSureEdges)) {
+    if (!path.is_chain || path.edges >= std::min(light_.length().rr_depth, kMaxSureEdges)) {
       const float survival = std::min(
           kMaxSurvival, max_component(path.power * sample->weight) / max_component(path.power));
       if (!(random_float(own, kSurvival) < survival)) continue;

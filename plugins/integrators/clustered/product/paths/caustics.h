@@ -25,7 +25,7 @@ class Caustics {
  public:
   /// From this number of edges on, chains of lossless mirrors end by roulette, even if rr_depth is
   /// larger.
-  static constexpr uint32_t kMostSureEdges = 64;
+  static constexpr uint32_t kMaxSureEdges = 64;
   /// True if surface points can be connected to the sensor.
   static bool serves(const Sensor& sensor);
   /// `hides_environment`: see goes_on_as_path.

@@ -30,7 +30,7 @@ void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drop
   Begin next = begin;
   ++next.edges;
   next.weight *= sample->weight;
-  if (edges >= std::min(light_.local->length().rr_depth, Caustics::kMostSureEdges)) {
+  if (edges >= std::min(light_.local->length().rr_depth, Caustics::kMaxSureEdges)) {
     const float survival = survival_probability(next.weight);
     if (!(random_float(own, kSurvival) < survival)) return;
     next.weight /= survival;

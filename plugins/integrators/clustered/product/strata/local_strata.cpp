@@ -10,7 +10,7 @@ namespace {
 /// one.
 constexpr float kEyeRayFactor = 12;
 /// Minimum number of eye rays per primary. It bounds the weight of a very near light point.
-constexpr float kLeastEyeRays = 1 / 8.f;
+constexpr float kMinEyeRays = 1 / 8.f;
 /// Additional eye rays per primary, relative to the share of light from points that aren't
 /// Lambertian. If such a surface reflects a lamp, an eye ray may find light far brighter than any
 /// that the pilot has seen.
@@ -169,7 +169,7 @@ void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan
   const double spread = variance / count;
   const float by_eye = all > 0 ? static_cast<float>(1 - (sum - of_lamps) / all) : 1.f;
   patch.eye_rays += share * std::clamp(kEyeRayFactor * by_eye + kLobeEyeRayFactor * by_lobes,
-                                       kLeastEyeRays, 1.f);
+                                       kMinEyeRays, 1.f);
   patch.glossy += mean * share;
   for (uint32_t j = 0; j < members; ++j) {
     PointPlan& point = points[group.primary(j)];
