@@ -6,6 +6,8 @@
 #include "kinome/distant_disk.h"
 #include "kinome/flux_grid.h"
 #include "kinome/warp.h"
+#include "kinome/wide/functions.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome {
 namespace {
@@ -19,22 +21,41 @@ constexpr float kMaxProbe = 1e30f;
 /// Minimum sine of the polar angle in densities.
 constexpr float kMinSine = 1e-6f;
 
-/// Direction of a point of the unit square: azimuth and polar angle around z.
-Vec3 direction_at(const Vec2& uv) {
-  const float phi = 2 * kPi * uv.x, theta = kPi * uv.y;
-  const float sine = std::sin(theta);
-  return {sine * std::cos(phi), sine * std::sin(phi), std::cos(theta)};
+/// Direction of a point of the unit square: azimuth and polar angle around z. F is float or
+/// wide::Float.
+template <class F>
+wide::formulas::VecOf<F> direction_at(const wide::formulas::Vec2Of<F>& uv) {
+  using namespace wide::formulas;
+  const F phi = uv.x * (2 * kPi), theta = uv.y * kPi;
+  const F sine = sin(theta);
+  return {sine * cos(phi), sine * sin(phi), cos(theta)};
 }
 
-Vec2 position_of(const Vec3& d) {
-  const float turn = std::atan2(d.y, d.x) * (0.5f * kInvPi);
-  return {turn < 0 ? turn + 1 : turn, std::atan2(std::hypot(d.x, d.y), d.z) * kInvPi};
+template <class F>
+F sine_of(const wide::formulas::VecOf<F>& d) {
+  using namespace wide::formulas;
+  return sqrt(d.x * d.x + d.y * d.y);
+}
+
+template <class F>
+wide::formulas::Vec2Of<F> position_of(const wide::formulas::VecOf<F>& d) {
+  using namespace wide::formulas;
+  const F turn = atan2(d.y, d.x) * (0.5f * kInvPi);
+  return {select(turn < 0.f, turn + 1.f, turn), atan2(sine_of<F>(d), d.z) * kInvPi};
+}
+
+/// Density per solid angle of the direction d.
+template <class F>
+F density(const FluxGrid& flux, const wide::formulas::VecOf<F>& d) {
+  using namespace wide::formulas;
+  if (flux.is_black()) return F(kUniformSpherePdf);
+  return flux.pdf(position_of<F>(d)) / (max(sine_of<F>(d), F(kMinSine)) * (2 * kPi * kPi));
 }
 
 /// Radiance times the solid angle that a unit of the square's area has at uv, up to a factor.
 float probed_flux(const Sky& sky, const Vec2& uv) {
-  const Vec3 d = direction_at(uv);
-  const float flux = luminance(glm::abs(sky.radiance(d))) * std::hypot(d.x, d.y);
+  const Vec3 d = direction_at<float>(uv);
+  const float flux = luminance(glm::abs(sky.radiance(d))) * sine_of<float>(d);
   return std::isfinite(flux) ? std::min(flux, kMaxProbe) : 0.f;
 }
 
@@ -61,19 +82,42 @@ void Sky::prepare(const Aabb& scene_bounds) {
 }
 
 float Sky::pdf_environment(const Vec3& d) const {
-  const FluxGrid& flux = tables_->flux_of(*this);
-  if (flux.is_black()) return kUniformSpherePdf;
-  const float sine = std::max(std::hypot(d.x, d.y), kMinSine);
-  return flux.pdf(position_of(d)) / (2 * kPi * kPi * sine);
+  return density<float>(tables_->flux_of(*this), d);
 }
 
 std::optional<DirectSample> Sky::sample_direct(const Vec3& /*p*/, const Vec2& u) const {
-  const auto sample = tables_->flux_of(*this).sample(u);
+  const FluxGrid& flux = tables_->flux_of(*this);
+  const auto sample = flux.sample(u);
   DirectSample direct;
-  direct.d = sample ? direction_at(sample->uv) : square_to_uniform_sphere(u);
-  direct.pdf = pdf_environment(direct.d);
+  direct.d = sample ? direction_at<float>(sample->uv) : square_to_uniform_sphere(u);
+  direct.pdf = density<float>(flux, direct.d);
   direct.radiance = radiance(direct.d);
   return direct;
+}
+
+void Sky::sample_direct_block(const Columns3& /*p*/, const Columns2& u, size_t count,
+                              const DirectBlock& out) const {
+  const FluxGrid& flux = tables_->flux_of(*this);
+  wide::for_lanes(count, [&](size_t i) {
+    const wide::Vec2 u_wide = wide::Vec2::load(u, i);
+    const wide::Vec3 d = flux.is_black() ? warp::square_to_uniform_sphere<wide::Vec3>(u_wide)
+                                         : direction_at<wide::Float>(flux.sample(u_wide).uv);
+    d.store(out.d, i);
+    wide::Float(kInfinity).store(out.distance + i);
+    density<wide::Float>(flux, d).store(out.pdf + i);
+    wide::Float(0.f).store(out.is_delta + i);
+  });
+  for (size_t i = 0; i < count; ++i) out.radiance.set(i, radiance(out.d.at(i)));
+}
+
+void Sky::eval_environment_block(const Columns3& d, size_t count, const Columns3& radiances,
+                                 float* pdf) const {
+  for (size_t i = 0; i < count; ++i) radiances.set(i, radiance(d.at(i)));
+  if (!pdf) return;
+  const FluxGrid& flux = tables_->flux_of(*this);
+  wide::for_lanes(count, [&](size_t i) {
+    density<wide::Float>(flux, wide::Vec3::load(d, i)).store(pdf + i);
+  });
 }
 
 std::optional<EmissionSample> Sky::sample_emission(const Vec2& position,

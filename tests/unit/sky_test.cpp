@@ -7,8 +7,7 @@
 #include <cmath>
 
 #include "kinome/clustered_light.h"
-#include "kinome/sampler.h"
-#include "kit/statistics.h"
+#include "support/block_memory.h"
 #include "support/render.h"
 
 namespace kinome::test {
@@ -31,7 +30,7 @@ class Black final : public Sky {
 /// Solid angle times radiance, channel 0.
 double flux_of_moonlit() {
   const double disk = 2 * M_PI * (1 - std::cos(0.0873));
-  const double y = 2 / std::sqrt(6.);  // mean of 1 + y over a small disk is nearly that of its centre
+  const double y = 2 / std::sqrt(6.);  // of the centre: nearly the mean over the disk
   return 0.1 * (4 * M_PI - disk * (1 + y)) + 40 * disk;
 }
 
@@ -74,6 +73,42 @@ TEST(Sky, DensityIsNormalised) {
     }
   }
   EXPECT_NEAR(sum * 4 * M_PI / (double{kRows} * kColumns), 1, 1e-3);
+}
+
+/// Blocks have the samples and densities of single calls, up to the rounding of their functions.
+TEST(Sky, BlocksAreAsPoints) {
+  constexpr size_t kCount = 501;
+  const Moonlit moonlit;
+  const Black black;
+  for (const Sky* const sky : std::initializer_list<const Sky*>{&moonlit, &black}) {
+    BlockMemory memory(kCount);
+    const Columns2 u = memory.two();
+    const DirectBlock out{memory.three(), memory.one(), memory.one(), memory.three(),
+                          memory.one()};
+    const Columns3 radiance = memory.three();
+    float* const pdf = memory.one();
+    for (size_t i = 0; i < kCount; ++i) {
+      const uint64_t bits = hash_words(5, i, 0);
+      u.set(i, {static_cast<float>(bits >> 40) * 0x1p-24f,
+                static_cast<float>((bits >> 8) & 0xffffff) * 0x1p-24f});
+    }
+    sky->sample_direct_block(out.d, u, kCount, out);
+    sky->eval_environment_block(out.d, kCount, radiance, pdf);
+    size_t at_borders = 0;
+    for (size_t i = 0; i < kCount; ++i) {
+      const auto sample = sky->sample_direct(Vec3(0.f), u.at(i));
+      ASSERT_TRUE(sample);
+      EXPECT_LT(glm::length(out.d.at(i) - sample->d), 1e-5f);
+      EXPECT_EQ(out.distance[i], kInfinity);
+      EXPECT_EQ(out.is_delta[i], 0.f);
+      EXPECT_EQ(out.radiance.at(i), sky->radiance(out.d.at(i)));
+      EXPECT_EQ(radiance.at(i), out.radiance.at(i));
+      EXPECT_EQ(pdf[i], out.pdf[i]);
+      // Near the border of two cells, rounding may choose the other one.
+      if (std::abs(out.pdf[i] - sample->pdf) > 1e-3f * sample->pdf) ++at_borders;
+    }
+    EXPECT_LE(at_borders, kCount / 50);
+  }
 }
 
 TEST(Sky, BlackOneIsSampledUniformly) {

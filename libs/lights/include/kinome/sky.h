@@ -31,6 +31,10 @@ class KINOME_EXPORT Sky : public Emitter {
   Rgb eval_environment(const Vec3& d) const final { return radiance(d); }
   float pdf_environment(const Vec3& d) const final;
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& u) const final;
+  void sample_direct_block(const Columns3& p, const Columns2& u, size_t count,
+                           const DirectBlock& out) const final;
+  void eval_environment_block(const Columns3& d, size_t count, const Columns3& radiances,
+                              float* pdf) const final;
   std::optional<EmissionSample> sample_emission(const Vec2& position,
                                                 const Vec2& direction) const final;
   std::optional<EmissionDensity> emission_density(const Vec3& d) const final;
