@@ -56,4 +56,18 @@ class Panel {
 /// Returns all panels in the order of the side bar. Add new panels to the list in panels.cpp.
 std::vector<std::unique_ptr<Panel>> make_panels();
 
+// The panels, each of which is a class in a file of its own.
+struct Display;
+std::unique_ptr<Panel> make_camera_panel();
+std::unique_ptr<Panel> make_compare_panel(std::shared_ptr<Display> display);
+std::unique_ptr<Panel> make_environment_panel();
+std::unique_ptr<Panel> make_inspector_panel();
+std::unique_ptr<Panel> make_lamp_panel();
+std::unique_ptr<Panel> make_material_panel();
+std::unique_ptr<Panel> make_message_panel();
+std::unique_ptr<Panel> make_parameter_panel();
+std::unique_ptr<Panel> make_render_panel();
+std::unique_ptr<Panel> make_save_panel();
+std::unique_ptr<Panel> make_tone_panel(std::shared_ptr<Display> display);
+
 }  // namespace kinome::viewer

@@ -1,6 +1,9 @@
-#include "panels/render_panel.h"
-
 #include <imgui.h>
+
+#include <chrono>
+#include <deque>
+
+#include "panels/panel.h"
 
 namespace kinome::viewer {
 namespace {
@@ -23,69 +26,88 @@ const char* label_of(const Status& status) {
   return "";
 }
 
+/// Progress of the render, choice of the integrator, pause, restart, and a render with a given
+/// number of samples.
+class RenderPanel final : public Panel {
+ public:
+  const char* title() const override { return "Render"; }
+  bool is_open_at_first() const override { return true; }
+
+  void draw(Frame& frame) override {
+    draw_numbers(frame);
+    draw_integrators(frame);
+    const bool is_paused = frame.status.is_paused;
+    if (ImGui::Button(is_paused ? "Resume" : "Pause")) frame.session.set_paused(!is_paused);
+    ImGui::SameLine();
+    if (ImGui::Button("Restart")) frame.session.restart();
+    ImGui::SameLine();
+    if (ImGui::Button("Reload file")) frame.session.reload();
+    ImGui::SetNextItemWidth(110);
+    ImGui::InputInt("samples", &samples_, 16, 64);
+    samples_ = std::clamp(samples_, 1, 1 << 20);
+    ImGui::SameLine();
+    if (ImGui::Button("Render##samples")) frame.session.render(static_cast<uint32_t>(samples_));
+    if (ImGui::IsItemHovered()) {
+      ImGui::SetTooltip("The picture that `kinome` renders with this number of samples per pixel");
+    }
+  }
+
+ private:
+  void draw_numbers(const Frame& frame) {
+    ImGui::Text("%s%s", label_of(frame.status),
+                frame.status.is_exact ? ", all samples at once" : "");
+    ImGui::ProgressBar(static_cast<float>(frame.status.fraction), ImVec2(-1, 4), "");
+    const PicturePointer& picture = frame.picture;
+    if (!picture) return;
+    const double rate = pictures_per_second(*picture);
+    const Image& image = picture->image;
+    if (picture->is_preview) {
+      ImGui::Text("preview of %d x %d by %s", image.width, image.height,
+                  picture->integrator.c_str());
+    } else {
+      ImGui::Text("%d x %d by %s", image.width, image.height, picture->integrator.c_str());
+    }
+    ImGui::Text("%.0f samples per pixel, %.2f s", picture->samples, picture->seconds);
+    if (picture->rel_mse >= 0) {
+      ImGui::Text("relMSE about %.2g", picture->rel_mse);
+    } else {
+      ImGui::TextDisabled("relMSE unknown");
+    }
+    ImGui::Text("%.2f million rays/s, %.0f pictures/s", 1e-6 * picture->rays_per_second, rate);
+  }
+
+  void draw_integrators(Frame& frame) {
+    if (!frame.info) return;
+    const std::string own = "the scene's own: " + frame.info->own_integrator;
+    const std::string& chosen = frame.status.integrator;
+    if (!ImGui::BeginCombo("integrator", chosen.empty() ? own.c_str() : chosen.c_str())) return;
+    if (ImGui::Selectable(own.c_str(), chosen.empty())) frame.session.set_integrator("");
+    for (const std::string& name : frame.info->integrators) {
+      if (ImGui::Selectable(name.c_str(), chosen == name)) frame.session.set_integrator(name);
+    }
+    ImGui::EndCombo();
+  }
+
+  /// Returns the number of images in the last second.
+  double pictures_per_second(const Picture& picture) {
+    const auto now = std::chrono::steady_clock::now();
+    if (picture.generation != seen_generation_) {
+      seen_generation_ = picture.generation;
+      seen_.push_back(now);
+    }
+    while (!seen_.empty() && now - seen_.front() > std::chrono::seconds(1)) seen_.pop_front();
+    return static_cast<double>(seen_.size());
+  }
+
+  int samples_ = 64;
+  std::deque<std::chrono::steady_clock::time_point> seen_;
+  uint64_t seen_generation_ = 0;
+};
+
 }  // namespace
 
-void RenderPanel::draw(Frame& frame) {
-  draw_numbers(frame);
-  draw_integrators(frame);
-  const bool is_paused = frame.status.is_paused;
-  if (ImGui::Button(is_paused ? "Resume" : "Pause")) frame.session.set_paused(!is_paused);
-  ImGui::SameLine();
-  if (ImGui::Button("Restart")) frame.session.restart();
-  ImGui::SameLine();
-  if (ImGui::Button("Reload file")) frame.session.reload();
-  ImGui::SetNextItemWidth(110);
-  ImGui::InputInt("samples", &samples_, 16, 64);
-  samples_ = std::clamp(samples_, 1, 1 << 20);
-  ImGui::SameLine();
-  if (ImGui::Button("Render##samples")) frame.session.render(static_cast<uint32_t>(samples_));
-  if (ImGui::IsItemHovered()) {
-    ImGui::SetTooltip("The picture that `kinome` renders with this number of samples per pixel");
-  }
-}
-
-void RenderPanel::draw_numbers(const Frame& frame) {
-  ImGui::Text("%s%s", label_of(frame.status), frame.status.is_exact ? ", all samples at once" : "");
-  ImGui::ProgressBar(static_cast<float>(frame.status.fraction), ImVec2(-1, 4), "");
-  const PicturePointer& picture = frame.picture;
-  if (!picture) return;
-  const double rate = pictures_per_second(*picture);
-  const Image& image = picture->image;
-  if (picture->is_preview) {
-    ImGui::Text("preview of %d x %d by %s", image.width, image.height, picture->integrator.c_str());
-  } else {
-    ImGui::Text("%d x %d by %s", image.width, image.height, picture->integrator.c_str());
-  }
-  ImGui::Text("%.0f samples per pixel, %.2f s", picture->samples, picture->seconds);
-  if (picture->rel_mse >= 0) {
-    ImGui::Text("relMSE about %.2g", picture->rel_mse);
-  } else {
-    ImGui::TextDisabled("relMSE unknown");
-  }
-  ImGui::Text("%.2f million rays/s, %.0f pictures/s", 1e-6 * picture->rays_per_second, rate);
-}
-
-/// Returns the number of images in the last second.
-double RenderPanel::pictures_per_second(const Picture& picture) {
-  const auto now = std::chrono::steady_clock::now();
-  if (picture.generation != seen_generation_) {
-    seen_generation_ = picture.generation;
-    seen_.push_back(now);
-  }
-  while (!seen_.empty() && now - seen_.front() > std::chrono::seconds(1)) seen_.pop_front();
-  return static_cast<double>(seen_.size());
-}
-
-void RenderPanel::draw_integrators(Frame& frame) {
-  if (!frame.info) return;
-  const std::string own = "the scene's own: " + frame.info->own_integrator;
-  const std::string& chosen = frame.status.integrator;
-  if (!ImGui::BeginCombo("integrator", chosen.empty() ? own.c_str() : chosen.c_str())) return;
-  if (ImGui::Selectable(own.c_str(), chosen.empty())) frame.session.set_integrator("");
-  for (const std::string& name : frame.info->integrators) {
-    if (ImGui::Selectable(name.c_str(), chosen == name)) frame.session.set_integrator(name);
-  }
-  ImGui::EndCombo();
+std::unique_ptr<Panel> make_render_panel() {
+  return std::make_unique<RenderPanel>();
 }
 
 }  // namespace kinome::viewer
