@@ -197,13 +197,7 @@ void Sensor::sample_ray_block(const Columns2& film_position, const Columns2& ape
                               RayHit16* out) const {
   UpperHalves::clear();
   for (size_t i = 0; i < count; ++i) {
-    const Ray ray = sample_ray(film_position.at(i), aperture.at(i));
-    Ray16& to = out[i / 16].ray;
-    const size_t lane = i % 16;
-    Columns3{to.ox, to.oy, to.oz}.set(lane, ray.o);
-    Columns3{to.dx, to.dy, to.dz}.set(lane, ray.d);
-    to.tmin[lane] = ray.tmin;
-    to.tmax[lane] = ray.tmax;
+    set_ray(out[i / 16].ray, i % 16, sample_ray(film_position.at(i), aperture.at(i)));
   }
 }
 

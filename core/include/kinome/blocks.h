@@ -55,6 +55,19 @@ inline Ray ray_of(const Ray16* rays, size_t k) {
   ray.tmax = b.tmax[i];
   return ray;
 }
+/// Sets ray `lane` of a block, except for its time and mask.
+inline void set_ray(Ray16& rays, size_t lane, const Ray& ray) {
+  rays.ox[lane] = ray.o.x, rays.oy[lane] = ray.o.y, rays.oz[lane] = ray.o.z;
+  rays.dx[lane] = ray.d.x, rays.dy[lane] = ray.d.y, rays.dz[lane] = ray.d.z;
+  rays.tmin[lane] = ray.tmin, rays.tmax[lane] = ray.tmax;
+}
+/// Disables the padding of `count` rays.
+inline void disable_padding(Ray16* rays, size_t count) {
+  for (size_t i = count; i < padded(count); ++i) rays[i / 16].tmax[i % 16] = -1;
+}
+inline void disable_padding(RayHit16* rays, size_t count) {
+  for (size_t i = count; i < padded(count); ++i) rays[i / 16].ray.tmax[i % 16] = -1;
+}
 /// Returns ray k and its hit.
 inline RayHit ray_hit_of(const RayHit16* rays, size_t k) {
   const RayHit16& b = rays[k / 16];

@@ -66,6 +66,8 @@ struct SurfaceInteraction {
   Vec3 ray_origin(const Vec3& d) const {
     return origin_off_surface(p, n, p_error, d);
   }
+  /// Returns the ray that leaves the surface toward the world direction d.
+  Ray spawn_ray(const Vec3& d) const { return {ray_origin(d), d}; }
   /// True if the point at `distance` along the unit vector d is farther from the tangent plane than
   /// p_error. Otherwise rounding alone determines on which side another point of the same curved
   /// surface is.
@@ -79,11 +81,7 @@ struct SurfaceInteraction {
   /// inaccurate as p.
   Ray shadow_ray(const Vec3& d, float distance) const {
     const ShadowRayOf<Vec3, float> shadow(p, n, p_error, d, distance, distance < kInfinity);
-    Ray ray;
-    ray.o = shadow.o;
-    ray.d = shadow.d;
-    ray.tmax = shadow.tmax;
-    return ray;
+    return {shadow.o, shadow.d, 0, shadow.tmax};
   }
   /// Returns the shadow ray toward the point `to`.
   Ray shadow_ray_to(const Vec3& to) const {

@@ -31,12 +31,7 @@ struct EmissionSample {
 
   /// Returns the ray, with its origin moved off the surface toward d. With interpolated normals, d
   /// may point below the face.
-  Ray ray() const {
-    Ray ray;
-    ray.o = origin_off_surface(o, n, o_error, d);
-    ray.d = d;
-    return ray;
-  }
+  Ray ray() const { return {origin_off_surface(o, n, o_error, d), d}; }
 };
 
 /// Densities of a ray that leaves an emitter without a surface, as in EmissionSample.

@@ -69,7 +69,7 @@ void Camera::trace_rays(const Columns2& film_position, const Columns2& aperture,
                         RenderCounters& counters) {
   count_ = count;
   sensor_.sample_ray_block(film_position, aperture, count, rays_);
-  for (size_t i = count; i < padded(count); ++i) rays_[i / 16].ray.tmax[i % 16] = -1;
+  disable_padding(rays_, count);
   clear_hits(rays_, count);
   if (passes_) {
     for (size_t i = 0; i < count; ++i) far_[i] = rays_[i / 16].ray.tmax[i % 16];
@@ -112,7 +112,7 @@ void Camera::pass_emitters(RenderCounters& counters) {
       }
     }
     if (n == 0) return;
-    for (size_t i = n; i < padded(n); ++i) beyond_[i / 16].ray.tmax[i % 16] = -1;
+    disable_padding(beyond_, n);
     clear_hits(beyond_, n);
     scene_.scene().intersect(beyond_, padded(n) / kBlockLanes, Coherence::kCoherent, counters);
     counters[RayKind::kCamera] += n;

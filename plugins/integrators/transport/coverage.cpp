@@ -37,9 +37,7 @@ void Coverage::find(const PixelSamples& samples, const Camera& camera, float* al
   for (uint32_t depth = 1;; ++depth) {
     const size_t rays = cover(samples, *surfaces, owner, depth, alpha);
     if (rays == 0) return;
-    for (size_t i = rays; i < padded(rays); ++i) {
-      rays_[i / kBlockLanes].ray.tmax[i % kBlockLanes] = -1;
-    }
+    disable_padding(rays_, rays);
     clear_hits(rays_, rays);
     scene_.scene().intersect(rays_, padded(rays) / kBlockLanes, Coherence::kCoherent, counters);
     counters[RayKind::kCamera] += rays;

@@ -108,9 +108,7 @@ size_t StraightShadows::pass(const Ray16* rays, const float* max_passes, float p
       to.tmax[lane] = std::max(from.tmax - distance, 0.f);
     }
   }
-  for (size_t i = count; i < padded(count); ++i) {
-    rays_[i / kBlockLanes].ray.tmax[i % kBlockLanes] = -1;
-  }
+  disable_padding(rays_, count);
   return count;
 }
 

@@ -54,10 +54,7 @@ std::vector<EyePoint> next_points(const Scene& scene, std::span<const EyePoint> 
       if (!sample) continue;
       const float weight = point.weight * mean_of(glm::abs(sample->weight));
       if (!(weight > 0) || !std::isfinite(weight)) continue;
-      const Vec3 d = point.si.frame.to_world(sample->wo);
-      RayHit& ray = rays.emplace_back();
-      ray.ray.o = point.si.ray_origin(d);
-      ray.ray.d = d;
+      rays.push_back({point.si.spawn_ray(point.si.frame.to_world(sample->wo)), Hit{}});
       next.push_back({point.si, weight, hash_words(point.seed, k)});
     }
   }

@@ -57,12 +57,11 @@ struct LocalLight::Walker {
         u2(per_point.two()),
         next(per_point.capacity()) {}
 
-  void set_ray(size_t k, const Ray& ray) {
-    Ray16& to = rays[k / kBlockLanes].ray;
-    const size_t lane = k % kBlockLanes;
-    to.ox[lane] = ray.o.x, to.oy[lane] = ray.o.y, to.oz[lane] = ray.o.z;
-    to.dx[lane] = ray.d.x, to.dy[lane] = ray.d.y, to.dz[lane] = ray.d.z;
-    to.tmin[lane] = ray.tmin, to.tmax[lane] = ray.tmax;
+  /// Adds a walk with its ray to out.walks.
+  void begin(const LightWalk& walk, const Ray& ray, Drawn& out) {
+    const size_t k = out.walks.size();
+    set_ray(rays[k / kBlockLanes].ray, k % kBlockLanes, ray);
+    out.walks.push_back(walk);
   }
 };
 
@@ -185,8 +184,7 @@ void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint
       sample.d = block.d.at(k);
       sample.power = block.power.at(k);
       gain = aim(source, walker.aimed[k], walker.position.at(k), walker.direction.at(k), sample);
-      ray.o = sample.o;
-      ray.d = sample.d;
+      ray = Ray(sample.o, sample.d);
       walk.power = sample.power;
     }
     if (is_black(walk.power)) continue;
@@ -194,8 +192,7 @@ void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint
     walk.origin.aimed = gain * source.aimed_part;
     walk.seed = hash_words(seed, first_draw + k);
     walk.d = ray.d;
-    walker.set_ray(out.walks.size(), ray);
-    out.walks.push_back(walk);
+    walker.begin(walk, ray, out);
   }
 }
 
@@ -203,8 +200,7 @@ void LocalLight::leave(std::span<const LightOrigin> origins, uint64_t seed, uint
 bool LocalLight::take_parts(Walker& walker, Drawn& out) const {
   while (!out.parts.empty() && out.walks.size() < kChunk) {
     const auto& [walk, ray] = out.parts.back();
-    walker.set_ray(out.walks.size(), ray);
-    out.walks.push_back(walk);
+    walker.begin(walk, ray, out);
     out.parts.pop_back();
   }
   return !out.walks.empty();
@@ -214,9 +210,7 @@ bool LocalLight::take_parts(Walker& walker, Drawn& out) const {
 /// split walks go to out.parts.
 void LocalLight::walk_on(Walker& walker, Drawn& out) const {
   const size_t count = out.walks.size();
-  for (size_t k = count; k < padded(count); ++k) {
-    walker.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes] = -1;
-  }
+  disable_padding(walker.rays, count);
   transport::clear_hits(walker.rays, count);
   scene_.intersect(walker.rays, padded(count) / kBlockLanes, Coherence::kIncoherent, out.counters);
   out.counters[RayKind::kLight] += count;
@@ -249,8 +243,7 @@ void LocalLight::walk_on(Walker& walker, Drawn& out) const {
       const transport::AdjointSample sample{si.frame.to_world(next->wo.at(i)), next->weight.at(i),
                                             next->is_delta[i] > 0, next->is_delta[i] == kNullSample};
       if (const auto to = go_on(part, si, sample, walker.distance[i])) {
-        walker.set_ray(out.walks.size(), *to);
-        out.walks.push_back(part);
+        walker.begin(part, *to, out);
       }
     }
     for (uint32_t k = 1; k < parts; ++k) add_part(walk, si, walker.distance[i], parts, k, out);
@@ -290,17 +283,12 @@ std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& 
                                      const transport::AdjointSample& sample,
                                      float distance) const {
   if (is_black(sample.weight)) return std::nullopt;
-  Ray to;
-  to.d = sample.to;
-  to.o = si.ray_origin(to.d);
   const bool is_lamps = sources_[walk.origin.source].kind == Kind::kLamp;
   if (sample.is_straight && walk.is_direct && !is_lamps && passing()) {
-    to.d = walk.d;
-    to.o = si.ray_origin(to.d);
     walk.power = walk.power * sample.weight;
     walk.before = distance;
     ++walk.edges;
-    return to;
+    return si.spawn_ray(walk.d);
   }
   const float survival =
       std::min(kMaxSurvival, max_component(walk.power * sample.weight) / max_component(walk.power));
@@ -314,7 +302,7 @@ std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& 
   walk.is_direct = false;
   walk.before = 0;
   ++walk.edges;
-  return to;
+  return si.spawn_ray(walk.d);
 }
 
 /// Leaves a light point at the hit of a walk.

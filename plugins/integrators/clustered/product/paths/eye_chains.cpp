@@ -35,10 +35,7 @@ void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drop
     if (!(random_float(own, kSurvival) < survival)) return;
     next.weight /= survival;
   }
-  Ray ray;
-  ray.d = y.frame.to_world(sample->wo);
-  ray.o = y.ray_origin(ray.d);
-  rays_.push_back({ray, Hit{}});
+  rays_.push_back({y.spawn_ray(y.frame.to_world(sample->wo)), Hit{}});
   chains_.push_back(next);
 }
 

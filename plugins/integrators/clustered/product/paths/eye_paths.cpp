@@ -69,9 +69,7 @@ void EyePaths::pass(const Begin& path, const SurfaceInteraction& z, float distan
   ++next.passes;
   next.before = distance;
   next.seed = hash_words(path.seed, next.passes);
-  next.ray = Ray{};
-  next.ray.d = path.ray.d;
-  next.ray.o = z.ray_origin(next.ray.d);
+  next.ray = z.spawn_ray(path.ray.d);
   push(next);
 }
 
@@ -92,19 +90,12 @@ void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
   if (!block_) block_ = std::make_unique<Block>(scene_, settings_);
   Block& block = *block_;
   for (size_t i = 0; i < paths.size(); ++i) {
-    const Ray& from = paths[i].ray;
-    Ray16& to = block.rays[i / kBlockLanes].ray;
-    const size_t lane = i % kBlockLanes;
-    to.ox[lane] = from.o.x, to.oy[lane] = from.o.y, to.oz[lane] = from.o.z;
-    to.dx[lane] = from.d.x, to.dy[lane] = from.d.y, to.dz[lane] = from.d.z;
-    to.tmin[lane] = from.tmin, to.tmax[lane] = from.tmax;
+    set_ray(block.rays[i / kBlockLanes].ray, i % kBlockLanes, paths[i].ray);
     block.x[i] = static_cast<uint32_t>(paths[i].seed);
     block.y[i] = static_cast<uint32_t>(paths[i].seed >> 32);
     block.radiance.set(i, Rgb(0.f));
   }
-  for (size_t i = paths.size(); i < padded(paths.size()); ++i) {
-    block.rays[i / kBlockLanes].ray.tmax[i % kBlockLanes] = -1;
-  }
+  disable_padding(block.rays, paths.size());
   transport::clear_hits(block.rays, paths.size());
   scene_.intersect(block.rays, padded(paths.size()) / kBlockLanes, Coherence::kIncoherent,
                    counters);

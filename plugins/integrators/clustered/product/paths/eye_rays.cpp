@@ -120,9 +120,7 @@ void EyeRays::send(const GroupView& group, float expected, uint64_t seed,
     const Rgb weight = c.f_of(k) / density;
     if (!(density > 0) || is_black(weight)) continue;
     const uint32_t primary = group.primary(c.member[k]);
-    Ray ray;
-    ray.d = c.direction(k);
-    ray.o = group.primaries.place(primary).ray_origin(ray.d);
+    const Ray ray = group.primaries.place(primary).spawn_ray(c.direction(k));
     const float chain_density =
         light_.caustics ? light_.caustics->eye_density(group.primaries.interaction(primary), ray.d)
                         : kInfinity;
@@ -135,11 +133,9 @@ void EyeRays::send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint
                             Rgb& sum) {
   const auto mirrored = mirrored_direction(si, primary, seed);
   if (!mirrored || is_black(mirrored->weight)) return;
-  Ray ray;
-  ray.d = mirrored->d;
-  ray.o = si.ray_origin(ray.d);
-  push(ray, {mirrored->weight, 0, static_cast<uint32_t>(tiles_.size() - 1),
-             hash_words(seed, primary, kNumbers), &sum});
+  push(si.spawn_ray(mirrored->d),
+       {mirrored->weight, 0, static_cast<uint32_t>(tiles_.size() - 1),
+        hash_words(seed, primary, kNumbers), &sum});
 }
 
 void EyeRays::push(const Ray& ray, const EyeRay& eye) {
@@ -184,10 +180,7 @@ void EyeRays::pass(const RayHit& ray, const SurfaceInteraction& y, const EyeRay&
   ++next.passes;
   next.before = ray.ray.tmax;
   next.seed = hash_words(eye.seed, kBehind);
-  Ray to;
-  to.d = ray.ray.d;
-  to.o = y.ray_origin(to.d);
-  push(to, next);
+  push(y.spawn_ray(ray.ray.d), next);
 }
 
 /// Number of surfaces that light may still pass straight on its way to an eye ray's path. The path
@@ -275,9 +268,7 @@ void EyeRays::meet(const SurfaceInteraction& y, const Vec3& d, uint32_t max_pass
                    const Function& fn) {
   Met met;
   Rgb transmittance(1.f);
-  RayHit ray;
-  ray.ray.d = d;
-  ray.ray.o = y.ray_origin(d);
+  RayHit ray{y.spawn_ray(d), Hit{}};
   for (uint32_t passes = 0;; ++passes) {
     scene_->intersect({&ray, 1}, Coherence::kIncoherent, *counters_);
     ++(*counters_)[RayKind::kBsdf];
@@ -292,9 +283,7 @@ void EyeRays::meet(const SurfaceInteraction& y, const Vec3& d, uint32_t max_pass
     if (!light_.passing() || !bsdf.passes_straight() || passes >= max_passes) return;
     transmittance *= bsdf.null_transmission(*met.x).transmittance;
     if (is_black(transmittance)) return;
-    ray = RayHit{};
-    ray.ray.d = d;
-    ray.ray.o = met.x->ray_origin(d);
+    ray = {met.x->spawn_ray(d), Hit{}};
   }
   if (!light_.environment) return;
   met.x.reset();
@@ -373,8 +362,7 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
   const float survival = std::min(1.f, max_component(glm::abs(throughput)) / kMinSureThroughput);
   if (!(random_float(eye.seed, kSurvival) < survival)) return;
   EyePaths::Begin begin;
-  begin.ray.d = y.frame.to_world(sample->wo);
-  begin.ray.o = y.ray_origin(begin.ray.d);
+  begin.ray = y.spawn_ray(y.frame.to_world(sample->wo));
   begin.throughput = throughput / survival;
   begin.density = is_delta ? kInfinity : sample->pdf;
   // EyeChains finds emitters seen through a chain that continues from a mirror.

@@ -13,18 +13,12 @@ StraightRays::StraightRays(const transport::SceneTable& scene, size_t count)
       max_passes_(arena_.floats()) {}
 
 void StraightRays::set(size_t i, const Ray& ray, uint32_t max_passes) {
-  Ray16& to = rays_[i / kBlockLanes];
-  const size_t lane = i % kBlockLanes;
-  to.ox[lane] = ray.o.x, to.oy[lane] = ray.o.y, to.oz[lane] = ray.o.z;
-  to.dx[lane] = ray.d.x, to.dy[lane] = ray.d.y, to.dz[lane] = ray.d.z;
-  to.tmin[lane] = 0, to.tmax[lane] = ray.tmax;
+  set_ray(rays_[i / kBlockLanes], i % kBlockLanes, ray);
   max_passes_[i] = static_cast<float>(max_passes);
 }
 
 void StraightRays::trace(size_t count, RenderCounters& counters) {
-  for (size_t i = count; i < padded(count); ++i) {
-    rays_[i / kBlockLanes].tmax[i % kBlockLanes] = -1;
-  }
+  disable_padding(rays_, count);
   shadows_.trace(rays_, count, max_passes_, counters);
   counters[RayKind::kShadow] += count;
 }
