@@ -13,6 +13,7 @@
 #include "kinome/sampler.h"
 #include "kinome/sphere_partition.h"
 #include "kinome/warp.h"
+#include "support/cluster_pmf.h"
 #include "support/render.h"
 
 namespace kinome::test {
@@ -127,9 +128,9 @@ TEST(Precision, PmfsOverManyClusters) {
   const Vec3 normal = glm::normalize(Vec3(1, -2, 3));
   for (const uint32_t size : {512u, 4096u, 65536u, 262144u}) {
     const LightCut cut(tree, size, CutCriterion::kVariance);
-    for (const Importance importance : {Importance::kJoint, Importance::kBrdf}) {
-      ClusterPmf pmf;
-      cut.build(importance, {normal, 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+    for (MakeClusterImportance* const make_importance :
+         {make_joint_importance, make_brdf_importance}) {
+      const ClusterPmf pmf = pmf_of(make_importance, cut, {normal, 0.5f, 0});
       ASSERT_FALSE(pmf.empty());
       long double sum = 0;
       for (uint32_t c = 0; c < size; ++c) {

@@ -10,6 +10,7 @@
 
 #include "kinome/sampler.h"
 #include "kinome/sphere_partition.h"
+#include "support/cluster_pmf.h"
 #include "support/statistics.h"
 
 namespace kinome {
@@ -55,8 +56,7 @@ TEST(LightCut, PmfSumsToOneAndIsWhatIsSampled) {
     for (const Vec3& normal : kNormals) {
       const Lobe64 lobe(normal);
       LightCut::Point point{normal, 0.3f, 0.2f, lobe.batch()};
-      ClusterPmf pmf;
-      cut.build(Importance::kJoint, point, pmf);
+      const ClusterPmf pmf = test::pmf_of(make_joint_importance, cut, point);
       ASSERT_FALSE(pmf.empty());
       std::vector<double> expected(size), observed(size);
       double sum = 0;
@@ -85,8 +85,7 @@ TEST(LightCut, NeverSamplesAnImpossibleClusterAtTheEnds) {
   const LightTree tree(make_tree(2048));
   const LightCut cut(tree, 333, CutCriterion::kLuminance);
   for (const Vec3& normal : kNormals) {
-    ClusterPmf pmf;
-    cut.build(Importance::kJoint, {normal, 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+    const ClusterPmf pmf = test::pmf_of(make_joint_importance, cut, {normal, 0.5f, 0});
     double below = 0;
     for (uint32_t c = 0; c < cut.size(); ++c) {
       // Just below, at and above each step of the distribution, and at its ends.
@@ -101,13 +100,13 @@ TEST(LightCut, NeverSamplesAnImpossibleClusterAtTheEnds) {
 
 TEST(LightCut, NoClusterAboveTheHorizonIsImpossible) {
   const LightTree tree(make_tree(4096, 50));
-  for (const Importance importance : {Importance::kJoint, Importance::kBrdf}) {
+  for (MakeClusterImportance* const make_importance :
+       {make_joint_importance, make_brdf_importance}) {
     for (const uint32_t size : {1u, 64u, 512u}) {
       const LightCut cut(tree, size, CutCriterion::kVariance);
       for (const Vec3& normal : kNormals) {
         for (const float diffuse : {0.f, 1e-20f, 0.7f}) {
-          ClusterPmf pmf;
-          cut.build(importance, {normal, diffuse, 0.1f, {nullptr, nullptr, nullptr, 0}}, pmf);
+          const ClusterPmf pmf = test::pmf_of(make_importance, cut, {normal, diffuse, 0.1f});
           for (uint32_t c = 0; c < size; ++c) {
             for (uint32_t i = cut.cell(c).first; i < cut.cell(c).first + cut.cell(c).count; ++i) {
               if (glm::dot(tree.points().position[i], normal) > 0 && tree.point_weight(i) > 0) {
@@ -126,8 +125,7 @@ TEST(LightCut, ClustersBelowTheHorizonAreLeftOut) {
   const LightTree tree(make_tree(4096));
   const LightCut cut(tree, 512, CutCriterion::kLuminance);
   const Vec3 normal = kNormals[2];
-  ClusterPmf pmf;
-  cut.build(Importance::kJoint, {normal, 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+  const ClusterPmf pmf = test::pmf_of(make_joint_importance, cut, {normal, 0.5f, 0});
   int left_out = 0;
   for (uint32_t c = 0; c < cut.size(); ++c) {
     float best = -kInfinity;
@@ -148,8 +146,8 @@ TEST(LightCut, LobeHitsAgreeWithEveryBoxTested) {
     const LightCut cut(tree, size, CutCriterion::kVariance);
     for (const Vec3& normal : kNormals) {
       const Lobe64 lobe(normal);
-      ClusterPmf pmf;
-      cut.build(Importance::kBrdf, {normal, 0.1f, 0.5f, lobe.batch()}, pmf);
+      const ClusterPmf pmf =
+          test::pmf_of(make_brdf_importance, cut, {normal, 0.1f, 0.5f, lobe.batch()});
       for (uint32_t c = 0; c < size; ++c) {
         // Rays hit boxes on the unit sphere, to a relative precision of 1e-4. A box is certainly
         // hit if it contains the direction, and certainly missed if it is farther away than that.
@@ -174,9 +172,9 @@ TEST(LightCut, ImportanceIsTheDocumentedFormula) {
   const Vec3 normal = kNormals[3];
   const Lobe64 lobe(normal);
   const float kd = 0.4f, ks = 0.3f;
-  for (const Importance importance : {Importance::kJoint, Importance::kBrdf}) {
-    ClusterPmf pmf;
-    cut.build(importance, {normal, kd, ks, lobe.batch()}, pmf);
+  for (MakeClusterImportance* const make_importance :
+       {make_joint_importance, make_brdf_importance}) {
+    const ClusterPmf pmf = test::pmf_of(make_importance, cut, {normal, kd, ks, lobe.batch()});
     std::vector<double> gamma(cut.size());
     double total = 0;
     int active = 0;
@@ -186,7 +184,7 @@ TEST(LightCut, ImportanceIsTheDocumentedFormula) {
       for (unsigned k = 0; k < 8; ++k) {
         corner = std::max<double>(corner, glm::dot(cell.box.corner(k), normal));
       }
-      const double weight = importance == Importance::kJoint ? cell.weight : cell.extent;
+      const double weight = make_importance == make_joint_importance ? cell.weight : cell.extent;
       if (corner <= 0 || weight == 0) continue;
       const double form = std::max<double>(glm::dot(cell.mean, normal), corner / 4);
       const double fs =
@@ -211,17 +209,19 @@ TEST(LightCut, NothingToReflectIsEmpty) {
   points.extent = {0.01f, 0.01f};
   const LightTree tree(points);
   const LightCut cut(tree, 8, CutCriterion::kVariance);
+  const auto importance = make_joint_importance();
+  importance->prepare(cut);
   ClusterPmf pmf;
-  cut.build(Importance::kJoint, {Vec3(0, 0, -1), 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
-  EXPECT_TRUE(pmf.empty());
-  cut.build(Importance::kJoint, {Vec3(0, 0, 1), 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+  EXPECT_TRUE(importance->weigh({Vec3(0, 0, -1), 0.5f, 0}, pmf).empty());
+  importance->weigh({Vec3(0, 0, 1), 0.5f, 0}, pmf);
   EXPECT_FALSE(pmf.empty());
   for (const float u : {0.f, 0.5f, kOneMinusEpsilon}) {
     EXPECT_EQ(tree.points().power[cut.sample_point(pmf, {u, u}).point], Rgb(1.f));
   }
   points.power = {Rgb(0.f), Rgb(0.f)};
   const LightTree dark(points);
-  EXPECT_TRUE(LightCut(dark, 8, CutCriterion::kVariance).luminance_pmf().empty());
+  const LightCut dark_cut(dark, 8, CutCriterion::kVariance);
+  EXPECT_TRUE(test::pmf_of(make_luminance_importance, dark_cut).empty());
 }
 
 TEST(LightCut, RadiancesFromTinyToHuge) {
@@ -235,8 +235,7 @@ TEST(LightCut, RadiancesFromTinyToHuge) {
     }
     const LightTree tree(points);
     const LightCut cut(tree, 64, CutCriterion::kLuminance);
-    ClusterPmf pmf;
-    cut.build(Importance::kJoint, {Vec3(0, 0, 1), 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+    const ClusterPmf pmf = test::pmf_of(make_joint_importance, cut, {Vec3(0, 0, 1), 0.5f, 0});
     double sum = 0;
     for (uint32_t c = 0; c < 64; ++c) sum += pmf.probability(c);
     EXPECT_NEAR(sum, 1, 1e-5);
@@ -249,11 +248,10 @@ TEST(LightCut, PointsAreDrawnWithTheirProbability) {
   for (const uint32_t size : {4u, 64u}) {
     const LightCut cut(tree, size, CutCriterion::kVariance);
     const Lobe64 lobe(kNormals[1]);
-    std::vector<ClusterPmf> pmfs(3);
-    cut.build(Importance::kJoint, {kNormals[1], 0.3f, 0.4f, lobe.batch()}, pmfs[0]);
-    cut.build(Importance::kBrdf, {kNormals[1], 0.3f, 0.4f, lobe.batch()}, pmfs[1]);
-    pmfs[2] = cut.luminance_pmf();
-    for (const ClusterPmf& pmf : pmfs) {
+    for (MakeClusterImportance* const make_importance :
+         {make_joint_importance, make_brdf_importance, make_luminance_importance}) {
+      const ClusterPmf pmf =
+          test::pmf_of(make_importance, cut, {kNormals[1], 0.3f, 0.4f, lobe.batch()});
       constexpr int kSamples = 1000000;
       std::vector<double> observed(1024), expected(1024);
       for (uint32_t i = 0; i < 1024; ++i) {
@@ -280,8 +278,7 @@ TEST(LightCut, ManyPointsAreDrawnAsOneByOne) {
   for (const uint32_t size : {1u, 5u, 16u, 300u, 2048u}) {
     const LightCut cut(tree, size, CutCriterion::kVariance);
     for (const Vec3& normal : kNormals) {
-      ClusterPmf pmf;
-      cut.build(Importance::kJoint, {normal, 0.5f, 0, {nullptr, nullptr, nullptr, 0}}, pmf);
+      const ClusterPmf pmf = test::pmf_of(make_joint_importance, cut, {normal, 0.5f, 0});
       std::vector<Vec2> u = {{0, 0}, {kOneMinusEpsilon, kOneMinusEpsilon}, {0.5f, 0.5f}};
       for (uint64_t i = 0; i < 125; ++i) {
         const uint64_t bits = hash_words(size, i);

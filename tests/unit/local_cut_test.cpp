@@ -6,6 +6,7 @@
 #include <random>
 
 #include "clustered/points/light_cut.h"
+#include "support/cluster_pmf.h"
 #include "support/statistics.h"
 
 namespace kinome {
@@ -83,9 +84,9 @@ TEST(LocalCut, IsPositiveWhereAnyPointLightsAndFiniteEverywhere) {
       for (const Vec3& place : hard_places(cut.cell(chosen).box)) {
         for (const Vec3& normal : normals) {
           const LightCut::Point point = point_at(place, normal);
-          for (const Importance importance : {Importance::kJoint, Importance::kBrdf}) {
-            ClusterPmf pmf;
-            cut.build(importance, point, pmf);
+          for (MakeClusterImportance* const make_importance :
+               {make_joint_importance, make_brdf_importance}) {
+            const ClusterPmf pmf = test::pmf_of(make_importance, cut, point);
             double sum = 0;
             for (uint32_t c = 0; c < cut.size(); ++c) {
               const float p = pmf.empty() ? 0.f : pmf.probability(c);
@@ -128,8 +129,7 @@ TEST(LocalCut, ReachesTheFarEndOfASkewedCluster) {
   const LightCut cut(tree, 1, CutCriterion::kVariance);
   const LightCut::Point at = point_at(Vec3(0.f), {0, 0, 1});
   ASSERT_TRUE(lights(tree, cut.cell(0), at));
-  ClusterPmf pmf;
-  cut.build(Importance::kJoint, at, pmf);
+  const ClusterPmf pmf = test::pmf_of(make_joint_importance, cut, at);
   EXPECT_FALSE(pmf.empty());
 }
 
@@ -137,8 +137,8 @@ TEST(LocalCut, SamplesAsItsProbabilitiesSay) {
   const LightTree tree(room_light(600));
   const LightCut cut(tree, 60, CutCriterion::kVariance);
   for (const Vec3& place : hard_places(cut.cell(30).box)) {
-    ClusterPmf pmf;
-    cut.build(Importance::kJoint, point_at(place, glm::normalize(Vec3(1, 2, -3))), pmf);
+    const ClusterPmf pmf =
+        test::pmf_of(make_joint_importance, cut, point_at(place, glm::normalize(Vec3(1, 2, -3))));
     if (pmf.empty()) continue;
     constexpr int kSamples = 100000;
     std::vector<double> observed(600), expected(600);
@@ -170,8 +170,7 @@ TEST(LocalCut, FormFactorsOfSmallClustersAreThePoints) {
   const LightTree tree(points);
   const LightCut cut(tree, 8, CutCriterion::kVariance);
   const LightCut::Point at = point_at({0.3f, -0.2f, 0}, glm::normalize(Vec3(0.5f, 0, 1)));
-  ClusterPmf pmf;
-  cut.build(Importance::kJoint, at, pmf);
+  const ClusterPmf pmf = test::pmf_of(make_joint_importance, cut, at);
   std::vector<double> gamma;
   double total = 0;
   for (uint32_t i = 0; i < 8; ++i) {
@@ -195,13 +194,12 @@ TEST(LocalCut, DoesNotDependOnTheUnitOfLength) {
   const LightCut::Point near = point_at({0.4f, -0.3f, 0.2f}, glm::normalize(Vec3(1, 2, -3)));
   const LightTree tree(room_light(500));
   const LightCut cut(tree, 50, CutCriterion::kLuminance);
-  ClusterPmf expected;
-  cut.build(Importance::kJoint, near, expected);
+  const ClusterPmf expected = test::pmf_of(make_joint_importance, cut, near);
   for (const float scale : {0x1p-20f, 0x1p20f}) {
     const LightTree scaled_tree(room_light(500, Vec3(0.f), scale));
     const LightCut scaled(scaled_tree, 50, CutCriterion::kLuminance);
-    ClusterPmf pmf;
-    scaled.build(Importance::kJoint, point_at(scale * near.position, near.normal), pmf);
+    const ClusterPmf pmf =
+        test::pmf_of(make_joint_importance, scaled, point_at(scale * near.position, near.normal));
     for (uint32_t c = 0; c < cut.size(); ++c) {
       EXPECT_EQ(pmf.probability(c), expected.probability(c));
     }
@@ -225,14 +223,16 @@ TEST(LocalCut, LobeRaysCountAtAnyDistance) {
   LightCut::Point point = point_at({0, 0, 0}, {0, 0, 1}, 0);
   point.glossy = 1;
   point.lobe = {&d.x, &d.y, &d.z, 1};
+  const auto importance = make_joint_importance();
+  importance->prepare(cut);
   ClusterPmf pmf;
-  cut.build(Importance::kJoint, point, pmf);
+  importance->weigh(point, pmf);
   for (uint32_t c = 0; c < 6; ++c) {
     EXPECT_EQ(pmf.hits(c), cut.cell(c).mean.x > 0 ? 1 : 0);
   }
   point.position.x = 0.01f;  // this ray misses all patches
   point.position.y = 0.2f;
-  cut.build(Importance::kJoint, point, pmf);
+  importance->weigh(point, pmf);
   for (uint32_t c = 0; c < 6; ++c) EXPECT_EQ(pmf.hits(c), 0);
 }
 
@@ -254,8 +254,7 @@ TEST(LocalCut, CoincidentLightsAndOneLight) {
     for (const uint32_t size : {1u, 64u}) {
       const LightCut cut(tree, size, CutCriterion::kVariance);
       for (const Vec3& place : {Vec3(0, 0, 1), Vec3(0, 0, 0.999f), Vec3(0, 0, 0)}) {
-        ClusterPmf pmf;
-        cut.build(Importance::kJoint, point_at(place, {0, 0, 1}), pmf);
+        const ClusterPmf pmf = test::pmf_of(make_joint_importance, cut, point_at(place, {0, 0, 1}));
         if (place.z < 1) {
           ASSERT_FALSE(pmf.empty());
         }

@@ -1,7 +1,7 @@
 // Time of clustered importance sampling per shading point and per render, without rays.
 #include <benchmark/benchmark.h>
 
-#include "clustered/points/light_cut.h"
+#include "clustered/points/cluster_importance.h"
 #include "kinome/sampler.h"
 #include "kinome/sphere_partition.h"
 
@@ -81,11 +81,12 @@ const Fixture& fixture(LightPoints::Kind kind = LightPoints::Kind::kDistant) {
 
 void BM_Importance512(benchmark::State& state, LightPoints::Kind kind, bool glossy) {
   const Fixture& f = fixture(kind);
+  const auto importance = make_joint_importance();
+  importance->prepare(f.cut);
   ClusterPmf pmf;
   const LightCut::Point point = f.point(glossy);
   for (auto _ : state) {
-    f.cut.build(Importance::kJoint, point, pmf);
-    benchmark::DoNotOptimize(pmf);
+    benchmark::DoNotOptimize(importance->weigh(point, pmf));
   }
 }
 constexpr auto kDistant = LightPoints::Kind::kDistant;
@@ -97,8 +98,10 @@ BENCHMARK_CAPTURE(BM_Importance512, local_with_32_lobe_rays, kLocal, true);
 
 void BM_SamplePoint(benchmark::State& state) {
   const Fixture& f = fixture();
+  const auto importance = make_joint_importance();
+  importance->prepare(f.cut);
   ClusterPmf pmf;
-  f.cut.build(Importance::kJoint, f.point(false), pmf);
+  importance->weigh(f.point(false), pmf);
   uint64_t i = 0;
   for (auto _ : state) {
     const uint64_t bits = mix_bits(++i);

@@ -7,8 +7,8 @@
 // on the sphere of directions; those of light after a bounce (`max_depth` 3 and more) are on the
 // scene's surfaces. A cut through the tree (4.2.1) gives clusters. For each shading point, an
 // importance function over the clusters combines their light, the BRDF and the form factor (3.1,
-// 4.2.2; see LightCut::build). `emitter_samples` points are drawn: first a cluster (eq. 3.2), then
-// one of its points, uniformly (4.3.3). Each drawn point gets a shadow ray.
+// 4.2.2; see ClusterImportance). `emitter_samples` points are drawn: first a cluster (eq. 3.2),
+// then one of its points, uniformly (4.3.3). Each drawn point gets a shadow ray.
 //
 // Unbiased with respect to the point set: the expectation is the image of `groundtruth`. The set
 // itself approximates the emitters by `light_samples` points. Emitters without light points (lamps,
@@ -33,6 +33,9 @@ namespace {
 using namespace kinome;
 
 constexpr const char* kImportances[] = {"joint", "luminance", "brdf", "product"};
+/// Importance functions of the thesis, in the order of kImportances. 'product' is another method.
+constexpr MakeClusterImportance* kThesisImportances[] = {
+    make_joint_importance, make_luminance_importance, make_brdf_importance};
 constexpr const char* kCriteria[] = {"variance", "luminance"};
 
 constexpr Parameter kParameters[] = {
@@ -111,7 +114,7 @@ class PointMethod final : public ClusteredMethod {
 };
 
 ThesisSettings read_thesis_settings(const Properties& props, const PointLightOptions& options,
-                                    Importance importance) {
+                                    MakeClusterImportance* importance) {
   ThesisSettings settings;
   settings.options = options;
   settings.importance = importance;
@@ -153,11 +156,11 @@ ProductMethod::Settings read_product_settings(const Properties& props,
 class Clustered final : public Integrator {
  public:
   explicit Clustered(const Properties& props) : points_(read_point_light_parameters(props)) {
-    const int importance = props.choice("importance");
-    const bool is_product = importance == 3;
+    const auto importance = static_cast<size_t>(props.choice("importance"));
+    const bool is_product = importance == std::size(kThesisImportances);
     thesis_ =
         read_thesis_settings(props, points_.options,
-                             is_product ? Importance::kJoint : static_cast<Importance>(importance));
+                             is_product ? make_joint_importance : kThesisImportances[importance]);
     const ProductMethod::Settings product = read_product_settings(props, points_.options);
     if (product.sampling.diagnostics && !is_product) {
       throw props.error("diagnostics", "requires importance 'product'");

@@ -186,7 +186,16 @@ void LightCut::layout(ClusterPmf& pmf) const {
   pmf.columns_.resize(padded);
 }
 
-void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf) const {
+std::span<const float> LightCut::luminances() const {
+  return arrays_->light;
+}
+
+std::span<const float> LightCut::extents() const {
+  return arrays_->extent;
+}
+
+void LightCut::weigh_reflected(std::span<const float> weights, const Point& point,
+                               ClusterPmf& pmf) const {
   static_assert(ClusterPmf::kLanes == kBlockLanes);
   layout(pmf);
   const Arrays& a = *arrays_;
@@ -197,7 +206,7 @@ void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf)
     clusters.lo[axis] = a.lo[axis].data();
     clusters.hi[axis] = a.hi[axis].data();
   }
-  clusters.weight = importance == Importance::kBrdf ? a.extent.data() : a.light.data();
+  clusters.weight = weights.data();
   clusters.inverse_extent = a.inverse_extent.data();
 
   simd::ImportanceQuery query;
@@ -242,23 +251,20 @@ void LightCut::build(Importance importance, const Point& point, ClusterPmf& pmf)
   pmf.total_ = pmf.lane_start_[kBlockLanes];
 }
 
-ClusterPmf LightCut::luminance_pmf() const {
-  ClusterPmf pmf;
+void LightCut::weigh(std::span<const float> weights, ClusterPmf& pmf) const {
   layout(pmf);
-  const std::vector<float>& light = arrays_->light;
-  const auto lit = std::count_if(light.begin(), light.end(), [](float w) { return w > 0; });
+  const auto lit = std::count_if(weights.begin(), weights.end(), [](float w) { return w > 0; });
   const float even = simd::kEvenShare / static_cast<float>(std::max<std::ptrdiff_t>(lit, 1));
   for (uint32_t lane = 0; lane < kBlockLanes; ++lane) {
     float sum = 0;
     for (uint32_t row = 0; row < pmf.rows_; ++row) {
       const size_t i = row * kBlockLanes + lane;
-      if (light[i] > 0) sum += light[i] + even;
+      if (weights[i] > 0) sum += weights[i] + even;
       pmf.columns_[i] = sum;
     }
     pmf.lane_start_[lane + 1] = pmf.lane_start_[lane] + sum;
   }
   pmf.total_ = pmf.lane_start_[kBlockLanes];
-  return pmf;
 }
 
 LightCut::PointChoice LightCut::sample_point(const ClusterPmf& pmf, const Vec2& u) const {

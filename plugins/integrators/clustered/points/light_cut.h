@@ -12,10 +12,7 @@
 
 namespace kinome {
 
-/// Factors of a cluster's importance (Åkerlund 2008, 3.1).
-enum class Importance { kJoint, kLuminance, kBrdf };
-
-/// Distribution over the clusters of a cut: a piecewise prefix sum. LightCut::build makes a new one
+/// Distribution over the clusters of a cut: a piecewise prefix sum. ClusterImportance sets it
 /// for each shading point. Belongs to one thread while it is built; const access is thread-safe.
 class ClusterPmf {
  public:
@@ -75,14 +72,21 @@ class LightCut {
     float diffuse = 0;     ///< |kd|, luminance
     float glossy = 0;      ///< |ks|, luminance
     /// Directions of lobe samples, world space; count 0 if the BSDF has no glossy lobe.
-    LobeDirections lobe;
+    LobeDirections lobe = {};
     Vec3 position{0.f};  ///< world space; used only for local light
   };
-  /// Builds the distribution of eq. 3.1 for kJoint or kBrdf:
+  /// Factors of importances, one for each cluster (padded, in the layout of simd::ClusterColumns):
+  /// summed luminance, and solid angle or area. Relative to the sum over the clusters.
+  std::span<const float> luminances() const;
+  std::span<const float> extents() const;
+
+  /// Sets `pmf` to the distribution of the factor `weights` alone.
+  void weigh(std::span<const float> weights, ClusterPmf& pmf) const;
+  /// Sets `pmf` to the distribution of the factor `weights`, W, times light's reflection:
   ///   Gamma = W G (|kd| / pi + |ks| fs),  fs = (hits + Omega / (2 pi)) / ((Ns + 1) Omega).
-  /// W is the cluster's summed luminance (kJoint), or its solid angle or area (kBrdf). G is the
-  /// form factor. Gamma is 0 for a cluster that can't contribute: its box is below the horizon, or
-  /// (local light) all its normals face away from the point for any position in the box.
+  /// G is the form factor. Gamma is 0 for a cluster that can't contribute: its box is below the
+  /// horizon, or (local light) all its normals face away from the point for any position in the
+  /// box.
   ///
   /// Distant light: G = max(n . mean, best corner / 4). Local light (2.2, 4.2): G = cos cos' / r²
   /// for the cluster's mean; Omega = A cos' / r². Both cosines are at least a quarter of the
@@ -91,9 +95,7 @@ class LightCut {
   /// Deviations from eq. 4.5: |kd| is divided by pi, as in eq. 3.3, so that both terms are BRDFs.
   /// One additional lobe sample is spread over the hemisphere, and 1/1000 of the samples over all
   /// clusters above the horizon, because an importance of 0 would lose light.
-  void build(Importance importance, const Point& point, ClusterPmf& pmf) const;
-  /// Returns the distribution of luminance alone (3.1.1), which is the same for every point.
-  ClusterPmf luminance_pmf() const;
+  void weigh_reflected(std::span<const float> weights, const Point& point, ClusterPmf& pmf) const;
 
   struct PointChoice {
     uint32_t point = 0;     ///< index into the tree's points

@@ -42,20 +42,20 @@ struct Scratch {
 /// Chooses light points for shading points. Shared by all threads.
 class ClusterChooser {
  public:
-  ClusterChooser(std::shared_ptr<const LightCut> cut, Importance importance,
+  ClusterChooser(std::shared_ptr<const LightCut> cut, std::unique_ptr<ClusterImportance> importance,
                  std::shared_ptr<Sampler> light_sampler, std::shared_ptr<Sampler> lobe_sampler)
       : cut_(std::move(cut)),
-        importance_(importance),
+        importance_(std::move(importance)),
         light_sampler_(std::move(light_sampler)),
         lobe_sampler_(std::move(lobe_sampler)) {
-    if (importance == Importance::kLuminance) luminance_pmf_ = cut_->luminance_pmf();
+    importance_->prepare(*cut_);
   }
 
   void operator()(const LitPoints& points, RenderCounters& counters, const UseChosen& use) const {
     scratch_.with_one([&] { return make_scratch(); }, [&](Scratch& scratch) {
       points.for_each([&](size_t i, const Bsdf& bsdf) {
-        if (importance_ == Importance::kLuminance) {
-          choose(luminance_pmf_, points, i, bsdf, scratch, counters, use);
+        if (!importance_->uses_point()) {
+          choose(importance_->weigh({}, scratch.pmf), points, i, bsdf, scratch, counters, use);
           return;
         }
         if (scratch.lobes && !scratch.lobes->has_room()) {
@@ -81,12 +81,9 @@ class ClusterChooser {
     wait(points, i, bsdf, *scratch);
     find_lobes(*scratch, counters);
     const LightCut::Point& point = scratch->waiting[0].point;
-    ClusterPmf brdf, own;
-    cut_->build(Importance::kBrdf, point, brdf);
-    if (importance_ != Importance::kLuminance) cut_->build(importance_, point, own);
-    const ClusterPmf& pmf = importance_ == Importance::kLuminance ? luminance_pmf_ : own;
+    const ClusterPmf& pmf = importance_->weigh(point, scratch->pmf);
     report.clusters.resize(cut_->size());
-    describe_clusters(pmf, brdf, report);
+    describe_clusters(pmf, point, report);
     const PointSelection& selection = scratch->selection;
     draw(pmf, points, i, *scratch);
     for (size_t k = 0; k < selection.points.size(); ++k) {
@@ -109,13 +106,17 @@ class ClusterChooser {
 
   /// Sets the clusters of the report, except for their samples. Importance is light x geometric x
   /// brdf; the factors are derived from three distributions.
-  void describe_clusters(const ClusterPmf& pmf, const ClusterPmf& brdf, Inspection& report) const {
+  void describe_clusters(const ClusterPmf& pmf, const LightCut::Point& point,
+                         Inspection& report) const {
+    const std::unique_ptr<ClusterImportance> brdf_importance = make_brdf_importance();
+    brdf_importance->prepare(*cut_);
+    ClusterPmf brdf, geometric;
+    brdf_importance->weigh(point, brdf);
     LightCut::Point lambertian;
     lambertian.position = report.position;
     lambertian.normal = report.normal;
     lambertian.diffuse = 1;
-    ClusterPmf geometric;
-    cut_->build(Importance::kBrdf, lambertian, geometric);
+    brdf_importance->weigh(lambertian, geometric);
     double light = 0, best_brdf = 0, best_geometric = 0;
     for (uint32_t c = 0; c < cut_->size(); ++c) {
       const LightCell& cell = cut_->cell(c);
@@ -173,11 +174,12 @@ class ClusterChooser {
       find_lobes(scratch, counters);
     }
     for (const Scratch::Waiting& waiting : scratch.waiting) {
+      const ClusterPmf* pmf = nullptr;
       {
         const StageTimer timer(counters.stage_seconds["importance"]);
-        cut_->build(importance_, waiting.point, scratch.pmf);
+        pmf = &importance_->weigh(waiting.point, scratch.pmf);
       }
-      choose(scratch.pmf, points, waiting.i, *waiting.bsdf, scratch, counters, use);
+      choose(*pmf, points, waiting.i, *waiting.bsdf, scratch, counters, use);
     }
     scratch.waiting.clear();
     if (scratch.lobes) scratch.lobes->clear();
@@ -205,17 +207,16 @@ class ClusterChooser {
   }
 
   const std::shared_ptr<const LightCut> cut_;
-  const Importance importance_;
+  const std::unique_ptr<ClusterImportance> importance_;
   const std::shared_ptr<Sampler> light_sampler_;
   const std::shared_ptr<Sampler> lobe_sampler_;  ///< nullptr: no lobe rays
-  ClusterPmf luminance_pmf_;
   mutable transport::Workers<Scratch> scratch_;
 };
 
 /// Makes a chooser for each set, and sorts the set's points in the order of their tree.
-std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
-                                                        const Scene& scene, const Sensor& sensor,
-                                                        RenderContext& context) const {
+std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights, const Scene& scene,
+                                                       const Sensor& sensor,
+                                                       RenderContext& context) const {
   std::deque<ClusterChooser> choosers;
   if (lights.sets.empty()) {
     context.skip("light tree", "no emitter offers light points");
@@ -224,7 +225,8 @@ std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
   const auto light_sampler = sensor.sampler().with_sample_count(settings_.emitter_samples);
   const auto lobe = lobe_sampler(scene, sensor, context);
   for (PointLightSet& set : lights.sets) {
-    choosers.emplace_back(make_cut(set.points, context), settings_.importance, light_sampler, lobe);
+    choosers.emplace_back(make_cut(set.points, context), settings_.importance(), light_sampler,
+                          lobe);
   }
   return choosers;
 }
@@ -241,7 +243,7 @@ std::shared_ptr<const LightCut> ThesisMethod::make_cut(LightPoints& points,
 /// Returns the sampler of the lobe rays, or nullptr if they aren't needed.
 std::shared_ptr<Sampler> ThesisMethod::lobe_sampler(const Scene& scene, const Sensor& sensor,
                                                     RenderContext& context) const {
-  if (settings_.importance == Importance::kLuminance) {
+  if (!settings_.importance()->uses_point()) {
     context.skip("lobe rays", "importance is luminance alone");
     return nullptr;
   }

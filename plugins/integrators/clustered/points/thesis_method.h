@@ -5,14 +5,14 @@
 #include <memory>
 #include <vector>
 
-#include "clustered/points/light_cut.h"
+#include "clustered/points/cluster_importance.h"
 #include "clustered/points/point_lights.h"
 #include "kinome/inspection.h"
 
 namespace kinome {
 
 struct ThesisSettings {
-  Importance importance = Importance::kJoint;
+  MakeClusterImportance* importance = make_joint_importance;
   CutCriterion criterion = CutCriterion::kVariance;
   uint32_t cut_size = 0;         ///< number of clusters in the cut
   uint32_t emitter_samples = 0;  ///< number of light points drawn for each camera ray
@@ -36,7 +36,7 @@ class ThesisMethod {
 
  private:
   std::deque<ClusterChooser> make_choosers(ScenePointLights& lights, const Scene& scene,
-                                            const Sensor& sensor, RenderContext& context) const;
+                                           const Sensor& sensor, RenderContext& context) const;
   std::shared_ptr<const LightCut> make_cut(LightPoints& points, RenderContext& context) const;
   std::shared_ptr<Sampler> lobe_sampler(const Scene& scene, const Sensor& sensor,
                                         RenderContext& context) const;
