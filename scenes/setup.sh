@@ -4,7 +4,7 @@
 
 kinome_packages="build-essential cmake ninja-build pkg-config \
 libopenexr-dev libembree-dev libtbb-dev libtinygltf-dev nlohmann-json3-dev libglm-dev \
-libpugixml-dev libcli11-dev libspdlog-dev libfmt-dev libhwy-dev libpng-dev libjpeg-dev \
+libpugixml-dev libcli11-dev libspdlog-dev libfmt-dev libhwy-dev libpng-dev libjpeg-dev libstb-dev \
 libopenimageio-dev libgtest-dev libbenchmark-dev blender-data python3 python3-numpy"
 # Additional packages for pages with images and plots (validation/thesis.sh and its test).
 kinome_report_packages="python3-matplotlib python3-pil"

@@ -1,6 +1,8 @@
 #include "drawing/canvas.h"
 
-#include "drawing/small_font.h"
+#include <array>
+
+#include <stb_easy_font.h>
 
 namespace kinome::drawing {
 
@@ -31,18 +33,15 @@ void Canvas::frame(const Rect& pixels, const Rgb& color) {
   fill({r.x1 - 1, r.y0, r.x1, r.y1}, color);
 }
 
-int Canvas::text(int x, int y, int scale, const std::string& text, const Rgb& color) {
-  for (const char c : text) {
-    for (int j = 0; j < kGlyphHeight; ++j) {
-      for (int i = 0; i < kGlyphWidth; ++i) {
-        if (!has_ink(c, i, j)) continue;
-        const int left = x + i * scale, top = y + j * scale;
-        fill({left, top, left + scale, top + scale}, color);
-      }
-    }
-    x += kGlyphWidth * scale;
+void Canvas::text(int x, int y, int scale, std::string text, const Rgb& color) {
+  // The library draws a character by at most 11 rectangles, and returns their four corners.
+  std::vector<std::array<glm::vec4, 4>> boxes(11 * text.size());
+  const int count = stb_easy_font_print(0, 0, text.data(), nullptr, boxes.data(),
+                                        static_cast<int>(boxes.size() * sizeof boxes.front()));
+  for (int i = 0; i < count; ++i) {
+    const glm::ivec2 low(boxes[i][0]), high(boxes[i][2]);
+    fill({x + scale * low.x, y + scale * low.y, x + scale * high.x, y + scale * high.y}, color);
   }
-  return x;
 }
 
 void Canvas::extend(int rows) {
