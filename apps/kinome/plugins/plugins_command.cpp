@@ -216,8 +216,8 @@ enum class Support { kYes, kPartly, kNo };
 Support support_of(const std::map<std::string, std::vector<std::string>>& names,
                    const MitsubaPlugin& plugin) {
   // Mitsuba's spectra are textures of a constant colour.
-  const bool is_spectrum = std::string_view(plugin.category) == "spectrum";
-  const auto known = names.find(is_spectrum ? "texture" : plugin.category);
+  const auto known =
+      names.find(plugin.category == "spectrum" ? "texture" : std::string(plugin.category));
   if (known == names.end() ||
       std::find(known->second.begin(), known->second.end(), plugin.name) == known->second.end()) {
     return Support::kNo;
@@ -240,7 +240,7 @@ void print_mitsuba(PluginRegistry& registry, bool markdown) {
     if (categories.empty() || categories.back() != plugin.category) {
       categories.emplace_back(plugin.category);
     }
-    cells[static_cast<int>(support)][plugin.category].push_back(
+    cells[static_cast<int>(support)][categories.back()].push_back(
         support == Support::kPartly ? fmt::format("`{}` ({})", plugin.name, plugin.lacks)
                                     : fmt::format("`{}`", plugin.name));
     if (markdown) continue;

@@ -2,6 +2,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "kinome/export.h"
 
@@ -9,8 +10,8 @@ namespace kinome {
 
 /// Plugin of Mitsuba 3.9.1.
 struct MitsubaPlugin {
-  const char* category;  ///< Kinome's category if it has one, otherwise Mitsuba's
-  const char* name;
+  std::string_view category;  ///< Kinome's category if it has one, otherwise Mitsuba's
+  std::string_view name;
   /// Features missing from Kinome's plugin of the same name; nullptr: none known.
   const char* lacks;
 };
