@@ -5,16 +5,5 @@
 
 #include "curve_shape.h"
 
-namespace kinome {
-namespace {
-
-class BSplineCurve final : public CurveShape<true> {
- public:
-  using CurveShape::CurveShape;
-};
-
-}  // namespace
-}  // namespace kinome
-
-KINOME_PLUGIN(kinome::BSplineCurve, kinome::Category::kShape, "bsplinecurve",
+KINOME_PLUGIN(kinome::CurveShape<true>, kinome::Category::kShape, "bsplinecurve",
               "Smooth curves with a round cross section.", kinome::kCurveParameters);

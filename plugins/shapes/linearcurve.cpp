@@ -5,16 +5,5 @@
 
 #include "curve_shape.h"
 
-namespace kinome {
-namespace {
-
-class LinearCurve final : public CurveShape<false> {
- public:
-  using CurveShape::CurveShape;
-};
-
-}  // namespace
-}  // namespace kinome
-
-KINOME_PLUGIN(kinome::LinearCurve, kinome::Category::kShape, "linearcurve",
+KINOME_PLUGIN(kinome::CurveShape<false>, kinome::Category::kShape, "linearcurve",
               "Curves of straight segments with a round cross section.", kinome::kCurveParameters);

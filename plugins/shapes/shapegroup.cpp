@@ -19,13 +19,8 @@ constexpr Parameter kTable[] = {
     ignored_row("to_world", ParameterType::kTransform, "instances have their own"),
 };
 
-class Group final : public ShapeGroup {
- public:
-  explicit Group(const Properties& props) : ShapeGroup(props) {}
-};
-
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::Group, kinome::Category::kShape, "shapegroup",
+KINOME_PLUGIN(kinome::ShapeGroup, kinome::Category::kShape, "shapegroup",
               "A group of shapes that instances place in the scene.", kinome::kTable);
