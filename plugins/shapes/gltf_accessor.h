@@ -119,36 +119,20 @@ class GltfAccessors {
 
   static void read_element(const unsigned char* bytes, const tinygltf::Accessor& accessor,
                            size_t width, double* out) {
-    const bool normalized = accessor.normalized;
+    struct Type {
+      double (*read)(const unsigned char* bytes, double scale);
+      double max;  ///< value to which 1 is normalised
+    };
+    constexpr Type kTypes[] = {{read_number<int8_t>, 127},    {read_number<uint8_t>, 255},
+                               {read_number<int16_t>, 32767}, {read_number<uint16_t>, 65535},
+                               {read_number<int32_t>, 1},     {read_number<uint32_t>, 1},
+                               {read_number<float>, 1}};
+    const auto index = static_cast<size_t>(accessor.componentType - TINYGLTF_COMPONENT_TYPE_BYTE);
+    const Type type = index < std::size(kTypes) ? kTypes[index] : Type{read_number<double>, 1};
     const auto size = static_cast<size_t>(
         tinygltf::GetComponentSizeInBytes(static_cast<uint32_t>(accessor.componentType)));
-    for (size_t i = 0; i < width; ++i, bytes += size) {
-      switch (accessor.componentType) {
-        case TINYGLTF_COMPONENT_TYPE_BYTE:
-          out[i] = read_number<int8_t>(bytes, normalized ? 1 / 127. : 1);
-          break;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-          out[i] = read_number<uint8_t>(bytes, normalized ? 1 / 255. : 1);
-          break;
-        case TINYGLTF_COMPONENT_TYPE_SHORT:
-          out[i] = read_number<int16_t>(bytes, normalized ? 1 / 32767. : 1);
-          break;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-          out[i] = read_number<uint16_t>(bytes, normalized ? 1 / 65535. : 1);
-          break;
-        case TINYGLTF_COMPONENT_TYPE_INT:
-          out[i] = read_number<int32_t>(bytes, 1);
-          break;
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-          out[i] = read_number<uint32_t>(bytes, 1);
-          break;
-        case TINYGLTF_COMPONENT_TYPE_FLOAT:
-          out[i] = read_number<float>(bytes, 1);
-          break;
-        default:
-          out[i] = read_number<double>(bytes, 1);
-          break;
-      }
+    for (size_t i = 0; i < width; ++i) {
+      out[i] = type.read(bytes + i * size, accessor.normalized ? 1 / type.max : 1);
     }
   }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/gtc/quaternion.hpp>
+
 #include "gltf_accessor.h"
 #include "kinome/math.h"
 
@@ -20,12 +22,7 @@ inline glm::dmat4 trs_matrix(const double* translation, const double* rotation,
     const double length = glm::length(q);
     // Rotations that are stored as integers have a length of nearly 1.
     q = length > 0 ? q / length : glm::dvec4(0, 0, 0, 1);
-    m[0] = {1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y + q.w * q.z),
-            2 * (q.x * q.z - q.w * q.y), 0};
-    m[1] = {2 * (q.x * q.y - q.w * q.z), 1 - 2 * (q.x * q.x + q.z * q.z),
-            2 * (q.y * q.z + q.w * q.x), 0};
-    m[2] = {2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x),
-            1 - 2 * (q.x * q.x + q.y * q.y), 0};
+    m = glm::mat4_cast(glm::dquat(q.w, q.x, q.y, q.z));
   }
   for (int i = 0; scale && i < 3; ++i) m[i] *= scale[i];
   if (translation) m[3] = {translation[0], translation[1], translation[2], 1};

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
 #include <string>
 #include <string_view>
+
+#include <glm/gtc/packing.hpp>
 
 #include "kinome/error.h"
 #include "mesh_file.h"
@@ -59,15 +60,6 @@ class AsciiSource {
   std::optional<Error> surplus_;
 };
 
-/// Converts a half-precision number (IEEE 754, binary16).
-inline double from_half(uint16_t bits) {
-  const int exponent = bits >> 10 & 31, fraction = bits & 1023;
-  double value =
-      exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(1024 + fraction, exponent - 25);
-  if (exponent == 31) value = fraction == 0 ? HUGE_VAL : NAN;
-  return bits & 0x8000 ? -value : value;
-}
-
 /// Reads values of a binary file. `swap` is true if its byte order differs from this machine's.
 template <bool swap>
 class BinarySource {
@@ -80,31 +72,13 @@ class BinarySource {
   static void finish() {}
   static void throw_cause() {}
   double next(PlyType type) {
-    switch (type) {
-      case PlyType::kInt8:
-        return read<int8_t>();
-      case PlyType::kUint8:
-        return read<uint8_t>();
-      case PlyType::kInt16:
-        return read<int16_t>();
-      case PlyType::kUint16:
-        return read<uint16_t>();
-      case PlyType::kInt32:
-        return read<int32_t>();
-      case PlyType::kUint32:
-        return read<uint32_t>();
-      case PlyType::kInt64:
-        return static_cast<double>(read<int64_t>());
-      case PlyType::kUint64:
-        return static_cast<double>(read<uint64_t>());
-      case PlyType::kFloat16:
-        return from_half(read<uint16_t>());
-      case PlyType::kFloat32:
-        return static_cast<double>(read<float>());
-      case PlyType::kFloat64:
-        return read<double>();
-    }
-    return 0;
+    using Self = BinarySource;
+    // By PlyType.
+    constexpr double (Self::*kReaders[])() = {
+        &Self::read<int8_t>,  &Self::read<uint8_t>,  &Self::read<int16_t>, &Self::read<uint16_t>,
+        &Self::read<int32_t>, &Self::read<uint32_t>, &Self::read<int64_t>, &Self::read<uint64_t>,
+        &Self::read_half,     &Self::read<float>,    &Self::read<double>};
+    return (this->*kReaders[static_cast<int>(type)])();
   }
   [[noreturn]] void fail(const std::string& message) const {
     throw Error(Location{file_, 0, 0},
@@ -113,7 +87,12 @@ class BinarySource {
 
  private:
   template <class T>
-  T read() {
+  double read() {
+    return static_cast<double>(take<T>());
+  }
+  double read_half() { return double{glm::unpackHalf1x16(take<uint16_t>())}; }
+  template <class T>
+  T take() {
     if (bytes_left() < sizeof(T)) fail("the file ends too early");
     char bytes[sizeof(T)];
     std::memcpy(bytes, body_.data() + next_, sizeof(T));
