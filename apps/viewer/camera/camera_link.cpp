@@ -15,8 +15,7 @@ float distance_of(const Transform& to_world, const Aabb& bounds) {
 
 }  // namespace
 
-void CameraLink::follow(const RenderSession& session,
-                        const std::shared_ptr<const SceneInfo>& info) {
+void CameraLink::follow(RenderSession& session, const std::shared_ptr<const SceneInfo>& info) {
   take_aim();
   if (!info || info->served < sent_number_) return;  // older than the last edit sent
   if (info->edition == edition_ && info->sensor_path == path_) return;

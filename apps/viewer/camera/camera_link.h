@@ -11,7 +11,7 @@ class CameraLink {
  public:
   /// Copies changes of the sensor that were made elsewhere (undo, another sensor, a reloaded file)
   /// to the controls. Must be called once per frame.
-  void follow(const RenderSession& session, const std::shared_ptr<const SceneInfo>& info);
+  void follow(RenderSession& session, const std::shared_ptr<const SceneInfo>& info);
   /// Returns false while the target is still to be moved to the surface in the middle of the image.
   bool is_aimed() const { return !aiming_; }
   /// Returns true if the sensor has a to_world that can be edited.

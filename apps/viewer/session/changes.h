@@ -1,11 +1,17 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
+#include <string>
+#include <utility>
 #include <vector>
 
-#include "session/render_session.h"
+#include "kinome/scene_editor.h"
 
 namespace kinome::viewer {
+
+/// Paths and new values of parameters of the scene, in the order in which they are set.
+using Edits = std::vector<std::pair<std::string, EditedValue>>;
 
 /// Edits from one call of RenderSession::set().
 struct Change {

@@ -2,20 +2,25 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
+#include <deque>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "kinome/log_listener.h"
+#include "kinome/render_context.h"
 #include "kinome/scene_editor.h"
+#include "session/changes.h"
+#include "session/live_render.h"
 #include "session/picture.h"
 
 namespace kinome::viewer {
-
-/// Paths and new values of parameters of the scene, in the order in which they are set.
-using Edits = std::vector<std::pair<std::string, EditedValue>>;
 
 /// Description of a scene. Never changes once it is published.
 struct SceneInfo {
@@ -171,23 +176,119 @@ class RenderSession {
   /// Saves the scene as XML, including all earlier changes: SceneEditor::save().
   void save(std::string path);
   /// Returns true while a save is pending.
-  bool is_to_save() const;
+  bool is_to_save() const { return saves_to_come_ > 0; }
   /// Cancels the current render, does the pending saves, and ends the session's thread. The
   /// functions that return results remain usable. Only one thread may call it.
   void close();
   /// Waits until all changes and tasks are done and the image of render() is finished.
-  void wait() const;
+  void wait();
 
   /// Returns the surface at a position on the sensor's film [pixels], or nullopt if there is none.
   /// Waits for a change or task that is running.
   std::optional<Pick> pick(const Vec2& film_position) const;
   /// Requests the same without waiting. The answer arrives after the current change or task, or at
   /// once if there is none.
-  std::shared_ptr<const PickAnswer> ask_pick(const Vec2& film_position) const;
+  std::shared_ptr<const PickAnswer> ask_pick(const Vec2& film_position);
 
  private:
-  class Worker;
-  std::unique_ptr<Worker> worker_;
+  using Clock = std::chrono::steady_clock;
+
+  /// A request to the session's thread, which processes requests in order.
+  struct Request {
+    enum class Kind { kSet, kUndo, kReload, kTask, kSave, kOther };
+    Kind kind;
+    std::function<void()> serve;     ///< unused for kSet
+    std::function<void()> refuse{};  ///< called instead if there is no scene; may be empty
+    // For kSet. Consecutive requests become one.
+    std::vector<Change> changes{};
+    bool is_moving = false;
+    Clock::time_point when{};  ///< time of the last change
+  };
+
+  /// Appends a request and returns its number. `ends_render` cancels the current render, unless it
+  /// is a preview.
+  uint64_t request(bool ends_render, Request asked);
+  void work();
+  void load();
+  void make(const std::vector<Request>& requests);
+  void make_at_the_end();
+  void make_changes(const Request& settings);
+  void run_now(const Task& task);
+  void warn(const std::string& text);
+  std::optional<Pick> picked(const Vec2& film_position) const;
+  void take_edited_scene();
+  void begin_anew();
+  size_t choose_sensor(SceneEditor& editor) const;
+  bool has_work() const;
+  bool is_still() const;
+  void preview();
+  double preview_of(int width, int height, double start);
+  void improve();
+  void render_exactly();
+  void publish(const Scene& scene, Image image, bool is_preview, bool is_final, double seconds,
+               double rel_mse);
+  void publish_info();
+  void set_activity(Activity activity);
+  void report_non_finite_samples(const RenderStats& stats);
+  std::shared_ptr<const Scene> with_integrator(SceneEditor& editor, const std::string& name) const;
+  const Scene& preview_scene();
+  const Sensor& sensor() const { return *scene_->sensors()[sensor_]; }
+  void notify() const {
+    if (options_.on_change) options_.on_change();
+  }
+
+  const Options options_;
+
+  // Protected by mutex_.
+  mutable std::mutex mutex_;
+  PicturePointer picture_;
+  std::shared_ptr<const SceneInfo> info_;
+  Status status_;
+  std::deque<Message> messages_;  ///< the latest ones
+  uint64_t num_messages_ = 0;
+  std::vector<Request> requests_;
+  std::condition_variable changed_;
+  bool is_closing_ = false;
+  /// Number of the last request that has arrived, has been taken by the thread, and is done.
+  /// Loading is request 1.
+  uint64_t asked_ = 1, taken_ = 1, served_ = 0;
+  bool may_be_ended_ = false;  ///< requests may cancel the current render
+
+  // Used by all threads without a mutex.
+  std::atomic<bool> cancel_ = false;
+  std::atomic<bool> can_undo_ = false;
+  std::atomic<double> fraction_ = 0;
+  std::atomic<int> saves_to_come_ = 0;
+
+  /// Held while the scene is changed, and by other threads that read it. Lock it before mutex_.
+  mutable std::mutex scene_mutex_;
+  std::shared_ptr<const Scene> scene_;  ///< with the selected integrator
+  size_t sensor_ = 0;
+
+  // Used by the session's thread.
+  std::unique_ptr<PluginRegistry> registry_;
+  std::unique_ptr<SceneEditor> editor_;
+  std::unique_ptr<RenderContext> context_;
+  ChangeHistory history_;
+  std::unique_ptr<LiveRender> live_;
+  std::string integrator_;                      ///< selected integrator; "" for the scene's own
+  std::shared_ptr<const Scene> preview_scene_;  ///< nullptr until preview_scene() makes it
+  uint64_t edition_ = 0;
+  uint64_t generation_ = 0;
+  uint64_t reported_edition_ = ~uint64_t{0};  ///< edition whose non-finite samples were reported
+  uint64_t info_edition_ = ~uint64_t{0};
+  bool wants_preview_ = false;
+  bool is_coarse_ = false;  ///< the image is a preview; a pass follows it even when paused
+  bool wants_whole_preview_ = false;
+  bool is_paused_ = false;
+  bool is_moving_ = false;
+  Clock::time_point last_change_{};
+  std::optional<uint32_t> exact_samples_;  ///< samples per pixel passed to render()
+  bool is_done_ = false;                   ///< there is nothing left to render
+  double seconds_per_pixel_ = 0;           ///< time of previews; 0 if unknown
+
+  const LogListener listener_{[this](const std::string& warning) { warn(warning); }};
+  std::thread thread_;
 };
 
 }  // namespace kinome::viewer

@@ -3,20 +3,19 @@
 #include <algorithm>
 #include <utility>
 
-#include "session/worker.h"
+#include "session/render_session.h"
 
 namespace kinome::viewer {
 
-uint64_t RenderSession::Worker::request(bool ends_render, Request asked) {
-  const std::lock_guard lock(mutex);
+uint64_t RenderSession::request(bool ends_render, Request asked) {
+  const std::lock_guard lock(mutex_);
   const bool is_first = requests_.empty();
-  const bool is_undo = std::holds_alternative<Undo>(asked);
-  auto* const settings = std::get_if<Settings>(&asked);
-  auto* const before = requests_.empty() ? nullptr : std::get_if<Settings>(&requests_.back());
-  if (settings && before) {
-    for (Change& change : settings->changes) add_change(before->changes, std::move(change));
-    before->is_moving = settings->is_moving;
-    before->when = settings->when;
+  const bool is_undo = asked.kind == Request::Kind::kUndo;
+  if (asked.kind == Request::Kind::kSet && !is_first && requests_.back().kind == asked.kind) {
+    Request& before = requests_.back();
+    for (Change& change : asked.changes) add_change(before.changes, std::move(change));
+    before.is_moving = asked.is_moving;
+    before.when = asked.when;
   } else {
     requests_.push_back(std::move(asked));
   }
@@ -29,36 +28,138 @@ uint64_t RenderSession::Worker::request(bool ends_render, Request asked) {
   return asked_;
 }
 
+uint64_t RenderSession::set(Edits edits, bool is_moving, bool is_undoable) {
+  if (edits.empty()) return 0;
+  return request(true, {.kind = Request::Kind::kSet,
+                        .serve = {},
+                        .changes = {{std::move(edits), is_undoable}},
+                        .is_moving = is_moving,
+                        .when = Clock::now()});
+}
+
+void RenderSession::undo() {
+  request(true, {Request::Kind::kUndo, [this] {
+                   if (!history_.can_undo()) return;
+                   bool is_new = false;
+                   {
+                     const std::lock_guard lock(scene_mutex_);
+                     is_new =
+                         history_.undo(*editor_, [this](const auto& text) { say(true, text); });
+                   }
+                   if (is_new) take_edited_scene();
+                 }});
+}
+
+void RenderSession::set_integrator(std::string name) {
+  request(true, {Request::Kind::kOther, [this, name = std::move(name)] {
+                   try {
+                     const std::lock_guard lock(scene_mutex_);
+                     scene_ = with_integrator(*editor_, name);
+                     integrator_ = name;
+                     preview_scene_.reset();
+                   } catch (const std::exception& fault) {
+                     return say(true, text_of(fault));
+                   }
+                   begin_anew();
+                 }});
+}
+
+void RenderSession::set_sensor(size_t index) {
+  request(true, {Request::Kind::kOther, [this, index] {
+                   if (index >= scene_->sensors().size()) return;
+                   {
+                     const std::lock_guard lock(scene_mutex_);
+                     sensor_ = index;
+                   }
+                   info_edition_ = ~uint64_t{0};
+                   begin_anew();
+                 }});
+}
+
+void RenderSession::set_paused(bool is_paused) {
+  request(false, {Request::Kind::kOther, [this, is_paused] { is_paused_ = is_paused; }});
+}
+
+void RenderSession::restart() {
+  request(true, {Request::Kind::kOther, [this] { begin_anew(); }});
+}
+
+void RenderSession::reload() {
+  request(true, {Request::Kind::kReload, [this] { load(); }});
+}
+
+void RenderSession::render(uint32_t samples) {
+  request(true, {Request::Kind::kOther, [this, samples] {
+                   exact_samples_ = std::max(1u, samples);
+                   is_done_ = false;
+                   is_paused_ = false;
+                   live_.reset();  // render_exactly() overwrites its film
+                 }});
+}
+
+void RenderSession::run_now(const Task& task) {
+  try {
+    const std::lock_guard lock(scene_mutex_);
+    task({*editor_, *scene_, sensor(), context_->threads()});
+  } catch (const std::exception& fault) {
+    say(true, text_of(fault));
+  }
+}
+
+void RenderSession::run(Task task) {
+  request(false, {Request::Kind::kTask, [this, task = std::move(task)] { run_now(task); },
+                  [this] { say(true, "there is no scene"); }});
+}
+
+void RenderSession::save(std::string path) {
+  ++saves_to_come_;
+  const auto serve = [this, path = std::move(path)] {
+    run_now([&](const Access& access) {
+      access.editor.save(path);
+      say(false, "saved " + path);
+    });
+    --saves_to_come_;
+  };
+  request(false, {Request::Kind::kSave, serve, [this] {
+                    say(true, "there is no scene");
+                    --saves_to_come_;
+                  }});
+}
+
+std::shared_ptr<const PickAnswer> RenderSession::ask_pick(const Vec2& film_position) {
+  auto answer = std::make_shared<PickAnswer>();
+  const std::unique_lock lock(scene_mutex_, std::try_to_lock);
+  if (lock) {
+    answer->give(picked(film_position));
+    return answer;
+  }
+  request(false, {Request::Kind::kOther, [=, this] { answer->give(pick(film_position)); },
+                  [=] { answer->give(std::nullopt); }});
+  return answer;
+}
+
 /// Does the pending saves, and the changes requested before them.
-void RenderSession::Worker::make_at_the_end() {
+void RenderSession::make_at_the_end() {
   std::vector<Request> requests;
   {
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(mutex_);
     requests = std::exchange(requests_, {});
   }
-  const auto is_save = [](const Request& request) {
-    const auto* const run = std::get_if<RunTask>(&request);
-    return run && run->is_save;
-  };
-  while (!requests.empty() && !is_save(requests.back())) requests.pop_back();
-  std::erase_if(requests, [&](const Request& request) {
-    return std::holds_alternative<RunTask>(request) && !is_save(request);
-  });
-  make(std::move(requests));
+  while (!requests.empty() && requests.back().kind != Request::Kind::kSave) requests.pop_back();
+  std::erase_if(requests, [](const Request& one) { return one.kind == Request::Kind::kTask; });
+  make(requests);
 }
 
 /// Processes requests in order.
-void RenderSession::Worker::make(std::vector<Request> requests) {
+void RenderSession::make(const std::vector<Request>& requests) {
   // Keeps the scene alive, because the unfinished render refers to it.
   const auto before = scene_;
-  for (Request& request : requests) {
-    if (!scene_ && !std::holds_alternative<Reload>(request)) {
-      if (std::holds_alternative<RunTask>(request)) say(true, "there is no scene");
-      if (const auto* run = std::get_if<RunTask>(&request); run && run->is_save) --saves_to_come;
-      if (const auto* ask = std::get_if<AskPick>(&request)) ask->answer->give(std::nullopt);
+  for (const Request& request : requests) {
+    if (!scene_ && request.kind != Request::Kind::kReload) {
+      if (request.refuse) request.refuse();
       continue;
     }
-    std::visit([this](auto& asked) { serve(asked); }, request);
+    request.kind == Request::Kind::kSet ? make_changes(request) : request.serve();
     can_undo_ = history_.can_undo();
   }
   if (!scene_) return;
@@ -67,7 +168,7 @@ void RenderSession::Worker::make(std::vector<Request> requests) {
                             : Activity::kRendering);
 }
 
-void RenderSession::Worker::serve(Settings& settings) {
+void RenderSession::make_changes(const Request& settings) {
   bool is_new = false;
   {
     const std::lock_guard lock(scene_mutex_);
@@ -83,17 +184,7 @@ void RenderSession::Worker::serve(Settings& settings) {
   last_change_ = settings.when;
 }
 
-void RenderSession::Worker::serve(Undo&) {
-  if (!history_.can_undo()) return;
-  bool is_new = false;
-  {
-    const std::lock_guard lock(scene_mutex_);
-    is_new = history_.undo(*editor_, [this](const std::string& text) { say(true, text); });
-  }
-  if (is_new) take_edited_scene();
-}
-
-void RenderSession::Worker::take_edited_scene() {
+void RenderSession::take_edited_scene() {
   {
     const std::lock_guard lock(scene_mutex_);
     scene_ = with_integrator(*editor_, integrator_);
@@ -103,52 +194,8 @@ void RenderSession::Worker::take_edited_scene() {
   begin_anew();
 }
 
-void RenderSession::Worker::serve(UseIntegrator& use) {
-  try {
-    const std::lock_guard lock(scene_mutex_);
-    scene_ = with_integrator(*editor_, use.name);
-    integrator_ = use.name;
-    preview_scene_.reset();
-  } catch (const std::exception& fault) {
-    return say(true, text_of(fault));
-  }
-  begin_anew();
-}
-
-void RenderSession::Worker::serve(UseSensor& use) {
-  if (use.index >= scene_->sensors().size()) return;
-  {
-    const std::lock_guard lock(scene_mutex_);
-    sensor_ = use.index;
-  }
-  info_edition_ = ~uint64_t{0};
-  begin_anew();
-}
-
-void RenderSession::Worker::serve(RenderExactly& exactly) {
-  exact_samples_ = exactly.samples;
-  is_done_ = false;
-  is_paused_ = false;
-  live_.reset();  // render_exactly() overwrites its film
-}
-
-void RenderSession::Worker::serve(RunTask& run) {
-  try {
-    const std::lock_guard lock(scene_mutex_);
-    run.task({*editor_, *scene_, sensor(), context_->threads()});
-  } catch (const std::exception& fault) {
-    say(true, text_of(fault));
-  }
-  if (run.is_save) --saves_to_come;
-}
-
-void RenderSession::Worker::serve(AskPick& ask) {
-  const std::lock_guard lock(scene_mutex_);
-  ask.answer->give(picked(ask.film_position));
-}
-
 /// Restarts the image, for instance after a change of the scene.
-void RenderSession::Worker::begin_anew() {
+void RenderSession::begin_anew() {
   live_.reset();
   exact_samples_.reset();
   is_done_ = !options_.is_live;

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "session/names.h"
-#include "session/worker.h"
+#include "session/render_session.h"
 
 namespace kinome::viewer {
 namespace {
@@ -19,7 +19,7 @@ void add_materials(const Object& object, const SceneEditor& editor,
 
 }  // namespace
 
-void RenderSession::Worker::publish_info() {
+void RenderSession::publish_info() {
   if (info_edition_ == edition_) return;
   info_edition_ = edition_;
   const std::lock_guard scene_lock(scene_mutex_);
@@ -42,29 +42,18 @@ void RenderSession::Worker::publish_info() {
   info->crop = sensor().film().crop();
   info->can_undo = history_.can_undo();
   if (scene_->environment()) info->environment = editor_->path_of(*scene_->environment());
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(mutex_);
   info->served = taken_;
-  shown.info = std::move(info);
+  info_ = std::move(info);
 }
 
-std::optional<Pick> RenderSession::Worker::pick(const Vec2& film_position) {
+std::optional<Pick> RenderSession::pick(const Vec2& film_position) const {
   const std::lock_guard lock(scene_mutex_);
   return picked(film_position);
 }
 
-std::shared_ptr<const PickAnswer> RenderSession::Worker::ask_pick(const Vec2& film_position) {
-  auto answer = std::make_shared<PickAnswer>();
-  const std::unique_lock lock(scene_mutex_, std::try_to_lock);
-  if (lock) {
-    answer->give(picked(film_position));
-  } else {
-    request(false, AskPick{film_position, answer});
-  }
-  return answer;
-}
-
 /// The caller must hold scene_mutex_.
-std::optional<Pick> RenderSession::Worker::picked(const Vec2& film_position) const {
+std::optional<Pick> RenderSession::picked(const Vec2& film_position) const {
   if (!scene_ || scene_->sensors().empty()) return std::nullopt;
   RayHit hit;
   hit.ray = sensor().sample_ray(film_position, Vec2(0.5f));

@@ -1,4 +1,6 @@
-#include "session/worker.h"
+// The thread of a RenderSession: loads the scene, renders it and publishes images.
+
+#include "session/render_session.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,18 +40,18 @@ uint64_t rays_of(const RenderStats& stats) {
 
 }  // namespace
 
-RenderSession::Worker::Worker(Options options) : options_(std::move(options)) {
-  shown.integrator = integrator_ = options_.integrator;
+RenderSession::RenderSession(Options options) : options_(std::move(options)) {
+  status_.integrator = integrator_ = options_.integrator;
   thread_ = std::thread([this] { work(); });
 }
 
-RenderSession::Worker::~Worker() {
+RenderSession::~RenderSession() {
   close();
 }
 
-void RenderSession::Worker::close() {
+void RenderSession::close() {
   {
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(mutex_);
     is_closing_ = true;
     cancel_ = true;
     changed_.notify_all();
@@ -57,52 +59,52 @@ void RenderSession::Worker::close() {
   if (thread_.joinable()) thread_.join();
 }
 
-void RenderSession::Worker::say(bool is_error, std::string text) {
+void RenderSession::say(bool is_error, std::string text) {
   {
-    const std::lock_guard lock(mutex);
-    shown.messages.push_back({is_error, std::move(text), ++num_messages_});
-    if (shown.messages.size() > kMaxMessages) shown.messages.pop_front();
+    const std::lock_guard lock(mutex_);
+    messages_.push_back({is_error, std::move(text), ++num_messages_});
+    if (messages_.size() > kMaxMessages) messages_.pop_front();
   }
   notify();
 }
 
 /// Reports a warning, unless it is among the messages already: each render repeats it.
-void RenderSession::Worker::warn(const std::string& text) {
+void RenderSession::warn(const std::string& text) {
   const std::string whole = "warning: " + text;
   {
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(mutex_);
     const bool is_known =
-        std::any_of(shown.messages.begin(), shown.messages.end(),
+        std::any_of(messages_.begin(), messages_.end(),
                     [&](const Message& message) { return message.text == whole; });
     if (is_known) return;
   }
   say(false, whole);
 }
 
-void RenderSession::Worker::wait() {
-  std::unique_lock lock(mutex);
+void RenderSession::wait() {
+  std::unique_lock lock(mutex_);
   const uint64_t last = asked_;
   changed_.wait(lock, [&] { return served_ >= last || is_closing_; });
 }
 
-void RenderSession::Worker::set_activity(Activity activity) {
-  const std::lock_guard lock(mutex);
-  shown.status.activity = activity;
-  shown.status.is_exact = exact_samples_.has_value();
-  shown.status.is_paused = is_paused_;
-  shown.integrator = integrator_;
+void RenderSession::set_activity(Activity activity) {
+  const std::lock_guard lock(mutex_);
+  status_.activity = activity;
+  status_.is_exact = exact_samples_.has_value();
+  status_.is_paused = is_paused_;
+  status_.integrator = integrator_;
 }
 
-bool RenderSession::Worker::has_work() const {
+bool RenderSession::has_work() const {
   if (!scene_ || scene_->sensors().empty()) return false;
   return wants_preview_ || (!is_done_ && (!is_paused_ || is_coarse_));
 }
 
-bool RenderSession::Worker::is_still() const {
+bool RenderSession::is_still() const {
   return Clock::now() - last_change_ > kStillInterval;
 }
 
-void RenderSession::Worker::work() {
+void RenderSession::work() {
   const auto guarded = [this](const auto& function) {
     try {
       function();
@@ -115,7 +117,7 @@ void RenderSession::Worker::work() {
         RenderContext::Options{.threads = options_.threads,
                                .seed = options_.seed,
                                .cancel = &cancel_,
-                               .progress = [this](double done) { fraction = done; }});
+                               .progress = [this](double done) { fraction_ = done; }});
     load();
   });
   notify();
@@ -125,7 +127,7 @@ void RenderSession::Worker::work() {
     }
     std::vector<Request> requests;
     {
-      std::unique_lock lock(mutex);
+      std::unique_lock lock(mutex_);
       may_be_ended_ = false;
       if (!exact_samples_ || is_done_) {
         served_ = taken_;
@@ -147,7 +149,7 @@ void RenderSession::Worker::work() {
     }
     try {
       if (!requests.empty()) {
-        make(std::move(requests));
+        make(requests);
         notify();
         continue;
       }
@@ -157,7 +159,7 @@ void RenderSession::Worker::work() {
       } else if (!is_moving_) {
         {
           // Applies changes that have arrived in the meantime first.
-          const std::lock_guard lock(mutex);
+          const std::lock_guard lock(mutex_);
           if (!requests_.empty()) continue;
           may_be_ended_ = true;
         }
@@ -177,7 +179,7 @@ void RenderSession::Worker::work() {
 }
 
 /// Loads the scene. If that fails, keeps the previous one.
-void RenderSession::Worker::load() {
+void RenderSession::load() {
   set_activity(Activity::kLoading);
   try {
     if (!registry_) {
@@ -205,7 +207,7 @@ void RenderSession::Worker::load() {
   publish_info();
 }
 
-std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(SceneEditor& editor,
+std::shared_ptr<const Scene> RenderSession::with_integrator(SceneEditor& editor,
                                                                     const std::string& name) const {
   if (name.empty()) return editor.scene();
   ObjectDescription description;
@@ -217,7 +219,7 @@ std::shared_ptr<const Scene> RenderSession::Worker::with_integrator(SceneEditor&
 
 /// Returns the scene for previews. Its integrator is `path`, with the same number of bounces, if
 /// the scene's integrator is slow to begin.
-const Scene& RenderSession::Worker::preview_scene() {
+const Scene& RenderSession::preview_scene() {
   const Integrator& own = scene_->integrator();
   if (!is_slow_to_begin(own)) return *scene_;
   if (preview_scene_) return *preview_scene_;
@@ -245,7 +247,7 @@ const Scene& RenderSession::Worker::preview_scene() {
 }
 
 /// Selects the sensor, and resizes its film, by the options.
-size_t RenderSession::Worker::choose_sensor(SceneEditor& editor) const {
+size_t RenderSession::choose_sensor(SceneEditor& editor) const {
   const std::shared_ptr<const Scene> scene = editor.scene();
   const size_t index = app::sensor_index(*scene, options_.sensor);
   if (options_.width <= 0 || options_.height <= 0) return index;
@@ -258,7 +260,7 @@ size_t RenderSession::Worker::choose_sensor(SceneEditor& editor) const {
 }
 
 /// Renders a preview. Its number of pixels follows from the time of the last preview.
-void RenderSession::Worker::preview() {
+void RenderSession::preview() {
   set_activity(Activity::kPreview);
   const double start = context_->seconds();
   const Rect crop = sensor().film().crop();
@@ -277,7 +279,7 @@ void RenderSession::Worker::preview() {
 }
 
 /// Renders a preview of width x height pixels with one sample each. Returns the number of pixels.
-double RenderSession::Worker::preview_of(int width, int height, double start) {
+double RenderSession::preview_of(int width, int height, double start) {
   const Scene* scene = nullptr;
   {
     const std::lock_guard lock(scene_mutex_);
@@ -289,7 +291,7 @@ double RenderSession::Worker::preview_of(int width, int height, double start) {
   return static_cast<double>(width) * height;
 }
 
-void RenderSession::Worker::improve() {
+void RenderSession::improve() {
   set_activity(Activity::kRendering);
   if (std::exchange(wants_whole_preview_, false)) {
     const Rect crop = sensor().film().crop();
@@ -308,7 +310,7 @@ void RenderSession::Worker::improve() {
   if (is_done_ || is_paused_) set_activity(is_done_ ? Activity::kFinished : Activity::kPaused);
 }
 
-void RenderSession::Worker::render_exactly() {
+void RenderSession::render_exactly() {
   set_activity(Activity::kRendering);
   const auto samples = sensor().with_sample_count(*exact_samples_);
   sensor().film().set_lane(0);
@@ -320,7 +322,7 @@ void RenderSession::Worker::render_exactly() {
   set_activity(Activity::kFinished);
 }
 
-void RenderSession::Worker::publish(const Scene& scene, Image image, bool is_preview, bool is_final,
+void RenderSession::publish(const Scene& scene, Image image, bool is_preview, bool is_final,
                                     double seconds, double rel_mse) {
   auto picture = std::make_shared<Picture>();
   picture->image = std::move(image);
@@ -338,11 +340,11 @@ void RenderSession::Worker::publish(const Scene& scene, Image image, bool is_pre
   picture->rays_per_second =
       seconds > 0 ? static_cast<double>(rays_of(picture->stats)) / seconds : 0;
   report_non_finite_samples(picture->stats);
-  const std::lock_guard lock(mutex);
-  shown.picture = std::move(picture);
+  const std::lock_guard lock(mutex_);
+  picture_ = std::move(picture);
 }
 
-void RenderSession::Worker::report_non_finite_samples(const RenderStats& stats) {
+void RenderSession::report_non_finite_samples(const RenderStats& stats) {
   if (stats.non_finite_samples == 0 || reported_edition_ == edition_) return;
   reported_edition_ = edition_;
   say(true, "dropped samples that were not finite: " + std::to_string(stats.non_finite_samples) +
