@@ -14,7 +14,7 @@
 #include "options/interpret_options.h"
 #include "kinome/output_files.h"
 #include "kinome/error.h"
-#include "kinome/image.h"
+#include "kinome/image_files.h"
 #include "kinome/read_files.h"
 #include "session/script.h"
 #include "window/viewer_window.h"
@@ -81,6 +81,7 @@ std::optional<Arguments> parse(int argc, char** argv, int& status) {
   }
   session.load.defines = kinome::app::parse_defines(defines);
   session.load.threads = session.threads;
+  kinome::set_image_file_threads(session.threads);
   int used = 0;
   if (!size.empty() &&
       (std::sscanf(size.c_str(), "%dx%d%n", &session.width, &session.height, &used) != 2 ||

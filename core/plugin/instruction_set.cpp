@@ -12,7 +12,7 @@ namespace kinome {
 namespace {
 
 #if defined(__x86_64__)
-constexpr const char* kNames[] = {"x86-64", "x86-64-v2", "x86-64-v3", "x86-64-v4"};
+constexpr const char* kInstructionSets[] = {"x86-64", "x86-64-v2", "x86-64-v3", "x86-64-v4"};
 
 /// Checks the instructions of x86-64-v3 for which not every compiler has a name.
 bool has_companions_of_avx2() {
@@ -36,7 +36,7 @@ InstructionSet detect() {
   return v4 ? InstructionSet::kX86V4 : InstructionSet::kX86V3;
 }
 #else
-constexpr const char* kNames[] = {"baseline"};
+constexpr const char* kInstructionSets[] = {"baseline"};
 
 InstructionSet detect() {
   return InstructionSet::kBaseline;
@@ -45,19 +45,19 @@ InstructionSet detect() {
 
 std::string list_of_names() {
   std::string list;
-  for (const char* name : kNames) list += (list.empty() ? "" : ", ") + std::string(name);
+  for (const char* name : kInstructionSets) list += (list.empty() ? "" : ", ") + std::string(name);
   return list;
 }
 
 }  // namespace
 
 const char* to_string(InstructionSet set) {
-  return static_cast<size_t>(set) < std::size(kNames) ? kNames[static_cast<size_t>(set)] : "?";
+  return static_cast<size_t>(set) < std::size(kInstructionSets) ? kInstructionSets[static_cast<size_t>(set)] : "?";
 }
 
 std::optional<InstructionSet> instruction_set_named(std::string_view name) {
-  for (size_t i = 0; i < std::size(kNames); ++i) {
-    if (name == kNames[i]) return static_cast<InstructionSet>(i);
+  for (size_t i = 0; i < std::size(kInstructionSets); ++i) {
+    if (name == kInstructionSets[i]) return static_cast<InstructionSet>(i);
   }
   return std::nullopt;
 }

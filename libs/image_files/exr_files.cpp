@@ -1,16 +1,23 @@
 #include "image_files/exr_files.h"
 
 #include <ImfStringAttribute.h>
+#include <ImfThreading.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
+#include <system_error>
+#include <thread>
 
 #include "base/file_writer.h"
+#include "kinome/image_files.h"
 
 namespace kinome {
 namespace {
 
 constexpr const char* kNoMemory = "out of memory";
+
+std::atomic<unsigned> image_file_threads{0};
 
 /// Stream through which OpenEXR writes to a FileWriter. Also detects missing blocks: if one of
 /// OpenEXR's threads runs out of memory, OpenEXR writes an incomplete file and reports no error.
@@ -38,6 +45,23 @@ class WriterStream : public Imf::OStream {
 };
 
 }  // namespace
+
+void set_image_file_threads(unsigned threads) {
+  image_file_threads = threads;
+}
+
+void use_threads_for(uint64_t bytes) {
+  constexpr uint64_t kMinBytes = 1 << 20;  // fewer take less time than threads to start
+  if (bytes < kMinBytes) return;
+  const unsigned wanted = image_file_threads;
+  const unsigned threads = wanted > 0 ? wanted : std::max(1u, std::thread::hardware_concurrency());
+  try {
+    // With one thread, OpenEXR works in the caller's.
+    Imf::setGlobalThreadCount(threads > 1 ? static_cast<int>(threads) : 0);
+  } catch (const std::system_error&) {
+    // Without further threads, the file takes longer.
+  }
+}
 
 void write_by_openexr(const std::string& path, const std::function<void(Imf::OStream&)>& write) {
   FileWriter writer(path);

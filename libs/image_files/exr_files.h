@@ -3,6 +3,7 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <string>
@@ -11,6 +12,10 @@
 
 /// Helpers shared by all code that reads and writes files with OpenEXR.
 namespace kinome {
+
+/// Makes the threads of set_image_file_threads() available to OpenEXR, if a file with this number of
+/// bytes is large enough to need them.
+void use_threads_for(uint64_t bytes);
 
 /// Calls `write` with a stream that writes to `path`, which is afterwards either complete or
 /// unchanged. Throws Error if writing fails.

@@ -107,6 +107,7 @@ void read_luminance_chroma(const std::string& path, int part, const Imath::Box2i
 
 Image read_checked(const std::string& path, ImageMetadata* metadata) {
   check_exr(path);
+  use_threads_for(std::filesystem::file_size(path));
   Imf::MultiPartInputFile file(path.c_str());
   const ChosenPart chosen(path, file);
   const ExrColor& color = chosen.color;
@@ -213,6 +214,7 @@ Image read_exr(const std::string& path, const Location& asker, ImageMetadata* me
 void write_exr(const std::string& path, const Image& image, ExrNumber number,
                const ImageMetadata& metadata, Vec2 crop_offset, Vec2 full_size) {
   check_image(path, image);
+  use_threads_for(image.data.size() * sizeof(float));
   write_by_openexr(path, [&](Imf::OStream& stream) {
     const Imf::Header header = make_header(image, number, metadata, crop_offset, full_size);
     Imf::OutputFile file(stream, header);

@@ -58,6 +58,7 @@ void write_png(const std::string& path, const Image& image, float exposure) {
   png.height = static_cast<png_uint_32>(image.height);
   png.format = (colors == 3 ? PNG_FORMAT_FLAG_COLOR : 0u) |
                (alpha >= 0 ? static_cast<unsigned>(PNG_FORMAT_FLAG_ALPHA) : 0u);
+  png.flags = PNG_IMAGE_FLAG_FAST;  // a quarter of the time, for a quarter more bytes
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
   std::vector<png_byte> encoded(size);
   if (!png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes.data(), 0, nullptr)) {

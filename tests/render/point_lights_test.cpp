@@ -91,8 +91,8 @@ TEST(PointLights, FurnaceAsDirectShowsIt) {
       "<bsdf type=\"phong\"><float name=\"exponent\" value=\"20\"/></bsdf>",
       "<bsdf type=\"ward\"><float name=\"alpha\" value=\"0.3\"/></bsdf>",
       "<bsdf type=\"conductor\"><string name=\"material\" value=\"Cu\"/></bsdf>",
-      "<bsdf type=\"roughconductor\"><string name=\"material\" value=\"Au\"/><float "
-      "name=\"alpha\" value=\"0.3\"/></bsdf>",
+      R"(<bsdf type="roughconductor"><string name="material" value="Au"/>
+        <float name="alpha" value="0.3"/></bsdf>)",
       "<bsdf type=\"plastic\"/>",
       "<bsdf type=\"roughplastic\"><float name=\"alpha\" value=\"0.3\"/></bsdf>",
       "<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/></bsdf>"};

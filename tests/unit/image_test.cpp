@@ -40,6 +40,21 @@ TEST(Exr, FloatRoundTripIsExact) {
   EXPECT_EQ(back.data, image.data);
 }
 
+TEST(Exr, BytesAreThoseOfOneThread) {
+  const TemporaryFolder folder;
+  const Image image = make_image(701, 523, {"R", "G", "B"});  // large enough for threads
+  const auto written = [&](unsigned threads, ExrNumber number) {
+    set_image_file_threads(threads);
+    write_exr(folder.path("a.exr"), image, number, {});
+    return read_file(folder.path("a.exr"));
+  };
+  for (const ExrNumber number : {ExrNumber::kHalf, ExrNumber::kFloat}) {
+    const std::string bytes = written(1, number);
+    for (const unsigned threads : {2u, 5u, 0u}) EXPECT_EQ(written(threads, number), bytes);
+  }
+  EXPECT_EQ(read_exr(folder.path("a.exr")).data, image.data);
+}
+
 TEST(Exr, HalfRoundTripRoundsToHalf) {
   const TemporaryFolder folder;
   const Image image = make_image(70, 45, {"R", "G", "B"});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <set>
 
 #include <fmt/format.h>
@@ -102,12 +103,16 @@ void write_image_files(const Options& options, Film& film, const Image& image,
                        const PartRender* part) {
   if (is_null_device(output.name())) return;
   try {
+    std::future<void> png;
+    if (!output.png.empty()) {
+      png = std::async([&] { write_png(output.png, image, options.exposure); });
+    }
     if (part) {
       part->write(output.image, image, metadata);
     } else if (!output.image.empty()) {
       film.write(output.image, image, metadata);
     }
-    if (!output.png.empty()) write_png(output.png, image, options.exposure);
+    if (png.valid()) png.get();
   } catch (...) {
     if (checkpoint) checkpoint->close(film);  // keeps all samples
     throw;

@@ -11,6 +11,7 @@
 
 #include "base/clock.h"
 #include "crash.h"
+#include "kinome/image_files.h"
 #include "kinome/log.h"
 #include "kinome/plugin_audit.h"
 #include "kinome/process_group.h"
@@ -46,6 +47,7 @@ void set_up_log(const Options& options) {
 void set_up_render(const Options& options) {
   set_up_log(options);
   install_signal_handlers(options.quiet);
+  set_image_file_threads(options.threads);
   if (!options.variant.empty()) {
     log_warn(fmt::format("-m {} is ignored: kinome has only one variant, RGB in single precision",
                          options.variant));

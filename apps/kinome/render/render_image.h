@@ -15,7 +15,7 @@
 namespace kinome::app {
 
 void set_up_log(const Options& options);
-/// Sets up the log and signal handlers; warns of ignored options and missing folders.
+/// Sets up the log, signal handlers and threads for files; warns of ignored options and missing folders.
 void set_up_render(const Options& options);
 LoadOptions load_options(const Options& options);
 /// Finds a sensor by index or id. Throws Error if there is none.

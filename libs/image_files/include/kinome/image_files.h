@@ -6,6 +6,10 @@
 
 namespace kinome {
 
+/// Sets the number of threads that compress or decompress a large OpenEXR file. 0, the default: one
+/// per core. The bytes of files don't depend on it. Holds for the whole process.
+KINOME_EXPORT void set_image_file_threads(unsigned threads);
+
 /// Reads an OpenEXR file (scan lines or tiles; half, float or integers).
 ///
 /// Colour channels come first, as "R", "G", "B" or "Y", followed by "A"; other channels keep their
