@@ -193,21 +193,4 @@ Verdict largest_z_test(const std::vector<Estimate>& a, const std::vector<Estimat
           fmt::format("{}; p = {:.3g}, alpha = {:.3g}", text_of(found, a, b), p, alpha)};
 }
 
-double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
-                       double alpha) {
-  double sum = 0, variance = 0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    sum += b[i].mean;
-    variance += a[i].variance_of_mean + b[i].variance_of_mean;
-  }
-  // z_test gives the sum one half of the false-alarm rate.
-  double low = 0, high = 40;
-  while (high - low > 1e-6) {
-    const double z = (low + high) / 2;
-    (normal_two_sided(z) > alpha / 2 ? low : high) = z;
-  }
-  constexpr double kNineOfTen = 1.2816;  // 90 % quantile of the normal distribution
-  return (high + kNineOfTen) * std::sqrt(variance) / std::abs(sum);
-}
-
 }  // namespace kinome::check

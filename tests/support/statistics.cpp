@@ -1,4 +1,3 @@
-// Tests of sampled directions.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "kit/statistics.h"
 #include "kit/verdicts.h"
+#include "support/statistics.h"
 
-namespace kinome::check {
+namespace kinome::test {
 namespace {
 
 /// Returns the direction with cos theta = z and azimuth phi.
@@ -251,4 +250,21 @@ Verdict jacobian_test(const std::function<std::optional<Vec3>(Vec2)>& sample,
                   median, high, worst, worst_u.x, worst_u.y)};
 }
 
-}  // namespace kinome::check
+double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimate>& b,
+                       double alpha) {
+  double sum = 0, variance = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    sum += b[i].mean;
+    variance += a[i].variance_of_mean + b[i].variance_of_mean;
+  }
+  // z_test gives the sum one half of the false-alarm rate.
+  double low = 0, high = 40;
+  while (high - low > 1e-6) {
+    const double z = (low + high) / 2;
+    (normal_two_sided(z) > alpha / 2 ? low : high) = z;
+  }
+  constexpr double kNineOfTen = 1.2816;  // 90 % quantile of the normal distribution
+  return (high + kNineOfTen) * std::sqrt(variance) / std::abs(sum);
+}
+
+}  // namespace kinome::test
