@@ -2,6 +2,7 @@
 
 #include "editor/written_values.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include <fmt/format.h>
@@ -72,32 +73,14 @@ struct ValueElement {
 }  // namespace
 
 std::string escaped(const std::string& text) {
+  constexpr std::pair<char, const char*> kReferences[] = {
+      {'&', "&amp;"},   {'<', "&lt;"},   {'>', "&gt;"},  {'"', "&quot;"},
+      {'\'', "&apos;"}, {'\n', "&#10;"}, {'\t', "&#9;"}, {'\r', "&#13;"}};
   std::string result;
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      case '\'':
-        result += "&apos;";
-        break;
-      case '\n':
-      case '\t':
-      case '\r':
-        result += fmt::format("&#{};", static_cast<int>(c));
-        break;
-      default:
-        result += c;
-    }
+    const auto* const found =
+        std::ranges::find(kReferences, c, &std::pair<char, const char*>::first);
+    result += found == std::end(kReferences) ? std::string(1, c) : found->second;
   }
   return result;
 }
