@@ -63,6 +63,12 @@ inline std::shared_ptr<Texture> nonnegative_texture(const Properties& props,
   return texture;
 }
 
+/// Reads a number that must be finite and not negative.
+inline float nonnegative_number(const Properties& props, const char* name) {
+  return props.real(name, "must not be negative",
+                    [](float value) { return value >= 0 && std::isfinite(value); });
+}
+
 /// Largest valid roughness. Fourth powers of larger ones would overflow, and microfacets reflect
 /// almost nothing at 1e6.
 inline constexpr float kMaxRoughness = 1e6f;
@@ -82,6 +88,13 @@ inline std::shared_ptr<Texture> roughness_texture(const Properties& props,
   auto texture = props.texture(name);
   check_roughness(props, name, texture->min(), texture->max());
   return texture;
+}
+
+/// Reads a roughness that must be uniform.
+inline float roughness_number(const Properties& props, const char* name) {
+  const float alpha = props.real(name);
+  check_roughness(props, name, alpha, alpha);
+  return alpha;
 }
 
 /// Samples the diffuse lobe of `lobes`, proportional to the cosine.

@@ -26,12 +26,11 @@ constexpr Parameter kParameters[] = {
 class BumpMap final : public TurnedFrame<BumpMap> {
  public:
   explicit BumpMap(const Properties& props)
-      : TurnedFrame(props), heights_(props.object<Texture>()), scale_(props.real("scale")) {
+      : TurnedFrame(props),
+        heights_(props.object<Texture>()),
+        scale_(props.real("scale", "must be finite", [](float s) { return std::isfinite(s); })) {
     if (!heights_->attribute().empty()) {
       throw props.error("texture", "can't be a mesh attribute, which has no derivatives");
-    }
-    if (!std::isfinite(scale_)) {
-      throw props.error("scale", "must be finite, got " + std::to_string(scale_));
     }
   }
 

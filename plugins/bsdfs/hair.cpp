@@ -43,11 +43,10 @@ constexpr int kLobes = 4, kLastLobe = kLobes - 1;
 template <class F>
 F scaled_bessel(const F& x) {
   const F small = sqr(min(x, F(3.75f)) * (1 / 3.75f)), large = 3.75f / max(x, F(3.75f));
-  const F near = exp(-min(x, F(3.75f))) *
-                 polynomial(small, 0.0045813f, 0.0360768f, 0.2659732f, 1.2067492f, 3.0899424f,
-                            3.5156229f, 1.f);
-  const F far = polynomial(large, 0.00392377f, -0.01647633f, 0.02635537f, -0.02057706f,
-                           0.00916281f, -0.00157565f, 0.00225319f, 0.01328592f, 0.39894228f) /
+  const F near = exp(-min(x, F(3.75f))) * polynomial(small, 0.0045813f, 0.0360768f, 0.2659732f,
+                                                     1.2067492f, 3.0899424f, 3.5156229f, 1.f);
+  const F far = polynomial(large, 0.00392377f, -0.01647633f, 0.02635537f, -0.02057706f, 0.00916281f,
+                           -0.00157565f, 0.00225319f, 0.01328592f, 0.39894228f) /
                 sqrt(max(x, F(3.75f)));
   return select(x < 3.75f, near, far);
 }
@@ -70,8 +69,8 @@ F longitudinal_density(const Inclination<F>& i, const Inclination<F>& o, float v
 /// Samples the sine of an inclination with that density.
 template <class F>
 F sample_longitudinal(const Inclination<F>& i, const F& v, const Vec2Of<F>& u) {
-  const F cosine = clamp(1.f + v * log(max(u.x + (1.f - u.x) * exp(-2.f / v), F(1e-38f))),
-                         F(-1.f), F(1.f));
+  const F cosine =
+      clamp(1.f + v * log(max(u.x + (1.f - u.x) * exp(-2.f / v), F(1e-38f))), F(-1.f), F(1.f));
   return i.cosine * safe_sqrt(1.f - sqr(cosine)) * cos(2 * kPi * u.y) - cosine * i.sine;
 }
 
@@ -103,7 +102,7 @@ class Hair final : public wide::FormulaBsdf<Hair> {
 
   explicit Hair(const Properties& props)
       : absorption_(read_absorption(props)),
-        scale_(props.has("sigma_a") ? nonnegative(props, "scale") : 1),
+        scale_(props.has("sigma_a") ? nonnegative_number(props, "scale") : 1),
         eta_(bending_ior(props)),
         azimuthal_(azimuthal_scale(roughness(props, "azimuthal_roughness"))) {
     const float b = roughness(props, "longitudinal_roughness");
@@ -135,19 +134,9 @@ class Hair final : public wide::FormulaBsdf<Hair> {
   }
 
  private:
-  static float nonnegative(const Properties& props, const char* name) {
-    const float value = props.real(name);
-    if (!(value >= 0) || !std::isfinite(value)) {
-      throw props.error(name, "must not be negative, got " + std::to_string(value));
-    }
-    return value;
-  }
   static float roughness(const Properties& props, const char* name) {
-    const float value = props.real(name);
-    if (!(value >= 0 && value <= 1)) {
-      throw props.error(name, "must be between 0 and 1, got " + std::to_string(value));
-    }
-    return std::max(value, 0.01f);
+    return std::max(0.01f, props.real(name, "must be between 0 and 1",
+                                      [](float value) { return value >= 0 && value <= 1; }));
   }
   /// Chiang et al. 2016, eq. 8.
   static float azimuthal_scale(float b) {
@@ -162,10 +151,11 @@ class Hair final : public wide::FormulaBsdf<Hair> {
       }
       return nonnegative_texture(props, "sigma_a");
     }
-    if (props.has("scale")) nonnegative(props, "scale");
+    if (props.has("scale")) nonnegative_number(props, "scale");
     // d'Eon et al. 2011.
-    return make_uniform_texture(nonnegative(props, "eumelanin") * Rgb(0.419f, 0.697f, 1.37f) +
-                                nonnegative(props, "pheomelanin") * Rgb(0.187f, 0.4f, 1.05f));
+    return make_uniform_texture(
+        nonnegative_number(props, "eumelanin") * Rgb(0.419f, 0.697f, 1.37f) +
+        nonnegative_number(props, "pheomelanin") * Rgb(0.187f, 0.4f, 1.05f));
   }
 
   template <class F>
@@ -190,8 +180,8 @@ class Hair final : public wide::FormulaBsdf<Hair> {
       attenuation_[0] = RgbOf<F>(fresnel);
       attenuation_[1] = sqr(1.f - fresnel) * transmittance;
       attenuation_[2] = fresnel * attenuation_[1] * transmittance;
-      attenuation_[3] = fresnel * attenuation_[2] * transmittance /
-                        (RgbOf<F>(1.f) - fresnel * transmittance);
+      attenuation_[3] =
+          fresnel * attenuation_[2] * transmittance / (RgbOf<F>(1.f) - fresnel * transmittance);
       F sum = 0.f;
       for (int p = 0; p < kLobes; ++p) {
         // All grazing light is reflected. The other lobes are 0, or 0/0 without this.

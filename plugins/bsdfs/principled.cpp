@@ -42,9 +42,9 @@ class Principled final : public wide::FormulaBsdf<Principled> {
         metallic_(share_texture(props, "metallic")),
         clearcoat_(nonnegative_texture(props, "clearcoat")),
         clearcoat_gloss_(share_texture(props, "clearcoat_gloss")),
-        diffuse_rate_(sampling_rate(props, "diffuse_reflectance_sampling_rate")),
-        main_rate_(sampling_rate(props, "main_specular_sampling_rate")),
-        clearcoat_rate_(sampling_rate(props, "clearcoat_sampling_rate")) {
+        diffuse_rate_(nonnegative_number(props, "diffuse_reflectance_sampling_rate")),
+        main_rate_(nonnegative_number(props, "main_specular_sampling_rate")),
+        clearcoat_rate_(nonnegative_number(props, "clearcoat_sampling_rate")) {
     transmits_ = scatters_through_ = common_.spec_trans->max() > 0 && metallic_->min() < 1;
     eta_ = read_eta(props, transmits_);
     if (transmits_) relative_index_ = eta_;
@@ -63,7 +63,9 @@ class Principled final : public wide::FormulaBsdf<Principled> {
       return Lobes<F>(*this, mask, wi,
                       {{base_color, roughness, anisotropic, clamped_share(spec_trans), spec_tint,
                         sheen, sheen_tint, flatness},
-                       clamped_share(metallic), clearcoat, clamped_share(clearcoat_gloss)});
+                       clamped_share(metallic),
+                       clearcoat,
+                       clamped_share(clearcoat_gloss)});
     });
   }
 
@@ -96,15 +98,11 @@ class Principled final : public wide::FormulaBsdf<Principled> {
       if (props.has("specular")) {
         throw props.error("specular", "can't be combined with 'eta': remove one of them");
       }
-      eta = props.real("eta");
-      if (!(eta >= 1e-3f && eta <= 1e3f)) {
-        throw props.error("eta", "must be between 0.001 and 1000, got " + std::to_string(eta));
-      }
+      eta = props.real("eta", "must be between 0.001 and 1000",
+                       [](float e) { return e >= 1e-3f && e <= 1e3f; });
     } else {
-      const float specular = props.real("specular");
-      if (!(specular >= 0 && specular <= 12)) {
-        throw props.error("specular", "must be between 0 and 12, got " + std::to_string(specular));
-      }
+      const float specular = props.real("specular", "must be between 0 and 12",
+                                        [](float s) { return s >= 0 && s <= 12; });
       eta = 2 / (1 - std::sqrt(0.08f * (transmits && specular == 0 ? 1e-3f : specular))) - 1;
     }
     // Without refraction, the half vector of transmission is undefined. Mitsuba uses 1.001, too.
@@ -151,15 +149,15 @@ class Principled final : public wide::FormulaBsdf<Principled> {
         const auto facet = boundary_.sample(u2);
         goes_through = !is_diffuse && !is_coat &&
                        rest - coat_probability_ < through_probability(facet.boundary.reflectance);
-        wo = select(is_diffuse, wo,
-                    select(is_coat, mirrored_at(wi_, coat_.sample(u2)),
-                           select(goes_through, boundary_.refracted(facet),
-                                  boundary_.mirrored(facet))));
+        wo = select(
+            is_diffuse, wo,
+            select(is_coat, mirrored_at(wi_, coat_.sample(u2)),
+                   select(goes_through, boundary_.refracted(facet), boundary_.mirrored(facet))));
       }
-      BsdfSampleOf<F> sample = weighted_sample<F>(
-          *this, wo,
-          select(is_diffuse, IntOf<F>(lobe_number(Lobe::kDiffuse)),
-                 IntOf<F>(lobe_number(Lobe::kGlossy))));
+      BsdfSampleOf<F> sample =
+          weighted_sample<F>(*this, wo,
+                             select(is_diffuse, IntOf<F>(lobe_number(Lobe::kDiffuse)),
+                                    IntOf<F>(lobe_number(Lobe::kGlossy))));
       sample.pdf = select(boundary_.is_on_side(wo, goes_through), sample.pdf, F(0.f));
       return sample;
     }
@@ -218,19 +216,19 @@ class Principled final : public wide::FormulaBsdf<Principled> {
       const auto v = boundary_(wo);
       const auto fresnel = boundary_.boundary(v.cos_half);
       const F through = through_probability(fresnel.reflectance);
-      value.f += select(v.goes_through, transmittance(fresnel), reflectance(fresnel, v.cos_half)) *
-                 v.dg;
+      value.f +=
+          select(v.goes_through, transmittance(fresnel), reflectance(fresnel, v.cos_half)) * v.dg;
       value.pdf += select(v.goes_through, through, main_probability_ - through) * v.pdf;
 
       const auto has_coat = is_reflected && v.cos_half > 0.f;
       const VecOf<F> h = normalize(wi_ + wo);
       const F d = coat_.d(h.z);
       const F g = coat_g1(wi_.z) * coat_g1(wo.z);
-      value.f += RgbOf<F>(select(
-          has_coat, 0.25f * at_.clearcoat * wo.z * d * g *
-                        principled::towards_white(0.04f, weight_of(fresnel, v.cos_half))));
-      value.pdf += select(
-          has_coat, coat_probability_ * min(d * h.z / (4.f * v.cos_half), F(kMaxPdf)));
+      value.f += RgbOf<F>(
+          select(has_coat, 0.25f * at_.clearcoat * wo.z * d * g *
+                               principled::towards_white(0.04f, weight_of(fresnel, v.cos_half))));
+      value.pdf +=
+          select(has_coat, coat_probability_ * min(d * h.z / (4.f * v.cos_half), F(kMaxPdf)));
     }
 
     /// Schlick's weight of the cosine in the medium with the lower index.
@@ -243,10 +241,9 @@ class Principled final : public wide::FormulaBsdf<Principled> {
       const RgbOf<F> tinted = principled::towards_white(
           principled::schlick_r0(F(bsdf_.eta_)) * principled::tint(at_.base_color), weight);
       const F dielectric = 1.f - at_.metallic;
-      const RgbOf<F> front =
-          RgbOf<F>(dielectric * (1.f - at_.spec_tint) * fresnel.reflectance) +
-          at_.metallic * principled::towards_white(at_.base_color, weight) +
-          dielectric * at_.spec_tint * tinted;
+      const RgbOf<F> front = RgbOf<F>(dielectric * (1.f - at_.spec_tint) * fresnel.reflectance) +
+                             at_.metallic * principled::towards_white(at_.base_color, weight) +
+                             dielectric * at_.spec_tint * tinted;
       // As in Mitsuba, metal reflects nothing where a dielectric wouldn't.
       return select(fresnel.reflectance > 0.f,
                     select(is_front_, front, RgbOf<F>(glass_ * fresnel.reflectance)));

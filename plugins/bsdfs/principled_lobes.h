@@ -38,15 +38,6 @@ inline std::shared_ptr<Texture> share_texture(const Properties& props, const std
   return bounded_texture(props, name, nonnegative_texture(props, name), upper_bound);
 }
 
-/// Reads the relative sampling rate of a lobe.
-inline float sampling_rate(const Properties& props, const char* name) {
-  const float rate = props.real(name);
-  if (!(rate >= 0) || !std::isfinite(rate)) {
-    throw props.error(name, "must not be negative, got " + std::to_string(rate));
-  }
-  return rate;
-}
-
 namespace principled {
 
 /// Textures that both plugins have.

@@ -36,19 +36,17 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
       : common_(props),
         diff_trans_(share_texture(props, "diff_trans", 2)),
         eta_(eta_texture(props)),
-        diffuse_rates_{sampling_rate(props, "diffuse_reflectance_sampling_rate"),
-                       sampling_rate(props, "diffuse_transmittance_sampling_rate")},
-        glossy_rates_{sampling_rate(props, "specular_reflectance_sampling_rate"),
-                      sampling_rate(props, "specular_transmittance_sampling_rate")} {
+        diffuse_rates_{nonnegative_number(props, "diffuse_reflectance_sampling_rate"),
+                       nonnegative_number(props, "diffuse_transmittance_sampling_rate")},
+        glossy_rates_{nonnegative_number(props, "specular_reflectance_sampling_rate"),
+                      nonnegative_number(props, "specular_transmittance_sampling_rate")} {
     const bool is_glossy = common_.spec_trans->max() > 0;
     transmits_ = scatters_through_ = is_glossy || diff_trans_->max() > 0;
     lobes_ = (is_glossy ? Lobe::kGlossy : Lobe::kNone) |
              (common_.spec_trans->min() < 1 ? Lobe::kDiffuse : Lobe::kNone);
   }
 
-  auto inputs() const {
-    return std::tuple_cat(common_.tied(), std::tie(diff_trans_, eta_));
-  }
+  auto inputs() const { return std::tuple_cat(common_.tied(), std::tie(diff_trans_, eta_)); }
   template <class F, class Fn>
   void with_lobes(Lobe mask, const Fn& fn) const {
     fn([this, mask](const VecOf<F>& wi, const RgbOf<F>& base_color, const F& roughness,
@@ -57,7 +55,8 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
       return Lobes<F>(*this, mask, wi,
                       {{base_color, roughness, anisotropic, clamped_share(spec_trans), spec_tint,
                         sheen, sheen_tint, flatness},
-                       clamped_share(0.5f * diff_trans), eta});
+                       clamped_share(0.5f * diff_trans),
+                       eta});
     });
   }
 
@@ -66,8 +65,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
   LobeReflectance reflectance(const SurfaceInteraction& si) const override {
     const Rgb base = common_.base_color.at(si);
     const float glossy = clamped_share(common_.spec_trans.at(si));
-    const float mirrored =
-        fresnel_dielectric(std::min(std::abs(si.wi.z), 1.f), eta_.at(si));
+    const float mirrored = fresnel_dielectric(std::min(std::abs(si.wi.z), 1.f), eta_.at(si));
     const auto bounded = [](const Rgb& c) { return glm::min(c, Rgb(1.f)); };
     // Sheen reflects little except at grazing angles.
     return {bounded((1 - glossy) * (base + Rgb(0.1f * common_.sheen.at(si)))),
@@ -133,18 +131,17 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
           (is_glossy && !is_mirrored) || (!is_glossy && !(rest < diffuse_probability_));
       VecOf<F> wo = warp::square_to_cosine_hemisphere<VecOf<F>>(u2);
       if (has_glossy_) {
-        wo = select(is_mirrored, mirror_.sample(u2),
-                    select(is_glossy, through_.sample(u2), wo));
+        wo = select(is_mirrored, mirror_.sample(u2), select(is_glossy, through_.sample(u2), wo));
       }
       const VecOf<F> on_this_side = wo;
       wo.z = select(goes_through, -wo.z, wo.z);
       // Reflections below the horizon are invalid, also after mirroring to the other side.
       const auto is_valid = on_this_side.z > 0.f &&
                             (!(is_glossy && goes_through) || leaves_microfacet(wo, on_this_side));
-      BsdfSampleOf<F> sample = weighted_sample<F>(
-          *this, above(wo),
-          select(is_glossy, IntOf<F>(lobe_number(Lobe::kGlossy)),
-                 IntOf<F>(lobe_number(Lobe::kDiffuse))));
+      BsdfSampleOf<F> sample =
+          weighted_sample<F>(*this, above(wo),
+                             select(is_glossy, IntOf<F>(lobe_number(Lobe::kGlossy)),
+                                    IntOf<F>(lobe_number(Lobe::kDiffuse))));
       sample.pdf = select(is_valid, sample.pdf, F(0.f));
       return sample;
     }
@@ -186,11 +183,10 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
       const RgbOf<F> reflected =
           principled::diffuse(at_.roughness, at_.flatness, wi_.z, out.z, cos_d) * at_.base_color +
           at_.sheen * principled::sheen(at_.base_color, at_.sheen_tint, out.z, cos_d);
-      value.f += (1.f - at_.spec_trans) * select(goes_through,
-                                                 (at_.diff_trans * pdf) * at_.base_color,
-                                                 (1.f - at_.diff_trans) * reflected);
-      value.pdf +=
-          pdf * select(goes_through, diffuse_through_probability_, diffuse_probability_);
+      value.f +=
+          (1.f - at_.spec_trans) * select(goes_through, (at_.diff_trans * pdf) * at_.base_color,
+                                          (1.f - at_.diff_trans) * reflected);
+      value.pdf += pdf * select(goes_through, diffuse_through_probability_, diffuse_probability_);
     }
 
     void add_glossy(const VecOf<F>& out, const VecOf<F>& on_this_side,
@@ -198,10 +194,10 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
       const auto mirrored = mirror_(on_this_side), through = through_(on_this_side);
       const auto is_through = goes_through && leaves_microfacet(out, on_this_side);
       const F fresnel = fresnel_dielectric(mirrored.cos_half, at_.eta);
-      value.f += at_.spec_trans *
-                 select(goes_through,
-                        select(is_through, ((1.f - fresnel) * through.dg) * at_.base_color),
-                        mirrored.dg * reflectance(fresnel, mirrored.cos_half));
+      value.f +=
+          at_.spec_trans *
+          select(goes_through, select(is_through, ((1.f - fresnel) * through.dg) * at_.base_color),
+                 mirrored.dg * reflectance(fresnel, mirrored.cos_half));
       value.pdf += select(goes_through, select(is_through, through_probability_ * through.pdf),
                           mirror_probability_ * mirrored.pdf);
     }
@@ -226,8 +222,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
     MaskOf<F> is_front_;
     VecOf<F> wi_;
     Reflection mirror_, through_;
-    F mirror_probability_, through_probability_, diffuse_probability_,
-        diffuse_through_probability_;
+    F mirror_probability_, through_probability_, diffuse_probability_, diffuse_through_probability_;
   };
 
   principled::Inputs common_;

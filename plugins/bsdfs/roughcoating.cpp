@@ -26,9 +26,9 @@ class RoughCoatBoundary {
   RoughCoatBoundary(const Properties& props, float eta)
       : eta_(eta),
         type_(static_cast<MicrofacetType>(props.choice("distribution"))),
-        alpha_(props.real("alpha")),
+        alpha_(roughness_number(props, "alpha")),
         sample_visible_(props.boolean("sample_visible")),
-        transmittance_(type_, valid(props, alpha_), eta) {}
+        transmittance_(type_, alpha_, eta) {}
 
   float transmittance(float cosine) const { return transmittance_.external(cosine); }
   Lobe lobe() const { return Lobe::kGlossy; }
@@ -50,10 +50,6 @@ class RoughCoatBoundary {
   }
 
  private:
-  static float valid(const Properties& props, float alpha) {
-    check_roughness(props, "alpha", alpha, alpha);
-    return alpha;
-  }
   template <class Fn>
   void with_reflection(const Vec3& wi, const Fn& fn) const {
     with_microfacet_type(type_, [&](auto type) {
@@ -81,5 +77,4 @@ class RoughCoating final : public Coat<RoughCoatBoundary> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::RoughCoating, kinome::Category::kBsdf, "roughcoating",
-              "A rough dielectric coat over another BSDF, as in Mitsuba 0.6.",
-              kinome::kParameters);
+              "A rough dielectric coat over another BSDF, as in Mitsuba 0.6.", kinome::kParameters);

@@ -40,7 +40,7 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
         specular_(reflectance_texture(props, "specular_reflectance")),
         eta_(relative_ior(props)),
         type_(static_cast<MicrofacetType>(props.choice("distribution"))),
-        alpha_(valid_alpha(props)),
+        alpha_(roughness_number(props, "alpha")),
         sample_visible_(props.boolean("sample_visible")),
         nonlinear_(props.boolean("nonlinear")),
         transmittance_(type_, alpha_, eta_) {
@@ -88,12 +88,6 @@ class RoughPlastic final : public wide::FormulaBsdf<RoughPlastic> {
   }
 
  private:
-  static float valid_alpha(const Properties& props) {
-    const float alpha = props.real("alpha");
-    check_roughness(props, "alpha", alpha, alpha);
-    return alpha;
-  }
-
   template <class F, MicrofacetType kType>
   class Lobes {
    public:

@@ -20,11 +20,8 @@ inline constexpr float kMaxEmission = 1e36f;
 
 /// Reads the factor 'scale' on an emission.
 inline float read_scale(const Properties& props) {
-  const float scale = props.real("scale");
-  if (!std::isfinite(scale) || scale < 0) {
-    throw props.error("scale", "must be finite and not negative, got " + std::to_string(scale));
-  }
-  return scale;
+  return props.real("scale", "must be finite and not negative",
+                    [](float scale) { return std::isfinite(scale) && scale >= 0; });
 }
 
 /// Reads a radiance, intensity or irradiance between 0 and kMaxEmission.

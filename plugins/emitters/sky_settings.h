@@ -63,26 +63,13 @@ inline Vec3 read_sun_at(const Properties& props, const TimeAndPlace& at) {
 }
 
 inline float read_scale(const Properties& props, const char* name) {
-  const float scale = props.real(name);
-  if (!(scale >= 0 && scale <= 1e24f)) {
-    throw props.error(name, "must be between 0 and 1e24, got " + std::to_string(scale));
-  }
-  return scale;
+  return props.real(name, "must be between 0 and 1e24",
+                    [](float scale) { return scale >= 0 && scale <= 1e24f; });
 }
 inline double read_half_angle(const Properties& props) {
-  const float aperture = props.real("sun_aperture");
-  if (!(aperture >= 1e-3f && aperture < 180)) {
-    throw props.error("sun_aperture", "must be at least 0.001 and below 180 degrees, got " +
-                                          std::to_string(aperture));
-  }
+  const float aperture = props.real("sun_aperture", "must be at least 0.001 and below 180 degrees",
+                                    [](float angle) { return angle >= 1e-3f && angle < 180; });
   return double{aperture} / 2 * std::numbers::pi / 180;
-}
-inline float read_turbidity(const Properties& props) {
-  const float turbidity = props.real("turbidity");
-  if (!(turbidity >= 1 && turbidity <= 10)) {
-    throw props.error("turbidity", "must be between 1 and 10, got " + std::to_string(turbidity));
-  }
-  return turbidity;
 }
 inline Rgb read_albedo(const Properties& props) {
   const auto albedo = props.texture("albedo");
@@ -91,7 +78,8 @@ inline Rgb read_albedo(const Properties& props) {
 }
 
 inline SkySettings::SkySettings(const Properties& props)
-    : turbidity(read_turbidity(props)),
+    : turbidity(props.real("turbidity", "must be between 1 and 10",
+                           [](float t) { return t >= 1 && t <= 10; })),
       sun_scale(read_scale(props, "sun_scale")),
       sky_scale(read_scale(props, "sky_scale")),
       albedo(read_albedo(props)),

@@ -16,8 +16,8 @@
 #include <numbers>
 
 #include "emission.h"
-#include "kinome/flux_grid.h"
 #include "kinome/emitter.h"
+#include "kinome/flux_grid.h"
 #include "kinome/plugin.h"
 #include "kinome/warp.h"
 #include "kinome/wide/functions.h"
@@ -40,23 +40,16 @@ constexpr Parameter kTable[] = {
 constexpr float kDegree = kPi / 180;
 
 float read_cutoff(const Properties& props) {
-  const float cutoff = props.real("cutoff_angle");
-  if (!(cutoff > 0 && cutoff <= 180)) {
-    throw props.error("cutoff_angle", "must be greater than 0 and at most 180 degrees, got " +
-                                          std::to_string(cutoff));
-  }
-  return cutoff * kDegree;
+  return kDegree * props.real("cutoff_angle", "must be greater than 0 and at most 180 degrees",
+                              [](float angle) { return angle > 0 && angle <= 180; });
 }
 
 float read_beam_width(const Properties& props, float cutoff) {
   if (!props.has("beam_width")) return 0.75f * cutoff;
-  const float beam_width = props.real("beam_width");
-  if (!(beam_width >= 0 && beam_width * kDegree <= cutoff)) {
-    throw props.error("beam_width", "must be between 0 and cutoff_angle (" +
-                                        std::to_string(cutoff / kDegree) + " degrees), got " +
-                                        std::to_string(beam_width));
-  }
-  return beam_width * kDegree;
+  return kDegree * props.real("beam_width",
+                              "must be between 0 and cutoff_angle (" +
+                                  std::to_string(cutoff / kDegree) + " degrees)",
+                              [cutoff](float b) { return b >= 0 && b * kDegree <= cutoff; });
 }
 
 /// Reads to_world. A uniform scale has no effect on a point, as in Mitsuba 3; others are errors.
@@ -224,9 +217,9 @@ class Spot final : public Emitter {
 
   LightFrame frame_;
   Rgb intensity_;
-  float cutoff_;      ///< radians
-  float beam_width_;  ///< radians
-  float cap_height_;  ///< 1 - cos(cutoff)
+  float cutoff_;          ///< radians
+  float beam_width_;      ///< radians
+  float cap_height_;      ///< 1 - cos(cutoff)
   float min_lit_cosine_;  ///< directions with a smaller cosine are dark, whatever the rounding
   float tan_cutoff_;
   wide::ColorInput texture_;

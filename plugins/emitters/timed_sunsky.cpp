@@ -70,23 +70,25 @@ int read_date(const Properties& props, const std::string& name, int default_valu
 }
 
 Days read_days(const Properties& props) {
-  const float start = props.real("window_start_time"), end = props.real("window_end_time");
-  if (!(start >= 0 && start <= 24)) {
-    throw props.error("window_start_time",
-                      "must be between 0 and 24, got " + std::to_string(start));
-  }
-  if (!(end >= start && end <= 24)) {
-    throw props.error("window_end_time",
-                      "must be between window_start_time and 24, got " + std::to_string(end));
-  }
+  const float start = props.real("window_start_time", "must be between 0 and 24",
+                                 [](float hour) { return hour >= 0 && hour <= 24; });
+  const float end = props.real("window_end_time", "must be between window_start_time and 24",
+                               [start](float hour) { return hour >= start && hour <= 24; });
   const int year = read_calendar(props, "start_year"), month = read_calendar(props, "start_month"),
             day = read_calendar(props, "start_day");
   Days days;
-  days.start = {props.real("latitude"), props.real("longitude"), props.real("timezone"), year,
-                month, day, start, 0, 0};
+  days.start = {props.real("latitude"),
+                props.real("longitude"),
+                props.real("timezone"),
+                year,
+                month,
+                day,
+                start,
+                0,
+                0};
   days.hours = double{end} - start;
-  days.count = julian_day(read_date(props, "end_year", year + 1), read_date(props, "end_month", month),
-                          read_date(props, "end_day", day)) -
+  days.count = julian_day(read_date(props, "end_year", year + 1),
+                          read_date(props, "end_month", month), read_date(props, "end_day", day)) -
                julian_day(year, month, day);
   if (days.count < 0) {
     const char* const name = props.has("end_year")    ? "end_year"
@@ -95,12 +97,11 @@ Days read_days(const Properties& props) {
     throw props.error(name, "must not be before the first day");
   }
   days.count = std::max(1, days.count);  // as in Mitsuba
-  days.shutter = {props.real("shutter_open"), props.real("shutter_close")};
-  if (!(days.shutter.open < days.shutter.close)) {
-    throw props.error("shutter_close", "must be greater than shutter_open (" +
-                                           std::to_string(days.shutter.open) + "), got " +
-                                           std::to_string(days.shutter.close));
-  }
+  const float open = props.real("shutter_open");
+  days.shutter = {open,
+                  props.real("shutter_close",
+                             "must be greater than shutter_open (" + std::to_string(open) + ")",
+                             [open](float close) { return open < close; })};
   read_sun_at(props, days.start);  // checks that it is finite
   return days;
 }
@@ -170,8 +171,7 @@ class TimedSunSkyEmitter final : public Emitter, public ClusteredLight {
  private:
   /// Fraction of the whole time that has passed at a sensor time.
   double share_at(float time) const {
-    return (double{time} - days_.shutter.open) /
-           (double{days_.shutter.close} - days_.shutter.open);
+    return (double{time} - days_.shutter.open) / (double{days_.shutter.close} - days_.shutter.open);
   }
 
   void show(const Shutter& shutter) {

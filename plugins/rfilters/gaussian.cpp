@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "kinome/plugin.h"
-#include "kinome/wide/reconstruction_filter.h"
 #include "kinome/wide/functions.h"
+#include "kinome/wide/reconstruction_filter.h"
 
 namespace kinome {
 namespace {
@@ -24,11 +24,9 @@ const Parameter kTable[] = {
 
 class GaussianFilter final : public wide::FormulaFilter<GaussianFilter> {
  public:
-  explicit GaussianFilter(const Properties& props) : stddev_(props.real("stddev")) {
-    if (!(stddev_ >= kMinStddev && stddev_ <= kMaxStddev)) {
-      throw props.error("stddev",
-                        "must be between 0.13 and 16 pixels, got " + std::to_string(stddev_));
-    }
+  explicit GaussianFilter(const Properties& props)
+      : stddev_(props.real("stddev", "must be between 0.13 and 16 pixels",
+                           [](float s) { return s >= kMinStddev && s <= kMaxStddev; })) {
     radius_ = kCutoff * stddev_;
   }
 

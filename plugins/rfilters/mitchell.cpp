@@ -19,8 +19,7 @@ const Parameter kTable[] = {
 
 class MitchellFilter final : public wide::FormulaFilter<MitchellFilter> {
  public:
-  explicit MitchellFilter(const Properties& props)
-      : weights_(read(props, "B"), read(props, "C")) {
+  explicit MitchellFilter(const Properties& props) : weights_(read(props, "B"), read(props, "C")) {
     radius_ = CubicWeights::kRadius;
   }
 
@@ -31,9 +30,8 @@ class MitchellFilter final : public wide::FormulaFilter<MitchellFilter> {
 
  private:
   static float read(const Properties& props, const char* name) {
-    const float value = props.real(name);
-    if (value >= kMinParameter && value <= kMaxParameter) return value;
-    throw props.error(name, "must be between -1 and 2, got " + std::to_string(value));
+    return props.real(name, "must be between -1 and 2",
+                      [](float v) { return v >= kMinParameter && v <= kMaxParameter; });
   }
 
   CubicWeights weights_;

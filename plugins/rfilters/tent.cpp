@@ -19,11 +19,8 @@ const Parameter kTable[] = {
 class TentFilter final : public wide::FormulaFilter<TentFilter> {
  public:
   explicit TentFilter(const Properties& props) {
-    radius_ = props.real("radius");
-    if (!(radius_ >= kMinRadius && radius_ <= kMaxRadius)) {
-      throw props.error("radius",
-                        "must be between 0.51 and 64 pixels, got " + std::to_string(radius_));
-    }
+    radius_ = props.real("radius", "must be between 0.51 and 64 pixels",
+                         [](float r) { return r >= kMinRadius && r <= kMaxRadius; });
   }
 
   template <class F>

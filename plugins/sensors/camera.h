@@ -25,11 +25,11 @@ namespace kinome {
   }
 
 /// Parameters of every camera.
-#define KINOME_CAMERA_PARAMETERS                                                                   \
-  {"to_world", ParameterType::kTransform, "identity",                                              \
-   "transform from camera to world; the camera looks along +Z"},                                   \
-      {"near_clip", ParameterType::kFloat, "0.01", "depth of the nearest visible point"},          \
-      {"far_clip", ParameterType::kFloat, "10000", "depth of the farthest visible point"},         \
+#define KINOME_CAMERA_PARAMETERS                                                           \
+  {"to_world", ParameterType::kTransform, "identity",                                      \
+   "transform from camera to world; the camera looks along +Z"},                           \
+      {"near_clip", ParameterType::kFloat, "0.01", "depth of the nearest visible point"},  \
+      {"far_clip", ParameterType::kFloat, "10000", "depth of the farthest visible point"}, \
       KINOME_SENSOR_PARAMETERS
 
 inline constexpr const char* kFovAxes[] = {"x", "y", "diagonal", "smaller", "larger"};
@@ -48,26 +48,23 @@ struct ClipRange {
   float far = 0;
 };
 
+inline float read_positive(const Properties& props, const char* name) {
+  return props.real(name, "must be positive", [](float value) { return value > 0; });
+}
+
 inline ClipRange read_clip_range(const Properties& props) {
-  const ClipRange clip{props.real("near_clip"), props.real("far_clip")};
-  if (!(clip.near > 0)) {
-    throw props.error("near_clip", "must be positive, got " + std::to_string(clip.near));
-  }
-  if (!(clip.near < clip.far)) {
-    throw props.error("far_clip", "must be greater than near_clip (" + std::to_string(clip.near) +
-                                      "), got " + std::to_string(clip.far));
-  }
-  return clip;
+  const float near = read_positive(props, "near_clip");
+  const float far =
+      props.real("far_clip", "must be greater than near_clip (" + std::to_string(near) + ")",
+                 [near](float depth) { return near < depth; });
+  return {near, far};
 }
 
 inline Shutter read_shutter(const Properties& props) {
-  const Shutter shutter{props.real("shutter_open"), props.real("shutter_close")};
-  if (shutter.close < shutter.open) {
-    throw props.error("shutter_close", "must not be before shutter_open (" +
-                                           std::to_string(shutter.open) + "), got " +
-                                           std::to_string(shutter.close));
-  }
-  return shutter;
+  const float open = props.real("shutter_open");
+  return {open, props.real("shutter_close",
+                           "must not be before shutter_open (" + std::to_string(open) + ")",
+                           [open](float close) { return !(close < open); })};
 }
 
 inline Transform read_camera_transform(const Properties& props, bool scale_allowed) {
@@ -128,11 +125,8 @@ inline float read_half_width(const Properties& props, float aspect) {
   if (props.has("focal_length")) {
     throw props.error("focal_length", "can't be combined with 'fov': remove one of them");
   }
-  const float fov = props.real("fov");
-  if (!(fov > 0 && fov < 180)) {
-    throw props.error(
-        "fov", "must be greater than 0 and less than 180 degrees, got " + std::to_string(fov));
-  }
+  const float fov = props.real("fov", "must be greater than 0 and less than 180 degrees",
+                               [](float angle) { return angle > 0 && angle < 180; });
   const double tangent = std::tan(double{fov} * std::numbers::pi / 360);
   const int axis = props.choice("fov_axis");
   if (axis == 2) return from_diagonal(tangent);

@@ -54,19 +54,11 @@ class ThinLens final : public FormulaSensor<ThinLens> {
     const V2 lens = aperture_radius_ * warp::square_to_disk_concentric(aperture);
     // The intersection with depth 1 of the ray from the lens's centre to the same point in focus.
     const V2 on_plane = (V2(local.x, local.y) - lens) / local.z + lens / focus_distance_;
-    return connect_to_lens(local, VecOf<F>(lens.x, lens.y, F(0.f)), on_plane, plane_, clip_,
-                           *film_, to_world_);
+    return connect_to_lens(local, VecOf<F>(lens.x, lens.y, F(0.f)), on_plane, plane_, clip_, *film_,
+                           to_world_);
   }
 
  private:
-  static float read_positive(const Properties& props, const char* name) {
-    const float value = props.real(name);
-    if (!(value > 0)) {
-      throw props.error(name, "must be positive, got " + std::to_string(value));
-    }
-    return value;
-  }
-
   ClipRange clip_;
   Transform to_world_;
   Transform to_camera_;

@@ -157,10 +157,8 @@ class Cylinder final : public AnalyticShape<Cylinder> {
     const DVec3 axis = DVec3(p1) - DVec3(p0);
     const double length = glm::length(axis);
     if (!(length > 0)) throw props.error("p1", "must differ from p0");
-    const float radius = props.real("radius");
-    if (!(radius > 0) || !std::isfinite(radius)) {
-      throw props.error("radius", "must be positive and finite, got " + std::to_string(radius));
-    }
+    const float radius = props.real("radius", "must be positive and finite",
+                                    [](float r) { return r > 0 && std::isfinite(r); });
     // Frame::from_normal in double.
     const DVec3 n = axis / length;
     const double sign = std::copysign(1., n.z);

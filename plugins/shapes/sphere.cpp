@@ -30,8 +30,7 @@ constexpr Parameter kTable[] = {
 
 class Sphere final : public AnalyticShape<Sphere> {
  public:
-  explicit Sphere(const Properties& props)
-      : AnalyticShape(props) {
+  explicit Sphere(const Properties& props) : AnalyticShape(props) {
     const glm::dmat4 to_world = unit_sphere_to_world(props);
     const glm::dmat3 linear(to_world);
     if (!is_similarity(linear)) {
@@ -53,9 +52,7 @@ class Sphere final : public AnalyticShape<Sphere> {
     extent_ = glm::length(centre_) + radius_;
   }
 
-  Aabb bounds() const override {
-    return {Vec3(centre_ - radius_), Vec3(centre_ + radius_)};
-  }
+  Aabb bounds() const override { return {Vec3(centre_ - radius_), Vec3(centre_ + radius_)}; }
 
   float area() const override {
     return static_cast<float>(4 * std::numbers::pi * radius_ * radius_);
@@ -149,8 +146,8 @@ class Sphere final : public AnalyticShape<Sphere> {
     point.n = to_float(flip_ ? -outward : outward);
     point.uv = {turn(local.x, local.y), to_float(atan2(sin_theta, local.z) / pi)};
     point.dp_du = to_float(axes_ * V(-local.y, local.x, D(0.0)) * D(2 * pi * radius_));
-    point.dp_dv = to_float(axes_ * V(local.z * cos_phi, local.z * sin_phi, -sin_theta) *
-                           D(pi * radius_));
+    point.dp_dv =
+        to_float(axes_ * V(local.z * cos_phi, local.z * sin_phi, -sin_theta) * D(pi * radius_));
     point.frame = FrameOf<VecOf<FloatOf<D>>>::from_normal_and_tangent(point.n, point.dp_du);
     return point;
   }
@@ -208,10 +205,8 @@ class Sphere final : public AnalyticShape<Sphere> {
   }
 
   static glm::dmat4 unit_sphere_to_world(const Properties& props) {
-    const float radius = props.real("radius");
-    if (!(radius > 0) || !std::isfinite(radius)) {
-      throw props.error("radius", "must be positive and finite, got " + std::to_string(radius));
-    }
+    const float radius = props.real("radius", "must be positive and finite",
+                                    [](float r) { return r > 0 && std::isfinite(r); });
     const Vec3 center = props.vector("center");
     if (!is_finite(center)) throw props.error("center", "must be finite");
     const glm::dmat4 local(glm::dvec4(radius, 0, 0, 0), glm::dvec4(0, radius, 0, 0),

@@ -23,17 +23,12 @@ class BlackBody final : public SpectrumColor {
 
  private:
   static Spectrum read(const Properties& props) {
-    const float temperature = props.real("temperature");
-    if (!(temperature >= 100 && temperature <= 1e6f)) {
-      throw props.error("temperature",
-                        "must be between 100 and 1e6 kelvin, got " + std::to_string(temperature));
-    }
-    const float shortest = props.real("wavelength_min"), longest = props.real("wavelength_max");
-    if (!(shortest < longest)) {
-      throw props.error("wavelength_max", "must be greater than wavelength_min (" +
-                                              std::to_string(shortest) + "), got " +
-                                              std::to_string(longest));
-    }
+    const float temperature = props.real("temperature", "must be between 100 and 1e6 kelvin",
+                                         [](float t) { return t >= 100 && t <= 1e6f; });
+    const float shortest = props.real("wavelength_min");
+    const float longest = props.real(
+        "wavelength_max", "must be greater than wavelength_min (" + std::to_string(shortest) + ")",
+        [shortest](float w) { return shortest < w; });
     Spectrum spectrum = black_body_spectrum(temperature);
     const float scale = not_negative(props, "scale", Rgb(props.real("scale"))).x;
     for (auto& [wavelength, radiance] : spectrum) {

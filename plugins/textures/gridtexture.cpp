@@ -37,16 +37,8 @@ struct Grid {
 class GridTexture final : public TwoColors<Grid> {
  public:
   explicit GridTexture(const Properties& props)
-      : TwoColors(props, Grid{read_line_width(props)}) {}
-
- private:
-  static float read_line_width(const Properties& props) {
-    const float width = props.real("line_width");
-    if (!(width >= 0)) {
-      throw props.error("line_width", "must not be negative, got " + std::to_string(width));
-    }
-    return width;
-  }
+      : TwoColors(props, Grid{props.real("line_width", "must not be negative",
+                                         [](float width) { return width >= 0; })}) {}
 };
 
 }  // namespace

@@ -79,12 +79,11 @@ KINOME_WIDE F number_at(const MeshAttribute& attribute, const IntOf<F>& triangle
 class AttributeTexture final : public Texture {
  public:
   explicit AttributeTexture(const Properties& props)
-      : where_(props.where()), name_(props.string("name")), scale_(props.real("scale")) {
+      : where_(props.where()),
+        name_(props.string("name")),
+        scale_(props.real("scale", "must be finite", [](float s) { return std::isfinite(s); })) {
     if (!name_.starts_with("vertex_") && !name_.starts_with("face_")) {
       throw props.error("name", "must begin with 'vertex_' or 'face_', got '" + name_ + "'");
-    }
-    if (!std::isfinite(scale_)) {
-      throw props.error("scale", "must be finite, got " + std::to_string(scale_));
     }
   }
 

@@ -71,6 +71,15 @@ class KINOME_EXPORT Properties {
   /// Returns an integer in [low, high]. Throws Error otherwise.
   uint32_t integer(const std::string& name, uint32_t low, uint32_t high) const;
   float real(const std::string& name) const;
+  /// Returns a number for which `is_valid` is true. Throws Error otherwise: `requirement` ("must be
+  /// positive") and the number.
+  template <class IsValid>
+  float real(const std::string& name, const std::string& requirement,
+             const IsValid& is_valid) const {
+    const float value = real(name);
+    if (is_valid(value)) return value;
+    throw error(name, requirement + ", got " + std::to_string(value));
+  }
   /// Returns the value of a kFloatOrName parameter: a number, or the value of the named entry in
   /// `names`. Throws Error with the nearest name if the name is unknown.
   float number_or_name(const std::string& name, std::span<const NamedNumber> names) const;
