@@ -110,11 +110,11 @@ Image mixed(const Arrangement& s, uint64_t seed, int threads) {
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();
   auto cells = std::make_shared<const DistantCells>(sky, *cell_grid_of(sky), 128, context);
-  const TileGrid grid(sensor.film().sampled());
-  const int last = grid.tiles_x() - 1;
-  const MethodMap map(grid, {{0, nullptr, 2, 1}, {last, nullptr, 1, 2}});
-  ProductRenderer renderer(*scene, sensor, context, std::move(cells), settings, grid);
-  renderer.use(map, 0.2);
+  const ProductTask task(*scene, sensor, context, settings);
+  const int last = task.grid.tiles_x() - 1;
+  const std::vector<MethodMap::Trial> trials = {{0, nullptr, 2, 1}, {last, nullptr, 1, 2}};
+  ProductRenderer renderer{task, std::move(cells), make_local_light(task)};
+  renderer.use(std::make_unique<const MethodMap>(task.grid, trials), 0.2);
   renderer.render_all();
   return sensor.film().develop();
 }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "clustered/product/tiles/product_sampling.h"
+#include "clustered/product/method/product_method.h"
 #include "path_scenes.h"
 #include "product_scenes.h"
 
@@ -46,7 +46,9 @@ TEST(ProductExtremes, VastFluxIsLeftToOthers) {
         "<shape type=\"sphere\"><point name=\"center\" value=\"3e11 0 0\"/>"
         "<float name=\"radius\" value=\"1e11\"/></shape>";
     const auto scene = product_scene(arranged(light, max_depth, shapes_xml(kGrey) + far_off));
-    return is_product_scene(*scene, static_cast<uint32_t>(max_depth));
+    ProductMethod::Settings settings;
+    settings.sampling.length.max_depth = static_cast<uint32_t>(max_depth);
+    return ProductMethod::serves(settings, *scene);
   };
   EXPECT_TRUE(serves(constant_xml("1"), 3));
   EXPECT_TRUE(serves(constant_xml("1e19"), 2));

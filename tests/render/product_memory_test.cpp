@@ -1,9 +1,9 @@
 // The memory limit for large images doesn't change the result.
 #include <gtest/gtest.h>
 
-#include "clustered/product/tiles/product_sampling.h"
-#include "product_scenes.h"
+#include "clustered/product/method/product_method.h"
 #include "kinome/clustered_light.h"
+#include "product_scenes.h"
 
 namespace kinome::test {
 namespace {
@@ -24,7 +24,7 @@ Image rendered(int remembered_pixels) {
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();
   auto cells = std::make_shared<const DistantCells>(sky, *cell_grid_of(sky), 128, context);
-  render_product(*scene, sensor, context, std::move(cells), settings);
+  ProductMethod(settings, [&] { return cells; }).render(*scene, sensor, context);
   return sensor.film().develop();
 }
 

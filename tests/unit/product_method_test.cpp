@@ -18,7 +18,7 @@ bool is_served(const std::string& lights, uint32_t max_depth = 2, float max_geom
   settings.sampling.length.max_depth = max_depth;
   settings.cells = 32;
   settings.max_geometry_term = max_geometry_term;
-  return ProductMethod::make(settings, *scene, 48, context) != nullptr;
+  return ProductMethod::make(settings, *scene, *scene->sensors().front(), context) != nullptr;
 }
 
 const std::string kSky = R"(<emitter type="constant"/>)";

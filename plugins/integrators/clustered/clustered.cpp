@@ -191,13 +191,12 @@ class Clustered final : public Integrator {
 
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                 double seconds) const override {
-    // With a budget of time or error, the number of rays is unknown: cells are not reduced.
-    auto passes = method(scene, kInfinity, context)->begin(scene, sensor, context, seconds);
+    auto passes = method(scene, sensor, context, true)->begin(scene, sensor, context, seconds);
     return passes ? std::move(passes) : Integrator::begin(scene, sensor, context, seconds);
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    method(scene, rays_per_pixel(sensor), context)->render(scene, sensor, context);
+    method(scene, sensor, context)->render(scene, sensor, context);
   }
 
   std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -205,7 +204,7 @@ class Clustered final : public Integrator {
     if (points_.options.max_depth < 2) {
       throw Error(points_.where, "cannot inspect: max_depth must be at least 2, or -1");
     }
-    return method(scene, rays_per_pixel(sensor), context)
+    return method(scene, sensor, context)
         ->inspect(scene, sensor, context, static_cast<int>(film_position.x),
                   static_cast<int>(film_position.y));
   }
@@ -213,14 +212,11 @@ class Clustered final : public Integrator {
  private:
   bool has_diagnostics() const { return product_ && product_->sampling.diagnostics; }
 
-  double rays_per_pixel(const Sensor& sensor) const {
-    return product_ ? ProductMethod::rays_per_pixel(*product_, sensor) : kInfinity;
-  }
-
-  std::unique_ptr<const ClusteredMethod> method(const Scene& scene, double rays_per_pixel,
-                                                RenderContext& context) const {
+  std::unique_ptr<const ClusteredMethod> method(const Scene& scene, const Sensor& sensor,
+                                                RenderContext& context,
+                                                bool is_progressive = false) const {
     if (product_ && points_.options.max_depth >= 2) {
-      auto product = ProductMethod::make(*product_, scene, rays_per_pixel, context);
+      auto product = ProductMethod::make(*product_, scene, sensor, context, is_progressive);
       if (product) return product;
     }
     return std::make_unique<PointMethod>(points_, thesis_, has_diagnostics());

@@ -2,11 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clustered/product/method/product_method.h"
 #include "clustered/product/pass/product_renderer.h"
-#include "clustered/product/tiles/product_sampling.h"
 #include "kinome/error.h"
-#include "kinome/primary_rays.h"
-#include "kinome/sampler.h"
 
 namespace kinome {
 namespace {
@@ -103,13 +101,13 @@ void describe(const LocalLight& local, uint32_t first_cell, const Visibility& vi
 
 }  // namespace
 
-std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor,
-                                        RenderContext& context,
-                                        std::shared_ptr<const DistantCells> shared_cells,
-                                        const ProductSettings& settings, int x, int y) {
+std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor& sensor,
+                                               RenderContext& context, int x, int y) const {
+  const std::shared_ptr<const DistantCells> shared_cells = cells_();
   const DistantCells& cells = *shared_cells;
-  const uint64_t seed = key_seed(context, sensor.sampler());
-  const auto local = make_local_light(scene, sensor, settings, seed, context);
+  const ProductTask task(scene, sensor, context, sampling_);
+  const uint64_t seed = task.seed;
+  const auto local = make_local_light(task);
   CellPoints distant_points;
   if (cells.size() > 0) {
     distant_points = cells.draw_points(CellLight::points_for(kInfinity), seed, context);
@@ -125,7 +123,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
     throw Error("the pixel to inspect is outside the film's crop window");
   }
   const transport::SceneTable table(scene);
-  Primaries all({table, sensor, PathSettings{settings.length, settings.hide_emitters}});
+  Primaries all({table, sensor, task.path_settings()});
   RenderCounters counters;
   const auto trace = [&](const Rect& pixels, uint16_t count, uint64_t key) {
     const std::vector<uint16_t> counts(pixels.area(), count);
@@ -186,7 +184,7 @@ std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor
     cluster_of(record).second->probability += 1. / static_cast<double>(shares[shown].size());
   }
   const Records rays =
-      probe(static_cast<uint32_t>(std::max(1., settings.rays_per_pixel)), hash_words(seed, 5));
+      probe(static_cast<uint32_t>(std::max(1., sampling_.rays_per_pixel)), hash_words(seed, 5));
   for (const VisibilityRecord record : rays[shown]) {
     const auto [report, cluster] = cluster_of(record);
     ++cluster->samples;

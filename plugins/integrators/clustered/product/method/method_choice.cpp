@@ -7,10 +7,9 @@
 #include <cmath>
 #include <optional>
 
-#include "clustered/product/trial/method_trial.h"
-#include "clustered/product/pass/product_renderer.h"
 #include "clustered/product/tiles/spread.h"
-#include "clustered/product/trial/trial_paths.h"
+#include "clustered/product/trial/method_trial.h"
+#include "clustered/product/trial/path_tiles.h"
 #include "kinome/log.h"
 #include "transport/path_integrator.h"
 
@@ -54,19 +53,19 @@ constexpr double kMaxDeviation = 0.025;
 constexpr double kMinAimedShare = 0.1;
 /// Paths per sample of product sampling if no trial measures their costs.
 constexpr double kPathsPerSample = 3;
-PathSettings path_settings(const ProductSettings& settings) {
-  return {settings.length, settings.hide_emitters};
-}
+/// Number of paths per pixel of a trial's render by `path`.
+constexpr uint32_t kTrialPaths = 16;
+constexpr size_t kMaxPrimitives = 1000;
 
 /// Passes of `path`. A sample is a path.
 class PathPasses final : public Passes {
  public:
-  PathPasses(const Scene& scene, const Sensor& sensor, RenderContext& context,
-             const ProductSettings& settings, double paths_per_sample)
-      : integrator_(path_settings(settings)),
-        paths_(integrator_.begin(scene, sensor, context, kInfinity)),
-        samples_(rounded(std::max(1., settings.rays_per_pixel / kRaysPerSample * paths_per_sample),
-                         sensor.sampler().sample_count())) {}
+  PathPasses(const ProductTask& task, double paths_per_sample)
+      : integrator_(task.path_settings()),
+        paths_(integrator_.begin(task.scene, task.sensor, task.context, kInfinity)),
+        samples_(
+            rounded(std::max(1., task.settings.rays_per_pixel / kRaysPerSample * paths_per_sample),
+                    task.sensor.sampler().sample_count())) {}
 
   double samples() const override { return samples_; }
   double render(double samples) override {
@@ -104,43 +103,58 @@ bool is_for_path(const MethodMap& map, double factor) {
   return factor * paths < map.product_work() && paths < map.mixed_work() / kMaxWorkOfTiles;
 }
 
-MethodTrial::Way way_of(const TrialPaths& paths, uint64_t seed, uint64_t stream) {
-  return {
-      [&paths, seed, stream](const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image) {
-        paths.trace(tiles, hash_words(seed, stream, index), image);
-      }};
+/// Returns the method that renders by kTrialPaths paths of `path` per pixel, with the sensor's
+/// sampler. The arguments must outlive the result.
+MethodTrial::Way way_of_paths(const ProductTask& task, const transport::SceneTable& table,
+                              uint64_t seed, uint64_t stream) {
+  const auto trace = [&task, &table, seed, stream](const MethodTrial& tiles, uint64_t index,
+                                                   std::vector<Rgb>& image) {
+    const auto set_means = [&](const PixelSamples& samples, const transport::CameraBlock& camera) {
+      for (size_t p = 0; p < samples.pixels; ++p) {
+        Rgb sum(0.f);
+        for (uint32_t k = 0; k < kTrialPaths; ++k) sum += camera.radiance().at(p * kTrialPaths + k);
+        const auto x = static_cast<int32_t>(samples.x[p]), y = static_cast<int32_t>(samples.y[p]);
+        image[task.grid.pixel(x, y)] = sum / static_cast<float>(kTrialPaths);
+      }
+    };
+    tiles.for_each_block<PathTiles>(
+        task.context, image,
+        [&] { return std::make_unique<PathTiles>(table, task.sensor, task.path_settings()); },
+        [&](int block, PathTiles& paths, RenderCounters& counters) {
+          paths.trace(
+              task.grid, block, kTrialPaths, hash_words(seed, stream, index), counters,
+              [&](const TileGrid::Tile& tile) { return tiles.is_wanted(tile); }, set_means);
+        });
+  };
+  return {trace};
 }
 
 /// Returns the rays per pixel with which `path` is expected to reach an error, measured in some
 /// tiles.
-double path_rays_to_error(double rel_mse, const Scene& scene, const Sensor& sensor,
-                          RenderContext& context, const ProductSettings& settings,
-                          const TileGrid& grid, uint64_t seed) {
-  const MethodTrial tiles(grid, kTilesForError, hash_words(seed, 3),
-                          PixelFilter(sensor.film().filter()));
+double path_rays_to_error(double rel_mse, const ProductTask& task, uint64_t seed) {
+  const MethodTrial tiles(task.grid, kTilesForError, hash_words(seed, 3),
+                          PixelFilter(task.sensor.film().filter()));
   if (tiles.empty()) return 0;
-  const transport::SceneTable table(scene);
-  const TrialPaths paths(table, sensor, grid, path_settings(settings), context);
-  const MethodTrial::RenderError found = tiles.measure(way_of(paths, seed, 4), context);
+  const transport::SceneTable table(task.scene);
+  const MethodTrial::RenderError found =
+      tiles.measure(way_of_paths(task, table, seed, 4), task.context);
   const double rays = found.cost / static_cast<double>(tiles.pixels().size());
-  return rays * std::max(found.rel_mse / rel_mse, 1. / TrialPaths::kPaths);
+  return rays * std::max(found.rel_mse / rel_mse, 1. / kTrialPaths);
 }
 
 /// Runs the trial, with fewer tiles if all of them would take too long. Returns nullopt if product
 /// sampling must render the image, or if the render was cancelled.
-std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                 CellsOnDemand& cells, const ProductSettings& settings,
+std::optional<Measured> try_both(const ProductTask& task, const ProductMethod::Cells& cells,
                                  const RenderLength& length, MethodTrial trial, double deadline,
                                  uint64_t seed) {
-  auto local = make_local_light(scene, sensor, settings, key_seed(context, sensor.sampler()),
-                                context, kLightShare, kMinAimedShare);
+  RenderContext& context = task.context;
+  auto local = make_local_light(task, kLightShare, kMinAimedShare);
   if (local && !local->is_complete()) return Measured{};
-  ProductRenderer product(scene, sensor, context, cells.get(context), settings, trial.grid(),
-                          std::move(local), kLightShare);
+  ProductRenderer product(task, cells(), std::move(local), kLightShare);
   const double rays = std::clamp(length.rays_per_pixel, 1., kMaxRaysOfTrial);
   if (!product.can_use_paths()) return std::nullopt;
   if (product.aimed_share() < kMinAimedShare) return Measured{};
-  const double cost = has_few_primitives(scene) ? kCostAmongFewPrimitives : kCostOfRay;
+  const double cost = has_few_primitives(task.scene) ? kCostAmongFewPrimitives : kCostOfRay;
   const double start = context.seconds();
   const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
   if (deadline < kInfinity) {
@@ -155,9 +169,8 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
     render(tiles, index, image);
     seconds += context.seconds() - begin;
   };
-  const transport::SceneTable table(scene);
-  const TrialPaths paths(table, sensor, trial.grid(), path_settings(settings), context);
-  const MethodTrial::Way path_way = way_of(paths, seed, 2);
+  const transport::SceneTable table(task.scene);
+  const MethodTrial::Way path_way = way_of_paths(task, table, seed, 2);
   // The pilot's rays are taken from those of the image.
   const double share_of_image =
       std::max(0.1, 1 - pilot_rays / std::max(length.rays_per_pixel, 1.));
@@ -176,60 +189,64 @@ std::optional<Measured> try_both(const Scene& scene, const Sensor& sensor, Rende
         return is_for_path(*map_of(first), is_part ? kClearRatioOfPart : kClearRatio);
       });
   if (context.cancelled() || result.tiles.empty()) return std::nullopt;
-  return Measured{map_of(result), TrialPaths::kPaths / (result.cost * rays), result.deviation,
+  return Measured{map_of(result), kTrialPaths / (result.cost * rays), result.deviation,
                   2 * rays * static_cast<double>(trial.pixels().size()) / seconds};
 }
 
 }  // namespace
 
-bool is_path_possible(const Scene& scene, const Sensor& sensor, const ProductSettings& settings) {
-  if (!settings.trial || settings.diagnostics) return false;
-  const bool has_bounce = settings.length.max_depth >= LocalLight::kBounceDepth;
-  if (!has_bounce) return scene.has_surface_emitters();
-  if (!Caustics::serves(sensor)) return true;
-  const auto& emitters = scene.emitters();
+bool has_few_primitives(const Scene& scene) {
+  size_t count = 0;
+  for (const auto& shape : scene.shapes()) {
+    count += shape->mesh() ? shape->mesh()->triangles.size() : 1;
+  }
+  return count < kMaxPrimitives;
+}
+
+bool is_path_possible(const ProductTask& task) {
+  if (!task.settings.trial || task.settings.diagnostics) return false;
+  const bool has_bounce = task.settings.length.max_depth >= LocalLight::kBounceDepth;
+  if (!has_bounce) return task.scene.has_surface_emitters();
+  if (!Caustics::serves(task.sensor)) return true;
+  const auto& emitters = task.scene.emitters();
   const bool has_lamps = std::any_of(emitters.begin(), emitters.end(), [](const Emitter* emitter) {
     return !emitter->is_surface() && !emitter->is_environment();
   });
-  const auto& shapes = scene.shapes();
+  const auto& shapes = task.scene.shapes();
   return !has_lamps || std::none_of(shapes.begin(), shapes.end(), [](const auto& shape) {
     return any(shape->bsdf().lobes() & Lobe::kDelta);
   });
 }
 
-std::unique_ptr<Passes> path_passes(const Scene& scene, const Sensor& sensor,
-                                    RenderContext& context, const ProductSettings& settings,
-                                    double paths_per_sample, const std::string& reason) {
-  context.skip("product", reason);
-  return std::make_unique<PathPasses>(scene, sensor, context, settings, paths_per_sample);
+std::unique_ptr<Passes> path_passes(const ProductTask& task, double paths_per_sample,
+                                    const std::string& reason) {
+  task.context.skip("product", reason);
+  return std::make_unique<PathPasses>(task, paths_per_sample);
 }
 
-MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                           CellsOnDemand& cells, const ProductSettings& settings,
-                           const RenderLength& length, const TileGrid& grid) {
-  if (!is_path_possible(scene, sensor, settings)) return {};
+MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& cells,
+                           const RenderLength& length) {
+  if (!is_path_possible(task)) return {};
+  RenderContext& context = task.context;
   const auto by_path = [&](double paths_per_sample, const char* reason) {
-    MethodChoice choice;
-    choice.paths = path_passes(scene, sensor, context, settings, paths_per_sample, reason);
-    return choice;
+    return MethodChoice{path_passes(task, paths_per_sample, reason), nullptr};
   };
-  const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), kTrialSeed);
-  double work = length.rays_per_pixel * grid.crop().area() * kCostOfRay;
+  const uint64_t seed = hash_words(task.seed, kTrialSeed);
+  double work = length.rays_per_pixel * task.grid.crop().area() * kCostOfRay;
   if (const double rel_mse = context.budget().rel_mse; rel_mse > 0) {
-    work = std::min(work, grid.crop().area() * path_rays_to_error(rel_mse, scene, sensor, context,
-                                                                  settings, grid, seed));
+    work = std::min(work, task.grid.crop().area() * path_rays_to_error(rel_mse, task, seed));
   }
   const auto tiles = static_cast<int>(
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
-  const MethodTrial trial(grid, tiles, seed, PixelFilter(sensor.film().filter()));
+  const MethodTrial trial(task.grid, tiles, seed, PixelFilter(task.sensor.film().filter()));
   const bool is_short = work < kMinWork || trial.empty();
-  if (is_short && scene.emitters().size() >= kMinEmitters) return {};
+  if (is_short && task.scene.emitters().size() >= kMinEmitters) return {};
   if (is_short) {
     return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }
   const double deadline = context.seconds() + kTrialShare * length.seconds;
   context.set_deadline(deadline);
-  auto measured = try_both(scene, sensor, context, cells, settings, length, trial, deadline, seed);
+  auto measured = try_both(task, cells, length, trial, deadline, seed);
   const bool is_late = context.cancelled() && !context.interrupted();
   context.set_deadline(kInfinity);
   if (is_late) return by_path(1, "there was too little time for a trial");

@@ -3,21 +3,19 @@
 #include <memory>
 #include <string>
 
-#include "clustered/cells/light_cells.h"
+#include "clustered/product/method/product_method.h"
+#include "clustered/product/pass/product_renderer.h"
 #include "clustered/product/trial/method_map.h"
-#include "clustered/product/tiles/product_sampling.h"
-#include "clustered/product/pass/render_length.h"
-#include "kinome/integrator.h"
-#include "kinome/render_context.h"
-#include "kinome/scene.h"
-#include "kinome/sensor.h"
 
 namespace kinome {
+
+/// True if the scene has fewer than 1,000 triangles and other shapes.
+bool has_few_primitives(const Scene& scene);
 
 /// True if `path` has the same expectation as product sampling, and may be the better method. False
 /// for the direct light of emitters without area. Also false if mirrors show the light of such
 /// emitters, because `path` doesn't find it.
-bool is_path_possible(const Scene& scene, const Sensor& sensor, const ProductSettings& settings);
+bool is_path_possible(const ProductTask& task);
 
 /// Method of an image. If `paths` isn't nullptr, it renders the image. Otherwise, product sampling
 /// does, except for the tiles that `map` leaves to `path`.
@@ -30,15 +28,13 @@ struct MethodChoice {
 
 /// Chooses between product sampling and `path`. Leaves short renders to `path` without a trial.
 /// Otherwise, renders some tiles by both methods (MethodTrial). These renders are not part of the
-/// image, so that it stays unbiased. `grid` divides the image and must outlive the result.
-MethodChoice choose_method(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                           CellsOnDemand& cells, const ProductSettings& settings,
-                           const RenderLength& length, const TileGrid& grid);
+/// image, so that it stays unbiased.
+MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& cells,
+                           const RenderLength& length);
 
-/// Returns passes of `path`. They have `paths_per_sample` times as many samples as `settings`,
+/// Returns passes of `path`. They have `paths_per_sample` times as many samples as the settings,
 /// because a path takes less time than a sample of product sampling. Logs `reason`.
-std::unique_ptr<Passes> path_passes(const Scene& scene, const Sensor& sensor,
-                                    RenderContext& context, const ProductSettings& settings,
-                                    double paths_per_sample, const std::string& reason);
+std::unique_ptr<Passes> path_passes(const ProductTask& task, double paths_per_sample,
+                                    const std::string& reason);
 
 }  // namespace kinome

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <string>
 
+#include "clustered/product/method/method_choice.h"
+#include "clustered/product/pass/product_renderer.h"
 #include "kinome/clustered_light.h"
 #include "kinome/log.h"
-#include "kinome/scene.h"
-#include "kinome/sensor.h"
 
 namespace kinome {
 namespace {
@@ -17,7 +17,12 @@ constexpr uint32_t kMaxCellsBesideLocal = 1u << 14;
 
 /// Below this number of rays per pixel, computing the cells of each patch takes much of the time.
 constexpr double kFewRays = 40;
-constexpr size_t kMaxPrimitives = 1000;
+
+/// True if the emitters have all functions that paths of up to max_depth edges require.
+bool is_product_scene(const Scene& scene, uint32_t max_depth) {
+  const Emitter* const environment = scene.environment();
+  return (!environment || cell_grid_of(*environment)) && LocalLight::serves(scene, max_depth);
+}
 
 /// True if the scene needs light points, because light of only some emitters bounces or
 /// max_geometry_term bounds it.
@@ -31,23 +36,19 @@ bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& s
 
 }  // namespace
 
-bool has_few_primitives(const Scene& scene) {
-  size_t count = 0;
-  for (const auto& shape : scene.shapes()) {
-    count += shape->mesh() ? shape->mesh()->triangles.size() : 1;
-  }
-  return count < kMaxPrimitives;
-}
-
 bool ProductMethod::serves(const Settings& settings, const Scene& scene) {
   return !scene.emitters().empty() && !is_for_light_points(settings, scene) &&
          is_product_scene(scene, settings.sampling.length.max_depth);
 }
 
 std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& settings,
-                                                         const Scene& scene, double rays_per_pixel,
-                                                         RenderContext& context) {
-  const ProductSettings& sampling = settings.sampling;
+                                                         const Scene& scene, const Sensor& sensor,
+                                                         RenderContext& context,
+                                                         bool is_progressive) {
+  ProductSettings sampling = settings.sampling;
+  if (!(sampling.rays_per_pixel > 0)) {
+    sampling.rays_per_pixel = kRaysPerSample * sensor.sampler().sample_count();
+  }
   if (scene.emitters().empty()) return nullptr;
   if (!is_product_scene(scene, sampling.length.max_depth)) {
     const bool is_bounce = sampling.length.max_depth > 2 && is_product_scene(scene, 2);
@@ -59,50 +60,61 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
   }
   if (is_for_light_points(settings, scene)) return nullptr;
   const Emitter* const environment = scene.environment();
-  if (!environment) {
-    return std::unique_ptr<const ProductMethod>(
-        new ProductMethod(sampling, std::make_shared<const DistantCells>()));
-  }
-  const bool alone = scene.emitters().size() == 1 && sampling.length.max_depth == 2;
+  const bool alone = environment && scene.emitters().size() == 1 && sampling.length.max_depth == 2;
   uint32_t count = alone ? settings.cells : std::min(settings.cells, kMaxCellsBesideLocal);
   // In scenes of few primitives, visibility is learned from few rays. Most of the error is in cells
   // that straddle a horizon, so that small cells are better.
-  if (sampling.fewer_cells && rays_per_pixel < kFewRays && !has_few_primitives(scene)) {
+  if (sampling.fewer_cells && !is_progressive && sampling.rays_per_pixel < kFewRays &&
+      !has_few_primitives(scene)) {
     count = std::max(count / 2, 1u);
   }
-  CellsOnDemand cells([environment, count](RenderContext& own) {
-    const StageTimer timer(own.stats().counters.stage_seconds["cells"]);
-    return std::make_shared<const DistantCells>(*environment, *cell_grid_of(*environment), count,
-                                                own);
-  });
-  if (alone && cells.get(context)->size() == 0) return nullptr;
-  return std::unique_ptr<const ProductMethod>(new ProductMethod(sampling, std::move(cells)));
-}
-
-double ProductMethod::rays_per_pixel(const Settings& settings, const Sensor& sensor) {
-  const double rays = settings.sampling.rays_per_pixel;
-  return rays > 0 ? rays : kRaysPerSample * sensor.sampler().sample_count();
-}
-
-ProductSettings ProductMethod::sampling_of(const Sensor& sensor) const {
-  ProductSettings settings = sampling_;
-  settings.rays_per_pixel = rays_per_pixel({settings}, sensor);
-  return settings;
+  const Cells cells = [environment, count, &context,
+                       made = std::shared_ptr<const DistantCells>()]() mutable {
+    if (!made && !environment) made = std::make_shared<DistantCells>();
+    if (!made) {
+      const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+      made =
+          std::make_shared<DistantCells>(*environment, *cell_grid_of(*environment), count, context);
+    }
+    return made;
+  };
+  if (alone && cells()->size() == 0) return nullptr;
+  return std::make_unique<const ProductMethod>(sampling, cells);
 }
 
 void ProductMethod::render(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
-  render_product(scene, sensor, context, cells_, sampling_of(sensor));
+  const ProductTask task(scene, sensor, context, sampling_);
+  MethodChoice choice = choose_method(task, cells_, expected_length(task, kInfinity));
+  if (choice.paths) {
+    choice.paths->render(choice.paths->samples());
+    return;
+  }
+  if (context.cancelled()) return;
+  ProductRenderer renderer{task, cells_(), make_local_light(task)};
+  renderer.use(std::move(choice.map), choice.paths_per_ray);
+  renderer.render_all();
 }
 
 std::unique_ptr<Passes> ProductMethod::begin(const Scene& scene, const Sensor& sensor,
                                              RenderContext& context, double seconds) const {
-  return begin_product(scene, sensor, context, cells_, sampling_of(sensor), seconds);
-}
-
-std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor& sensor,
-                                               RenderContext& context, int x, int y) const {
-  CellsOnDemand cells = cells_;
-  return inspect_product(scene, sensor, context, cells.get(context), sampling_of(sensor), x, y);
+  context.begin_pass(0, 0, 0);  // the share of the trial and the pilot in the progress isn't known
+  const ProductTask task(scene, sensor, context, sampling_);
+  const RenderLength length = expected_length(task, seconds);
+  MethodChoice choice = choose_method(task, cells_, length);
+  if (choice.paths) return std::move(choice.paths);
+  std::unique_ptr<ProductRenderer> renderer(
+      new ProductRenderer{task, cells_(), make_local_light(task)});
+  renderer->use(std::move(choice.map), choice.paths_per_ray);
+  if (length.seconds == kInfinity) {
+    renderer->learn_from_pilot(length.rays_per_pixel);
+  } else if (const double speed = choice.rays_per_second > 0
+                                      ? choice.rays_per_second
+                                      : kCarefulSpeed * context.all_threads();
+             !renderer->learn_in_time(seconds, speed) && renderer->can_use_paths() &&
+             is_path_possible(task)) {
+    return path_passes(task, 1, "without a pilot, paths from the camera do better");
+  }
+  return renderer;
 }
 
 }  // namespace kinome

@@ -1,14 +1,25 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
+#include "clustered/cells/light_cells.h"
 #include "clustered/method.h"
 #include "clustered/product/tiles/product_sampling.h"
 
 namespace kinome {
 
-/// The `clustered` integrator with learned product sampling: `importance` = product.
+/// The `clustered` integrator with learned product sampling: `importance` = product. Renders all
+/// light of the scene: that of an environment, by its cells, that of other emitters, and for
+/// max_depth > 2 the light that surfaces reflect. If the sensor supports it (see Caustics), the
+/// image has light that lamps send by way of a mirror, which `path` doesn't find.
+///
+/// A pilot learns how visible each cell is from each patch. The passes of the image use these
+/// visibilities. The pilot's rays are not part of the image.
+///
+/// Unbiased: the expectation of every pixel is the value to which `direct`, or `path` of the same
+/// depth, converges, with any filter. Stages: points, pilot, plan, main, film.
 class ProductMethod final : public ClusteredMethod {
  public:
   struct Settings {
@@ -20,27 +31,36 @@ class ProductMethod final : public ClusteredMethod {
     float max_geometry_term = 0;
   };
   /// Returns nullptr if the method doesn't support the scene. Logs a warning if an emitter lacks a
-  /// function. The scene must outlive the method. rays_per_pixel is infinity if unknown.
+  /// function. All arguments must outlive the method. If `is_progressive`, a budget of time or
+  /// error determines the number of rays, so that it is unknown.
   static std::unique_ptr<const ProductMethod> make(const Settings& settings, const Scene& scene,
-                                                   double rays_per_pixel, RenderContext& context);
-  /// True if the method supports the scene. Unlike make(), logs nothing and makes no cells.
+                                                   const Sensor& sensor, RenderContext& context,
+                                                   bool is_progressive = false);
+  /// True if the method renders all light of the scene. An environment must have
+  /// Emitter::cell_grid. If light bounces, emitters other than surfaces must have
+  /// Emitter::emission_density. The flux of emitting surfaces and reflected light must be below
+  /// 1e34. Unlike make(), logs nothing and makes no cells.
   static bool serves(const Settings& settings, const Scene& scene);
-  /// Number of rays per pixel of a render() with that sensor.
-  static double rays_per_pixel(const Settings& settings, const Sensor& sensor);
+
+  /// Function that returns the cells of the environment. They are made at the first call, because
+  /// renders by `path` don't need them. No cells if the environment is missing or black.
+  using Cells = std::function<std::shared_ptr<const DistantCells>()>;
+  ProductMethod(const ProductSettings& sampling, Cells cells)
+      : sampling_(sampling), cells_(std::move(cells)) {}
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override;
+  /// All passes use the same pilot. Sends no pilot if it would take too large a share of `seconds`.
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                 double seconds) const override;
+  /// Returns a report for distant light and one for local light, if the scene has them: the learned
+  /// visibility of the cells and the distribution of rays. Clusters of a report are cells, as seen
+  /// from the surface that most of the pixel shows. Learns from as many rays as a render.
   std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                   int x, int y) const override;
 
  private:
-  ProductMethod(const ProductSettings& sampling, CellsOnDemand cells)
-      : sampling_(sampling), cells_(std::move(cells)) {}
-  ProductSettings sampling_of(const Sensor& sensor) const;
-
   ProductSettings sampling_;
-  CellsOnDemand cells_;  ///< no cells if the environment is missing or black
+  Cells cells_;
 };
 
 }  // namespace kinome

@@ -21,6 +21,8 @@ constexpr double kMaxRaysOfPass = 512;
 constexpr double kMinRaysToLearn = 10;
 /// Number of rays of the image per light point.
 constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16;
+/// Rays per pixel that are assumed if a render ends at an error.
+constexpr double kRaysOfUnknown = 100;
 /// Assumed number of passes of a render that ends at a time or an error.
 constexpr double kPassesOfBudget = 3;
 /// Number of light points per seen position, and the minimum number of positions, for learning
@@ -54,45 +56,41 @@ std::unique_ptr<Sensor> with_paths(const Sensor& sensor, double paths) {
 
 }  // namespace
 
-ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                 std::shared_ptr<const DistantCells> cells,
-                                 const ProductSettings& settings, const TileGrid& grid)
-    : ProductRenderer(scene, sensor, context, std::move(cells), settings, grid,
-                      make_local_light(scene, sensor, settings,
-                                       key_seed(context, sensor.sampler()), context),
-                      1) {}
+RenderLength expected_length(const ProductTask& task, double seconds) {
+  const RenderBudget& budget = task.context.budget();
+  const double pixels = std::max(1, task.grid.crop().area());
+  if (budget.seconds > 0) {
+    return {seconds * kCarefulSpeed * task.context.all_threads() / pixels, seconds};
+  }
+  return {budget.rel_mse > 0 ? kRaysOfUnknown : task.settings.rays_per_pixel};
+}
 
-ProductRenderer::ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                 std::shared_ptr<const DistantCells> cells,
-                                 const ProductSettings& settings, const TileGrid& grid,
+ProductRenderer::ProductRenderer(const ProductTask& task, std::shared_ptr<const DistantCells> cells,
                                  std::unique_ptr<const LocalLight> local, double light_share)
-    : scene_(scene),
-      table_(scene),
-      sensor_(sensor),
-      context_(context),
+    : task_(task),
+      context_(task.context),
+      grid_(task_.grid),
+      table_(task.scene),
       shared_cells_(std::move(cells)),
       cells_(*shared_cells_),
-      settings_(settings),
-      grid_(grid),
-      seed_(key_seed(context, sensor.sampler())),
       light_share_(light_share),
       local_(std::move(local)),
-      addresses_(scene),
-      knowledge_(grid_, cells_, local_.get(), settings_),
-      rays_left_(settings.rays_per_pixel) {
+      addresses_(task.scene),
+      knowledge_(grid_, cells_, local_.get(), task_.settings),
+      rays_left_(task.settings.rays_per_pixel) {
   if (local_ && (local_->has_lamp_caustics() || local_->has_extended_caustics())) {
-    const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
-    caustics_.emplace(scene, sensor, *local_,
-                      transport::hides_environment(path_settings(), scene), seed_,
-                      context.stats().counters);
+    RenderCounters& counters = task.context.stats().counters;
+    const StageTimer timer(counters.stage_seconds["cells"]);
+    caustics_.emplace(task.scene, task.sensor, *local_,
+                      transport::hides_environment(task.path_settings(), task.scene), task.seed,
+                      counters);
     if (!caustics_->finds_any()) caustics_.reset();
   }
 }
 
-std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
-                                                   const ProductSettings& settings, uint64_t seed,
-                                                   RenderContext& context, double share,
+std::unique_ptr<const LocalLight> make_local_light(const ProductTask& task, double share,
                                                    double min_aimed_share) {
+  const auto& [scene, sensor, context, settings, grid, seed] = task;
   const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
   if (others == 0 && settings.length.max_depth < LocalLight::kBounceDepth) return nullptr;
   const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
@@ -125,14 +123,14 @@ std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sen
 }
 
 Primaries::View ProductRenderer::view() const {
-  Primaries::View view{table_, sensor_, path_settings()};
+  Primaries::View view{table_, task_.sensor, task_.path_settings()};
   // Mirrors may show any light, which paths find by emitter and BSDF samples.
   view.follows_mirrors = local_ != nullptr;
   return view;
 }
 
 PassView ProductRenderer::pass_view(const CellLight& light) const {
-  return {scene_, view(), grid_, cells_, knowledge_, neighbours_, settings_, light};
+  return {task_.scene, view(), grid_, cells_, knowledge_, neighbours_, task_.settings, light};
 }
 
 struct ProductRenderer::Pass {
@@ -158,10 +156,10 @@ void ProductRenderer::pass(const Pass& pass, const std::vector<PixelPlan>& plan)
       context_, grid_.all_rows(), "main",
       [&] {
         return std::make_unique<PassWorker>(pass_view(pass.light), pass.path_sensor.get(),
-                                            path_settings());
+                                            task_.path_settings());
       },
       [&](int block, PassWorker& worker, RenderCounters& counters) {
-        if (!context_.is_wanted(grid_.block(block), sensor_.film().first_layer())) return;
+        if (!context_.is_wanted(grid_.block(block), task_.sensor.film().first_layer())) return;
         worker.product.render(block, plan, pass.seed, counters, [&](const TileGrid::Tile& tile) {
           context_.give_up_if_asked();
           return !is_by_path(tile);
@@ -173,26 +171,26 @@ void ProductRenderer::pass(const Pass& pass, const std::vector<PixelPlan>& plan)
 /// Adds the block to the film at once, so that an interrupted render contains all finished blocks.
 void ProductRenderer::add_to_film(const Pass& pass, int block, PassWorker& worker,
                                   RenderCounters& counters) {
-  Film& film = sensor_.film();
+  Film& film = task_.sensor.film();
   const Rect pixels = grid_.block(block);
   std::vector<FilmTile> tiles;
-  for (int layer = 0; layer < (settings_.diagnostics ? 2 : 1); ++layer) {
+  for (int layer = 0; layer < (task_.settings.diagnostics ? 2 : 1); ++layer) {
     tiles.push_back(film.make_tile(pixels, layer));
   }
   FilmTile& colours = tiles[0];
   if (worker.paths) {
     const uint32_t count = pass.path_sensor->sampler().sample_count();
-    worker.paths->trace(grid_, block, count, hash_words(pass.seed, kPathSeed), counters,
-                        [&](const TileGrid::Tile& tile) { return is_by_path(tile); },
-                        [&](const PixelSamples& samples, transport::CameraBlock& camera) {
-                          context_.give_up_if_asked();
-                          camera.end(samples, colours, counters,
-                                     pass.weight / static_cast<float>(count));
-                        });
+    worker.paths->trace(
+        grid_, block, count, hash_words(pass.seed, kPathSeed), counters,
+        [&](const TileGrid::Tile& tile) { return is_by_path(tile); },
+        [&](const PixelSamples& samples, transport::CameraBlock& camera) {
+          context_.give_up_if_asked();
+          camera.end(samples, colours, counters, pass.weight / static_cast<float>(count));
+        });
   }
   const StageTimer timer(counters.stage_seconds["film"]);
   worker.product.add_to(colours, pass.weight);
-  if (settings_.diagnostics) {
+  if (task_.settings.diagnostics) {
     size_t next = 0;
     grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
       tile.for_each_pixel([&](int x, int y) {
@@ -211,7 +209,7 @@ void ProductRenderer::add_to_film(const Pass& pass, int block, PassWorker& worke
 
 CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel, float share) const {
   const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
-  const uint64_t own = hash_words(seed_, seed);
+  const uint64_t own = hash_words(task_.seed, seed);
   CellPoints points;
   if (cells_.size() > 0) {
     points = cells_.draw_points(CellLight::points_for(rays_per_pixel * grid_.crop().area()), own,
@@ -219,11 +217,11 @@ CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel, floa
   }
   LocalPoints local_points;
   if (local_) local_points = local_->draw(hash_words(own, 1), context_, share);
-  CellLight light(cells_, scene_.environment(), std::move(points), local_.get(),
+  CellLight light(cells_, task_.scene.environment(), std::move(points), local_.get(),
                   std::move(local_points));
-  light.paths = path_settings();
+  light.paths = task_.path_settings();
   light.caustics = caustics_ ? &*caustics_ : nullptr;
-  light.horizon_terms = settings_.control_variate && settings_.horizon_terms;
+  light.horizon_terms = task_.settings.control_variate && task_.settings.horizon_terms;
   return light;
 }
 
@@ -231,7 +229,7 @@ Pilot::Effort ProductRenderer::effort_of_pilot(double rays_per_pixel) const {
   Pilot::Effort effort;
   effort.primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
   effort.rays = effort.primaries == 1 ? kPilotRaysOfOne : kPilotRays * effort.primaries;
-  if (sensor_.needs_aperture_sample()) {
+  if (task_.sensor.needs_aperture_sample()) {
     effort.primaries *= kLensPrimaries;
     effort.rays = kLensRays * effort.primaries;
   }
@@ -254,8 +252,7 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
       pilot_light_.emplace(make_light(0, effort.primaries + effort.rays, share));
   light_rays_ = static_cast<double>(light_rays - light_rays_before);
   std::vector<PixelForecast> forecast =
-      Pilot(scene_, view(), grid_, neighbours_, local_.get(), settings_, seed_, context_,
-            addresses_)
+      Pilot(task_, view(), neighbours_, local_.get(), addresses_)
           .learn(light, effort, is_wanted, progress_end, knowledge_);
   knowledge_.add_up(context_);
   knowledge_.finish();
@@ -265,11 +262,11 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
 void ProductRenderer::allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast,
                                int width, int height) {
   const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
-  const bool is_noisy = effort.primaries < kMinPrimariesUnsmoothed && settings_.smooth_plan;
+  const bool is_noisy = effort.primaries < kMinPrimariesUnsmoothed && task_.settings.smooth_plan;
   allocation_.emplace(forecast, width, height,
-                      !settings_.adaptive ? RayAllocation::Mode::kEven
-                      : is_noisy          ? RayAllocation::Mode::kSmoothed
-                                          : RayAllocation::Mode::kAdaptive);
+                      !task_.settings.adaptive ? RayAllocation::Mode::kEven
+                      : is_noisy               ? RayAllocation::Mode::kSmoothed
+                                               : RayAllocation::Mode::kAdaptive);
 }
 
 void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
@@ -291,8 +288,8 @@ void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   pilot_seconds_ = context_.seconds() - start;
 }
 
-void ProductRenderer::use(const MethodMap& map, double paths_per_ray) {
-  map_ = &map;
+void ProductRenderer::use(std::unique_ptr<const MethodMap> map, double paths_per_ray) {
+  map_ = std::move(map);
   paths_per_ray_ = paths_per_ray;
 }
 
@@ -362,8 +359,9 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, 
     const double part = (1 - progress_begin) / static_cast<double>(passes);
     const double begin = progress_begin + part * static_cast<double>(i);
     context_.set_progress_range(begin, begin + part);
-    Pass own{make_light(1 + pass_, rays), hash_words(seed_, kPassSeed, pass_), weight, nullptr};
-    if (!by_path_.empty()) own.path_sensor = with_paths(sensor_, paths_per_ray_ * rays);
+    Pass own{make_light(1 + pass_, rays), hash_words(task_.seed, kPassSeed, pass_), weight,
+             nullptr};
+    if (!by_path_.empty()) own.path_sensor = with_paths(task_.sensor, paths_per_ray_ * rays);
     pass(own, plan);
   }
   context_.set_progress_range(0, 1);
@@ -379,8 +377,8 @@ double ProductRenderer::render(double samples) {
 }
 
 void ProductRenderer::render_all() {
-  learn_from_pilot(settings_.rays_per_pixel);
-  const double total = std::max(settings_.rays_per_pixel, 1.);
+  learn_from_pilot(task_.settings.rays_per_pixel);
+  const double total = std::max(task_.settings.rays_per_pixel, 1.);
   if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / total), true);
 }
 

@@ -5,39 +5,40 @@
 
 #include "clustered/product/pass/block_renderer.h"
 #include "clustered/product/paths/caustics.h"
-#include "clustered/product/pass/render_length.h"
-#include "clustered/product/trial/method_map.h"
-#include "clustered/product/trial/method_trial.h"
 #include "clustered/product/pilot/pilot.h"
 #include "clustered/product/pilot/plan.h"
-#include "clustered/product/tiles/product_sampling.h"
 #include "clustered/product/pilot/tile_knowledge.h"
+#include "clustered/product/tiles/product_sampling.h"
+#include "clustered/product/trial/method_map.h"
+#include "clustered/product/trial/method_trial.h"
 
 namespace kinome {
 
-/// Returns the local light of the scene for renders with these settings, or nullptr if there is
-/// none. `share` is the fraction of the light points to draw. `min_aimed_share`:
-/// LocalLight::Settings::min_aimed_share.
-std::unique_ptr<const LocalLight> make_local_light(const Scene& scene, const Sensor& sensor,
-                                                   const ProductSettings& settings, uint64_t seed,
-                                                   RenderContext& context, double share = 1,
+/// Mean number of rays per pixel of a render, and its time limit in seconds (infinity if there is
+/// none).
+struct RenderLength {
+  double rays_per_pixel = 0;
+  double seconds = kInfinity;
+};
+/// Rays per second and thread of product sampling in most scenes.
+inline constexpr double kCarefulSpeed = 1e6;
+/// Returns the expected length of a render. `seconds` as for Integrator::begin.
+RenderLength expected_length(const ProductTask& task, double seconds);
+
+/// Returns the local light of the task's scene, or nullptr if there is none. `share` is the
+/// fraction of the light points to draw. `min_aimed_share`: LocalLight::Settings::min_aimed_share.
+std::unique_ptr<const LocalLight> make_local_light(const ProductTask& task, double share = 1,
                                                    double min_aimed_share = 0);
 
 /// One render by learned product sampling: a pilot, a plan, and the passes of the image.
 class ProductRenderer final : public Passes {
  public:
-  /// `grid` must outlive this.
-  ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                  std::shared_ptr<const DistantCells> cells, const ProductSettings& settings,
-                  const TileGrid& grid);
-  /// Uses local light that is complete or nullptr, and draws `light_share` of an image's light
-  /// points. For trials.
-  ProductRenderer(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                  std::shared_ptr<const DistantCells> cells, const ProductSettings& settings,
-                  const TileGrid& grid, std::unique_ptr<const LocalLight> local,
-                  double light_share);
-  /// Leaves tiles to `path` as the map says. Call it before the pilot. The map must outlive this.
-  void use(const MethodMap& map, double paths_per_ray);
+  /// `local` is complete or nullptr. `light_share` is the fraction of an image's light points that
+  /// each pass draws.
+  ProductRenderer(const ProductTask& task, std::shared_ptr<const DistantCells> cells,
+                  std::unique_ptr<const LocalLight> local, double light_share = 1);
+  /// Leaves tiles to `path` as the map says, if it isn't nullptr. Call it before the pilot.
+  void use(std::unique_ptr<const MethodMap> map, double paths_per_ray);
   /// Sends the pilot for a render with this number of rays per pixel, or none if they are too few.
   /// Call it before any pass. Reduces samples() by the pilot's rays.
   void learn_from_pilot(double rays_per_pixel);
@@ -69,7 +70,6 @@ class ProductRenderer final : public Passes {
   /// Rays of an image for each path from a lamp to a mirror.
   static constexpr double kRaysPerCausticPath = 8;
 
-  PathSettings path_settings() const { return {settings_.length, settings_.hide_emitters}; }
   Primaries::View view() const;
   PassView pass_view(const CellLight& light) const;
   /// `share`: see LocalLight::draw.
@@ -94,15 +94,12 @@ class ProductRenderer final : public Passes {
   void pass(const Pass& pass, const std::vector<PixelPlan>& plan);
   void add_to_film(const Pass& pass, int block, PassWorker& worker, RenderCounters& counters);
 
-  const Scene& scene_;
-  const transport::SceneTable table_;
-  const Sensor& sensor_;
+  const ProductTask task_;
   RenderContext& context_;
+  const TileGrid& grid_;
+  const transport::SceneTable table_;
   const std::shared_ptr<const DistantCells> shared_cells_;
   const DistantCells& cells_;
-  const ProductSettings settings_;
-  const TileGrid& grid_;
-  const uint64_t seed_;
   const double light_share_;
   const std::unique_ptr<const LocalLight> local_;  ///< nullptr if there is none
   std::optional<Caustics> caustics_;               ///< nullopt if there are none
@@ -115,8 +112,8 @@ class ProductRenderer final : public Passes {
   double light_rays_ = 0;                    ///< traced for the light points of the pilot
   uint32_t pilot_rays_ = 0;                  ///< rays of each pixel; 0 if there was no pilot
   double pilot_seconds_ = 0;
-  double rays_left_;                ///< rays per pixel that are left of the settings'
-  const MethodMap* map_ = nullptr;  ///< nullptr if all tiles have product sampling
+  double rays_left_;                      ///< rays per pixel that are left of the settings'
+  std::unique_ptr<const MethodMap> map_;  ///< nullptr if all tiles have product sampling
   double paths_per_ray_ = 0;
   std::vector<uint8_t> by_path_;  ///< 1 for each tile that is left to `path`; empty: none
   uint64_t pass_ = 0;

@@ -44,23 +44,14 @@ void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t 
   const std::vector<PixelPlan> strip = plan_pass(rays);
   std::vector<PixelPlan> plan(static_cast<size_t>(grid_.crop().area()));
   for (size_t k = 0; k < trial_pixels_.size(); ++k) plan[trial_pixels_[k]] = strip[k];
-  const auto is_wanted = [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); };
-  SharedItems shared([&](size_t block, SharedBytes& bytes) {
-    transfer_tiles(image, grid_, static_cast<int>(block), is_wanted, bytes);
-  });
-  grid_.for_each_block<BlockRenderer>(
-      context_, grid_.all_rows(), "trial",
-      [&] { return std::make_unique<BlockRenderer>(pass_view(*pilot_light_)); },
+  trial.for_each_block<BlockRenderer>(
+      context_, image, [&] { return std::make_unique<BlockRenderer>(pass_view(*pilot_light_)); },
       [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
-        renderer.render(block, plan, seed, counters, is_wanted);
+        renderer.render(block, plan, seed, counters,
+                        [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); });
         size_t next = 0;
-        grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-          if (!is_wanted(tile)) return;
-          tile.for_each_pixel(
-              [&](int x, int y) { image[grid_.pixel(x, y)] = renderer.colour(next++); });
-        });
-      },
-      &shared);
+        trial.for_each_pixel(block, [&](size_t i) { image[i] = renderer.colour(next++); });
+      });
 }
 
 MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double rays,

@@ -47,22 +47,19 @@ struct Pilot::Planner {
   }
 };
 
-Pilot::Pilot(const Scene& scene, const Primaries::View& view, const TileGrid& grid,
-             const CellNeighbours& neighbours, const LocalLight* local,
-             const ProductSettings& settings, uint64_t seed, RenderContext& context,
-             BsdfAddresses& addresses)
-    : scene_(scene),
+Pilot::Pilot(const ProductTask& task, const Primaries::View& view, const CellNeighbours& neighbours,
+             const LocalLight* local, BsdfAddresses& addresses)
+    : task_(task),
+      context_(task.context),
+      grid_(task.grid),
       view_(view),
-      grid_(grid),
       neighbours_(neighbours),
       local_(local),
-      settings_(settings),
-      seed_(hash_words(seed, kPilotSeed)),
-      context_(context),
+      seed_(hash_words(task.seed, kPilotSeed)),
       addresses_(addresses) {}
 
 int Pilot::rows_of_band() const {
-  const int pixels = std::min(settings_.remembered_pixels, kPixelsOfBand);
+  const int pixels = std::min(task_.settings.remembered_pixels, kPixelsOfBand);
   return std::clamp(pixels / (grid_.crop().width() * TileGrid::kBlockSide), 1,
                     std::max(1, grid_.blocks_y()));
 }
@@ -165,7 +162,7 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
   }
   for (Patch& patch : patches) patch.glossy = patch.eye_rays = 0;
   const auto index = static_cast<uint64_t>(tile.index);
-  prober.estimator.begin_tile(scene_, primaries, patches, prober.unknown,
+  prober.estimator.begin_tile(task_.scene, primaries, patches, prober.unknown,
                               hash_words(seed_, index, 2), counters);
   size_t lit = 0;
   for (size_t i = 0; i < primaries.size(); ++i) lit += primaries.patch(i) >= 0;

@@ -22,10 +22,8 @@ class Pilot {
   };
 
   /// All arguments must outlive the pilot.
-  Pilot(const Scene& scene, const Primaries::View& view, const TileGrid& grid,
-        const CellNeighbours& neighbours, const LocalLight* local, const ProductSettings& settings,
-        uint64_t seed, RenderContext& context,
-        BsdfAddresses& addresses);
+  Pilot(const ProductTask& task, const Primaries::View& view, const CellNeighbours& neighbours,
+        const LocalLight* local, BsdfAddresses& addresses);
 
   using IsWanted = std::function<bool(const TileGrid::Tile&)>;
   /// Probes the wanted tiles (all if `is_wanted` is empty), and returns the forecast of each pixel
@@ -65,14 +63,13 @@ class Pilot {
   bool is_wanted(const TileGrid::Tile& tile) const { return !is_wanted_ || is_wanted_(tile); }
   PixelForecast forecast(const std::vector<Patch>& patches, const float* controls, int x, int y);
 
-  const Scene& scene_;
-  const Primaries::View view_;
+  const ProductTask& task_;
+  RenderContext& context_;
   const TileGrid& grid_;
+  const Primaries::View view_;
   const CellNeighbours& neighbours_;
   const LocalLight* local_;  ///< nullptr if there is no local light
-  const ProductSettings& settings_;
   const uint64_t seed_;
-  RenderContext& context_;
   BsdfAddresses& addresses_;
   Effort effort_;
   IsWanted is_wanted_;

@@ -35,14 +35,4 @@ void transfer(Patch& patch, SharedBytes& bytes, BsdfAddresses& addresses);
 /// Transfers the results of the plan.
 void transfer_plan(Patch& patch, SharedBytes& bytes);
 
-/// Transfers the pixels of the wanted tiles of a block, from or to an image of the grid.
-template <class Wanted>
-void transfer_tiles(std::vector<Rgb>& image, const TileGrid& grid, int block,
-                    const Wanted& is_wanted, SharedBytes& bytes) {
-  grid.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-    if (!is_wanted(tile)) return;
-    tile.for_each_pixel([&](int x, int y) { bytes.value(image[grid.pixel(x, y)]); });
-  });
-}
-
 }  // namespace kinome

@@ -1,14 +1,9 @@
 #pragma once
 
-#include <functional>
-#include <memory>
-#include <utility>
-#include <vector>
-
-#include "clustered/cells/light_cells.h"
-#include "kinome/inspection.h"
-#include "kinome/integrator.h"
-#include "kinome/render_context.h"
+#include "clustered/product/tiles/tile_grid.h"
+#include "kinome/primary_rays.h"
+#include "kinome/scene.h"
+#include "kinome/sensor.h"
 #include "transport/path_parameters.h"
 
 namespace kinome {
@@ -53,59 +48,24 @@ struct ProductSettings {
 /// learned.
 inline constexpr const char* kProductChannels[] = {"samples", "cost", "visibility"};
 
-/// Cells of an environment, made at the first use, because renders by `path` don't need them. Not
-/// thread-safe.
-class CellsOnDemand {
- public:
-  using Cells = std::shared_ptr<const DistantCells>;
-  CellsOnDemand(Cells cells) : cells_(std::move(cells)) {}
-  explicit CellsOnDemand(std::function<Cells(RenderContext&)> make) : make_(std::move(make)) {}
+/// A render by product sampling. All references must outlive it.
+struct ProductTask {
+  const Scene& scene;
+  const Sensor& sensor;
+  RenderContext& context;
+  const ProductSettings settings;
+  const TileGrid grid;
+  const uint64_t seed;
 
-  const Cells& get(RenderContext& context) {
-    if (!cells_) cells_ = make_(context);
-    return cells_;
-  }
-
- private:
-  std::function<Cells(RenderContext&)> make_;
-  Cells cells_;
+  ProductTask(const Scene& of_scene, const Sensor& of_sensor, RenderContext& of_context,
+              const ProductSettings& of_settings)
+      : scene(of_scene),
+        sensor(of_sensor),
+        context(of_context),
+        settings(of_settings),
+        grid(sensor.film().sampled()),
+        seed(key_seed(context, sensor.sampler())) {}
+  PathSettings path_settings() const { return {settings.length, settings.hide_emitters}; }
 };
-
-/// True if the scene has fewer than 1,000 triangles and other shapes.
-bool has_few_primitives(const Scene& scene);
-
-/// True if `product` renders all light of the scene with paths of up to max_depth edges. An
-/// environment must have Emitter::cell_grid. If light bounces, emitters other than surfaces must
-/// have Emitter::emission_density. The flux of emitting surfaces and reflected light must be below
-/// 1e34.
-bool is_product_scene(const Scene& scene, uint32_t max_depth);
-
-/// Renders all light of the scene into the sensor's film: that of an environment, by its cells,
-/// that of other emitters, and for max_depth > 2 the light that surfaces reflect. `cells` are empty
-/// if the environment is missing or black. If the sensor supports it (see Caustics), the image has
-/// light that lamps send by way of a mirror, which `path` doesn't find.
-///
-/// A pilot learns how visible each cell is from each patch. The passes of the image use these
-/// visibilities. The pilot's rays are not part of the image.
-///
-/// Unbiased: the expectation of every pixel is the value to which `direct`, or `path` of the same
-/// depth, converges, with any filter. Stages: points, pilot, plan, main, film.
-void render_product(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                    CellsOnDemand cells, const ProductSettings& settings);
-
-/// Renders by passes, which all use the same pilot. `seconds` as for Integrator::begin. Sends no
-/// pilot if it would take too large a share of them.
-std::unique_ptr<Passes> begin_product(const Scene& scene, const Sensor& sensor,
-                                      RenderContext& context, CellsOnDemand cells,
-                                      const ProductSettings& settings, double seconds);
-
-/// Inspects a pixel: the learned visibility of the cells and the distribution of rays. Returns a
-/// report for distant light and one for local light, if the scene has them. Clusters of a report
-/// are cells, as seen from the surface that most of the pixel shows. Learns from as many rays as a
-/// render.
-std::vector<Inspection> inspect_product(const Scene& scene, const Sensor& sensor,
-                                        RenderContext& context,
-                                        std::shared_ptr<const DistantCells> cells,
-                                        const ProductSettings& settings, int x, int y);
 
 }  // namespace kinome

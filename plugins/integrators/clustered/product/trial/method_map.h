@@ -21,7 +21,6 @@ class MethodMap {
     const Bsdf* bsdf;          ///< material of most primaries; nullptr if they hit no surface
     double product, path;      ///< work for the same error, in a common unit
   };
-  /// `grid` must outlive it.
   MethodMap(const TileGrid& grid, std::vector<Trial> trials);
 
   /// True if `path` is expected to take less work in a tile that shows this material.
@@ -40,7 +39,7 @@ class MethodMap {
   /// Work of all trials, given the sum of their roots.
   double work_of(double sum_of_roots) const;
 
-  const TileGrid& grid_;
+  const TileGrid grid_;
   const std::vector<Trial> roots_;  ///< square roots of the works
   double product_ = 0, path_ = 0;   ///< sums of roots
 };

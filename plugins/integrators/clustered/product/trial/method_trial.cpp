@@ -36,6 +36,21 @@ double mean_square(const Rgb& c) {
 
 }  // namespace
 
+PixelFilter::PixelFilter(const ReconstructionFilter& filter) {
+  float sum = 0;
+  for (int d = -kReach; d <= kReach; ++d) {
+    weights_[kReach + d] = static_cast<float>(filter.integral(d - 0.5, d + 0.5));
+    sum += weights_[kReach + d];
+  }
+  for (float& weight : weights_) weight /= sum;
+}
+
+float PixelFilter::variance() const {
+  float squares = 0;
+  for (const float weight : weights_) squares += sqr(weight);
+  return sqr(squares);
+}
+
 MethodTrial::MethodTrial(const TileGrid& grid, int tiles, uint64_t seed, const PixelFilter& filter)
     : grid_(grid), filter_(filter), wanted_(static_cast<size_t>(grid.tiles())) {
   const int whole_x = grid.crop().width() / kTileSide, whole_y = grid.crop().height() / kTileSide;
@@ -66,10 +81,7 @@ void MethodTrial::keep(double share) {
 std::vector<size_t> MethodTrial::pixels() const {
   std::vector<size_t> pixels;
   for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
-    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-      if (!is_wanted(tile)) return;
-      tile.for_each_pixel([&](int x, int y) { pixels.push_back(grid_.pixel(x, y)); });
-    });
+    for_each_pixel(block, [&](size_t i) { pixels.push_back(i); });
   }
   return pixels;
 }

@@ -1,14 +1,36 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <vector>
 
-#include "clustered/product/trial/pixel_filter.h"
 #include "clustered/product/tiles/tile_grid.h"
+#include "kinome/math.h"
+#include "kinome/reconstruction_filter.h"
 #include "kinome/render_context.h"
 
 namespace kinome {
+
+/// Reconstruction filter for the means of whole pixels. Has weights of a pixel and its neighbours,
+/// for samples that are spread evenly over each pixel. Filters noise that neighbouring pixels share
+/// as the film does. Immutable.
+class PixelFilter {
+ public:
+  /// Neighbours farther away, in pixels, are ignored.
+  static constexpr int kReach = 2;
+
+  /// Box filter as wide as a pixel, which doesn't change images.
+  PixelFilter() { weights_[kReach] = 1; }
+  explicit PixelFilter(const ReconstructionFilter& filter);
+
+  float weight(int dx, int dy) const { return weights_[kReach + dx] * weights_[kReach + dy]; }
+  /// Factor by which the filter changes the variance of noise that is independent between pixels.
+  float variance() const;
+
+ private:
+  std::array<float, 2 * kReach + 1> weights_{};  ///< sum: 1
+};
 
 /// Compares the work that two methods need for the same error of an image. Renders some tiles twice
 /// by each method. The squared difference of the two renders is multiplied by their cost. Costs are
@@ -32,6 +54,24 @@ class MethodTrial {
   void keep(double share);
   /// Pixels of the chosen tiles (TileGrid::pixel), tile by tile, row by row.
   std::vector<size_t> pixels() const;
+  /// Calls fn(block, worker, counters) for each block of the image, like TileGrid::for_each_block.
+  /// Transfers the pixels of the chosen tiles, which fn sets, to the other processes of a group.
+  template <class Worker, class Make, class Function>
+  void for_each_block(RenderContext& context, std::vector<Rgb>& image, const Make& make,
+                      const Function& fn) const {
+    SharedItems shared([&](size_t block, SharedBytes& bytes) {
+      for_each_pixel(static_cast<int>(block), [&](size_t i) { bytes.value(image[i]); });
+    });
+    grid_.for_each_block<Worker>(context, grid_.all_rows(), "trial", make, fn, &shared);
+  }
+  /// Calls fn(index) for each pixel of the chosen tiles of a block, tile by tile, row by row.
+  template <class Function>
+  void for_each_pixel(int block, const Function& fn) const {
+    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      if (!is_wanted(tile)) return;
+      tile.for_each_pixel([&](int x, int y) { fn(grid_.pixel(x, y)); });
+    });
+  }
 
   /// A method to compare.
   struct Way {
