@@ -4,58 +4,27 @@
 #include <memory>
 #include <string>
 
+#include "../textures/derived_texture.h"
 #include "kinome/properties.h"
-#include "kinome/texture.h"
 
 namespace kinome {
 
 /// Clamps the values of another texture to [0, upper_bound].
-class BoundedTexture final : public Texture {
+class BoundedTexture final : public DerivedTexture {
  public:
   BoundedTexture(std::shared_ptr<const Texture> base, float upper_bound)
-      : base_(std::move(base)), upper_bound_(upper_bound) {}
-
-  Rgb eval(const Vec2& uv) const override { return bounded(base_->eval(uv)); }
-  float eval_1(const Vec2& uv) const override { return bounded(base_->eval_1(uv)); }
-  Rgb eval_at(const SurfaceInteraction& si) const override { return bounded(base_->eval_at(si)); }
-  float eval_1_at(const SurfaceInteraction& si) const override {
-    return bounded(base_->eval_1_at(si));
-  }
-  void eval_block(const Columns2& uv, size_t count, const Columns3& out) const override {
-    base_->eval_block(uv, count, out);
-    bound(out, count);
-  }
-  void eval_1_block(const Columns2& uv, size_t count, float* out) const override {
-    base_->eval_1_block(uv, count, out);
-    bound(out, count);
-  }
-  void eval_block_at(const SurfaceBlock& points, const Columns3& out) const override {
-    base_->eval_block_at(points, out);
-    bound(out, points.count);
-  }
-  void eval_1_block_at(const SurfaceBlock& points, float* out) const override {
-    base_->eval_1_block_at(points, out);
-    bound(out, points.count);
-  }
-  std::string attribute() const override { return base_->attribute(); }
-  Rgb mean() const override { return bounded(base_->mean()); }
-  float max() const override { return bounded(base_->max()); }
-  float min() const override { return bounded(base_->min()); }
-  Rgb channel_max() const override { return bounded(base_->channel_max()); }
-  bool is_uniform() const override { return base_->is_uniform(); }
-  glm::uvec2 resolution() const override { return base_->resolution(); }
+      : DerivedTexture(std::move(base)), upper_bound_(upper_bound) {}
 
  private:
-  float bounded(float value) const { return std::clamp(value, 0.f, upper_bound_); }
-  Rgb bounded(const Rgb& value) const { return glm::clamp(value, 0.f, upper_bound_); }
-  void bound(float* values, size_t count) const {
-    for (size_t i = 0; i < count; ++i) values[i] = bounded(values[i]);
+  Rgb map_color(const Rgb& color) const override { return glm::clamp(color, 0.f, upper_bound_); }
+  float map_number(float number) const override { return std::clamp(number, 0.f, upper_bound_); }
+  void map_colors(size_t count, const Columns3& colors) const override {
+    for (float* const column : {colors.x, colors.y, colors.z}) map_numbers(count, column);
   }
-  void bound(const Columns3& columns, size_t count) const {
-    for (float* const column : {columns.x, columns.y, columns.z}) bound(column, count);
+  void map_numbers(size_t count, float* numbers) const override {
+    for (size_t i = 0; i < count; ++i) numbers[i] = map_number(numbers[i]);
   }
 
-  std::shared_ptr<const Texture> base_;
   float upper_bound_;
 };
 

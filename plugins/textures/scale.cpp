@@ -1,3 +1,4 @@
+#include "derived_texture.h"
 #include "kinome/plugin.h"
 #include "kinome/wide/textures.h"
 
@@ -18,53 +19,26 @@ constexpr Parameter kParameters[] = {
     {"texture", ParameterType::kObject, nullptr, "scaled texture", false, Category::kTexture},
 };
 
-class Scale final : public Texture {
+class Scale final : public DerivedTexture {
  public:
   explicit Scale(const Properties& props)
-      : texture_(read_texture(props)), scale_(read_scale(props)), scale_1_(luminance(scale_)) {}
+      : DerivedTexture(read_texture(props)),
+        scale_(read_scale(props)),
+        scale_1_(luminance(scale_)) {}
 
-  Rgb eval(const Vec2& uv) const override { return scale_ * texture_->eval(uv); }
-  float eval_1(const Vec2& uv) const override { return scale_1_ * texture_->eval_1(uv); }
-  void eval_block(const Columns2& uv, size_t count, const Columns3& out) const override {
-    texture_->eval_block(uv, count, out);
-    scale_colors(count, out);
-  }
-  void eval_1_block(const Columns2& uv, size_t count, float* out) const override {
-    texture_->eval_1_block(uv, count, out);
-    scale_numbers(count, out);
-  }
   Vec2 eval_1_gradient(const Vec2& uv) const override {
-    return scale_1_ * texture_->eval_1_gradient(uv);
+    return scale_1_ * base().eval_1_gradient(uv);
   }
   void eval_1_gradient_block(const Columns2& uv, size_t count, const Columns2& out) const override {
-    texture_->eval_1_gradient_block(uv, count, out);
-    scale_numbers(count, out.x);
-    scale_numbers(count, out.y);
+    base().eval_1_gradient_block(uv, count, out);
+    map_numbers(count, out.x);
+    map_numbers(count, out.y);
   }
-  Rgb eval_at(const SurfaceInteraction& si) const override { return scale_ * texture_->eval_at(si); }
-  float eval_1_at(const SurfaceInteraction& si) const override {
-    return scale_1_ * texture_->eval_1_at(si);
-  }
-  void eval_block_at(const SurfaceBlock& points, const Columns3& out) const override {
-    texture_->eval_block_at(points, out);
-    scale_colors(points.count, out);
-  }
-  void eval_1_block_at(const SurfaceBlock& points, float* out) const override {
-    texture_->eval_1_block_at(points, out);
-    scale_numbers(points.count, out);
-  }
-
-  std::string attribute() const override { return texture_->attribute(); }
-  Rgb mean() const override { return scale_ * texture_->mean(); }
-  Rgb emission() const override { return scale_ * texture_->emission(); }
   float max() const override { return max_component(channel_max()); }
   float min() const override {
-    const float value = texture_->min();
+    const float value = base().min();
     return value * (value < 0 ? max_component(scale_) : std::min({scale_.x, scale_.y, scale_.z}));
   }
-  Rgb channel_max() const override { return scale_ * texture_->channel_max(); }
-  bool is_uniform() const override { return texture_->is_uniform(); }
-  glm::uvec2 resolution() const override { return texture_->resolution(); }
 
  private:
   static std::shared_ptr<const Texture> read_texture(const Properties& props) {
@@ -89,16 +63,18 @@ class Scale final : public Texture {
     return scale;
   }
 
-  void scale_colors(size_t count, const Columns3& out) const {
+  Rgb map_color(const Rgb& color) const override { return scale_ * color; }
+  float map_number(float number) const override { return scale_1_ * number; }
+  void map_colors(size_t count, const Columns3& colors) const override {
     const wide::Rgb factor(scale_);
-    wide::for_lanes(count, [&](size_t i) { (wide::Rgb::load(out, i) * factor).store(out, i); });
-  }
-  void scale_numbers(size_t count, float* out) const {
     wide::for_lanes(count,
-                    [&](size_t i) { (wide::Float::load(out + i) * scale_1_).store(out + i); });
+                    [&](size_t i) { (wide::Rgb::load(colors, i) * factor).store(colors, i); });
+  }
+  void map_numbers(size_t count, float* numbers) const override {
+    wide::for_lanes(
+        count, [&](size_t i) { (wide::Float::load(numbers + i) * scale_1_).store(numbers + i); });
   }
 
-  std::shared_ptr<const Texture> texture_;
   Rgb scale_;
   float scale_1_;
 };
