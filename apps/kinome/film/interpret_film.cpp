@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "options/interpret_options.h"
 #include "kinome/error.h"
+#include "options/interpret_options.h"
 
 namespace kinome::app {
 namespace {
@@ -31,10 +31,11 @@ std::optional<std::vector<double>> numbers(const std::string& text, size_t count
   return at == end ? std::optional(found) : std::nullopt;
 }
 
-std::optional<glm::dvec3> triple(const RawOptions& raw, const char* name, const std::string& text) {
-  if (raw.given.count(name) == 0) return std::nullopt;
-  const auto found = numbers(text, 3, ',');
-  if (!found) throw Error(fmt::format("{}: expected X,Y,Z, got '{}'", name, text));
+std::optional<glm::dvec3> triple(const RawOptions& raw, const char* name) {
+  const std::string* const text = raw.find(name);
+  if (!text) return std::nullopt;
+  const auto found = numbers(*text, 3, ',');
+  if (!found) throw Error(fmt::format("{}: expected X,Y,Z, got '{}'", name, *text));
   return glm::dvec3((*found)[0], (*found)[1], (*found)[2]);
 }
 
@@ -51,19 +52,19 @@ void interpret_path(const FilmOptions& film) {
 void interpret_range(const RawOptions& raw, FilmOptions& film) {
   film.first = 0;
   film.last = film.frames - 1;
-  const bool has_frame = raw.given.count("--frame") > 0, has_range = raw.given.count("--range") > 0;
-  if (has_frame && has_range) throw Error("--frame: can't be combined with --range");
-  if (!has_frame && !has_range) return;
-  const char* const name = has_frame ? "--frame" : "--range";
-  const std::string& text = has_frame ? raw.frame : raw.range;
-  const auto found = numbers(text, has_frame ? 1 : 2, ':');
+  const std::string *const frame = raw.find("--frame"), *const range = raw.find("--range");
+  if (frame && range) throw Error("--frame: can't be combined with --range");
+  if (!frame && !range) return;
+  const char* const name = frame ? "--frame" : "--range";
+  const std::string& text = frame ? *frame : *range;
+  const auto found = numbers(text, frame ? 1 : 2, ':');
   const auto is_frame = [&](double i) { return i == std::floor(i) && i >= 0 && i < film.frames; };
   if (!found || !is_frame(found->front()) || !is_frame(found->back()) ||
       found->front() > found->back()) {
     if (film.frames == 1)
       throw Error(fmt::format("{}: the animation has only frame 0, got '{}'", name, text));
     throw Error(fmt::format("{}: expected {} of the frames 0 to {}, got '{}'", name,
-                            has_frame ? "one" : "FIRST:LAST", film.frames - 1, text));
+                            frame ? "one" : "FIRST:LAST", film.frames - 1, text));
   }
   film.first = static_cast<int>(found->front());
   film.last = static_cast<int>(found->back());
@@ -82,15 +83,15 @@ void interpret_film(const RawOptions& raw, FilmOptions& film) {
         fmt::format("--fps: must be more than 0 and at most 1000, got {}", raw.given.at("--fps")));
   }
   interpret_range(raw, film);
-  film.target = triple(raw, "--target", raw.target);
-  film.up = triple(raw, "--up", raw.up);
+  film.target = triple(raw, "--target");
+  film.up = triple(raw, "--up");
   if (film.up && glm::length(*film.up) == 0) throw Error("--up: must not be zero");
-  if (raw.given.count("--angles") > 0) {
-    const auto found = numbers(raw.angles, 2, ',');
+  if (const std::string* const text = raw.find("--angles")) {
+    const auto found = numbers(*text, 2, ',');
     const auto is_angle = [](double angle) { return angle >= 0 && angle <= 180; };
     if (!found || !is_angle(found->front()) || !is_angle(found->back())) {
       throw Error(
-          fmt::format("--angles: expected A,B in degrees between 0 and 180, got '{}'", raw.angles));
+          fmt::format("--angles: expected A,B in degrees between 0 and 180, got '{}'", *text));
     }
     film.angles = {found->front(), found->back()};
   }

@@ -1,7 +1,6 @@
 #include "options/interpret_options.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -32,31 +31,39 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
+/// Parses the value of an option, if it is given. CLI11 would replace invalid and large numbers by
+/// the nearest one.
+template <class T>
+void interpret_number(const RawOptions& raw, const std::string& name, T low, T high, T& number) {
+  const std::string* const text = raw.find(name);
+  if (!text) return;
+  const std::string fault = parse_in_range(*text, low, high, number);
+  if (!fault.empty()) throw Error(name + ": " + fault);
+}
+
+void interpret_seed(const RawOptions& raw, Options& options) {
+  interpret_number(raw, "--seed", uint64_t{0}, std::numeric_limits<uint64_t>::max(), options.seed);
+}
+
 void interpret_budget(const RawOptions& raw, Options& options) {
   const auto check = [&](const std::string& name, double value) {
-    if (raw.given.count(name) == 0) return;
+    const std::string* const text = raw.find(name);
+    if (!text) return;
     if (!(value > 0 && std::isfinite(value))) {
-      throw Error(name + ": must be a finite number greater than 0, got " + raw.given.at(name));
+      throw Error(name + ": must be a finite number greater than 0, got " + *text);
     }
     if (options.inspect) throw Error(name + ": " + kNoRender);
   };
   check("--time", options.seconds);
   check("--error", options.rel_mse);
-  if (raw.given.count("--variance") == 0) return;
-  const char* const end = raw.variance.data() + raw.variance.size();
-  const auto [rest, error] = std::from_chars(raw.variance.data(), end, options.renders);
-  if (error != std::errc{} || rest != end || options.renders < kMinRenders ||
-      options.renders > kMaxRenders) {
-    throw Error("--variance: must be a whole number between " + std::to_string(kMinRenders) +
-                " and " + std::to_string(kMaxRenders) + ", got '" + raw.variance + "'");
-  }
-  if (options.inspect) throw Error(std::string("--variance: ") + kNoRender);
+  interpret_number(raw, "--variance", kMinRenders, kMaxRenders, options.renders);
+  if (options.renders > 0 && options.inspect) throw Error(std::string("--variance: ") + kNoRender);
 }
 
 void check_checkpoint(const RawOptions& raw, const Options& options) {
-  if (raw.given.count("--checkpoint") == 0) {
+  if (!raw.find("--checkpoint")) {
     for (const char* name : {"--every", "--resume"}) {
-      if (raw.given.count(name) > 0) throw Error(std::string(name) + ": needs --checkpoint FILE");
+      if (raw.find(name)) throw Error(std::string(name) + ": needs --checkpoint FILE");
     }
     return;
   }
@@ -68,40 +75,28 @@ void check_checkpoint(const RawOptions& raw, const Options& options) {
   if (!(options.every >= 0)) throw Error("--every: must be a number of seconds, 0 or more");
 }
 
-/// Parses --seed, because CLI11 replaces invalid and large numbers by the nearest one.
-void interpret_seed(const RawOptions& raw, Options& options) {
-  if (raw.given.count("--seed") == 0) return;
-  const char* const end = raw.seed.data() + raw.seed.size();
-  const auto [rest, error] = std::from_chars(raw.seed.data(), end, options.seed);
-  if (error == std::errc{} && rest == end) return;
-  throw Error("--seed: must be a whole number between 0 and " +
-              std::to_string(std::numeric_limits<uint64_t>::max()) + ", got '" + raw.seed + "'");
-}
-
 /// Parses --part: "3/16" or "all/16".
 void interpret_part(const RawOptions& raw, Options& options) {
-  if (raw.given.count("--part") == 0) return;
-  const std::string& text = raw.part;
-  const size_t slash = std::min(text.find('/'), text.size());
-  const bool is_all = text.substr(0, slash) == "all";
-  const auto read = [](const char* begin, const char* end, uint32_t& number) {
-    const auto [rest, error] = std::from_chars(begin, end, number);
-    return error == std::errc{} && rest == end && number > 0;
+  const std::string* const text = raw.find("--part");
+  if (!text) return;
+  const size_t slash = std::min(text->find('/'), text->size());
+  const std::string part = text->substr(0, slash);
+  const auto read = [](const std::string& word, uint32_t high, uint32_t& number) {
+    return parse_in_range(word, 1u, high, number).empty();
   };
-  const char* const begin = text.data();
-  const char* const end = begin + text.size();
-  const bool is_read = slash < text.size() && read(begin + slash + 1, end, options.parts) &&
-                       (is_all || read(begin, begin + slash, options.part));
-  if (!is_read || options.part > options.parts || options.parts > PicturePart::kMaxParts) {
+  const bool is_read = slash < text->size() &&
+                       read(text->substr(slash + 1), PicturePart::kMaxParts, options.parts) &&
+                       (part == "all" || read(part, options.parts, options.part));
+  if (!is_read) {
     throw Error("--part: expected I/N, such as 3/16 for the third of 16 parts (at most " +
-                std::to_string(PicturePart::kMaxParts) + "), or all/N, got '" + text + "'");
+                std::to_string(PicturePart::kMaxParts) + "), or all/N, got '" + *text + "'");
   }
   if (options.inspect) throw Error(std::string("--part: ") + kNoRender);
   for (const auto& [name, why] :
        {std::pair("--time", "all parts must have the same number of samples"),
         std::pair("--error", "a part can't estimate the error of the whole image"),
         std::pair("--variance", "parts are rendered independently")}) {
-    if (raw.given.count(name) == 0) continue;
+    if (!raw.find(name)) continue;
     throw Error(std::string(name) + ": can't be combined with --part: " + why);
   }
 }
@@ -110,10 +105,8 @@ void interpret_part(const RawOptions& raw, Options& options) {
 void check_for_empty_values(const RawOptions& raw) {
   for (const char* const name :
        {"--output", "--every", "--exposure", "--sensor", "--inspect", "--display"}) {
-    const auto found = raw.given.find(name);
-    if (found != raw.given.end() && found->second.empty()) {
-      throw Error(std::string(name) + ": its value is empty");
-    }
+    const std::string* const text = raw.find(name);
+    if (text && text->empty()) throw Error(std::string(name) + ": its value is empty");
   }
 }
 
@@ -139,18 +132,17 @@ void interpret(const RawOptions& raw, Options& options) {
   for (const std::string& paths : raw.search_paths) {
     for (std::string& path : split(paths, ';')) options.search_paths.push_back(std::move(path));
   }
-  if (raw.stats == "json") {
-    options.stats = StatsFormat::kJson;
-  } else if (raw.stats == "text" || raw.stats == "true") {
-    options.stats = StatsFormat::kText;
-  } else if (!raw.stats.empty()) {
-    throw Error("--stats: expected 'text' or 'json', got '" + raw.stats + "'");
+  if (const std::string* const text = raw.find("--stats")) {
+    if (*text != "json" && *text != "text" && *text != "true") {
+      throw Error("--stats: expected 'text' or 'json', got '" + *text + "'");
+    }
+    options.stats = *text == "json" ? StatsFormat::kJson : StatsFormat::kText;
   }
-  if (!raw.inspect.empty()) {
+  if (const std::string* const text = raw.find("--inspect"); text && !text->empty()) {
     int x = 0, y = 0, used = 0;
-    if (std::sscanf(raw.inspect.c_str(), "%d,%d%n", &x, &y, &used) != 2 ||
-        used != static_cast<int>(raw.inspect.size())) {
-      throw Error("--inspect: expected a pixel as X,Y, got '" + raw.inspect + "'");
+    if (std::sscanf(text->c_str(), "%d,%d%n", &x, &y, &used) != 2 ||
+        used != static_cast<int>(text->size())) {
+      throw Error("--inspect: expected a pixel as X,Y, got '" + *text + "'");
     }
     options.inspect = Vec2(x, y);
     if (options.check) throw Error("--inspect: can't be combined with --check");
@@ -165,16 +157,16 @@ void interpret(const RawOptions& raw, Options& options) {
     interpret_seed(raw, options);
     interpret_part(raw, options);
   }
-  if (raw.given.count("--mpi") > 0) {
+  if (const std::string* const text = raw.find("--mpi")) {
     const std::map<std::string, Options::Mpi> modes = {
         {"auto", Options::Mpi::kAuto}, {"on", Options::Mpi::kOn}, {"off", Options::Mpi::kOff}};
-    const auto mode = modes.find(raw.mpi);
-    if (mode == modes.end()) throw Error("--mpi: expected auto, on or off, got '" + raw.mpi + "'");
+    const auto mode = modes.find(*text);
+    if (mode == modes.end()) throw Error("--mpi: expected auto, on or off, got '" + *text + "'");
     options.mpi = mode->second;
   }
   if (options.command == Options::Command::kMerge) check_for_empty_values(raw);
   if (options.command == Options::Command::kFilm) interpret_film(raw, options.film);
-  if (raw.given.count("--isa") > 0 && options.isa.empty()) throw Error("--isa: its value is empty");
+  if (raw.find("--isa") && options.isa.empty()) throw Error("--isa: its value is empty");
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");
 }
 

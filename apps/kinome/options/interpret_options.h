@@ -1,8 +1,12 @@
 #pragma once
 
+#include <charconv>
 #include <map>
 #include <string>
+#include <type_traits>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "options/options.h"
 
@@ -12,15 +16,25 @@ namespace kinome::app {
 struct RawOptions {
   std::vector<std::string> defines;
   std::vector<std::string> search_paths;
-  std::string stats;
-  std::string inspect;
-  std::string variance;
-  std::string seed;
-  std::string mpi;
-  std::string part;
-  std::string frame, range, target, up, angles;  ///< of `kinome film`
-  std::map<std::string, std::string> given;      ///< last value of each option, by "--NAME"
+  std::map<std::string, std::string> given;  ///< last value of each option, by "--NAME"
+
+  /// Returns nullptr if the option isn't given.
+  const std::string* find(const std::string& name) const {
+    const auto found = given.find(name);
+    return found == given.end() ? nullptr : &found->second;
+  }
 };
+
+/// Parses a number, which must be whole if T is an integer type. Returns an error message unless it
+/// is between `low` and `high`, otherwise "".
+template <class T>
+std::string parse_in_range(const std::string& text, T low, T high, T& number) {
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool is_number = error == std::errc{} && rest == text.data() + text.size();
+  if (is_number && number >= low && number <= high) return "";
+  return fmt::format("must be a {}number between {} and {}, got '{}'",
+                     std::is_integral_v<T> ? "whole " : "", low, high, text);
+}
 
 /// Parses values KEY=VALUE of -D. Throws Error.
 std::map<std::string, std::string> parse_defines(const std::vector<std::string>& given);

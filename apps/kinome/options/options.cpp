@@ -1,7 +1,6 @@
 #include "options/options.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -10,9 +9,9 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "kinome/error.h"
 #include "options/complaints.h"
 #include "options/interpret_options.h"
-#include "kinome/error.h"
 #include "options/line_width.h"
 #include "options/option_pages.h"
 
@@ -67,197 +66,171 @@ std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
   return {{"", Options::Command::kRender}, 0};
 }
 
-constexpr const char* kDefaultRenders = "16";
+/// Declares an option with a value, whose `type` the help prints. CLI11 writes the value into
+/// `variable`, if there is one.
+template <class... Variable>
+CLI::Option* option(CLI::App& app, const char* names, const char* type,
+                    const std::string& description, Variable&... variable) {
+  return app.add_option(names, variable..., description)->type_name(type);
+}
+/// Declares an option that can be repeated.
+void list(CLI::App& app, const char* names, const char* type, const char* description,
+          std::vector<std::string>& values) {
+  option(app, names, type, description, values)->allow_extra_args(false);
+}
+/// Declares a flag without a value.
+template <class Variable>
+void flag(CLI::App& app, const char* names, const char* description, Variable& variable) {
+  app.add_flag(names, variable, description)->disable_flag_override();
+}
 
-/// Returns an error message unless `text` is a number between `low` and `high`; otherwise "". The
-/// number must be whole if T is an integer type.
+/// Returns a check that accepts only numbers between `low` and `high`.
 template <class T>
-std::string range_complaint(const std::string& text, T low, T high) {
-  T number{};
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  const bool is_number = error == std::errc{} && rest == text.data() + text.size();
-  if (is_number && number >= low && number <= high) return "";
-  return fmt::format("must be a {}number between {} and {}, got '{}'",
-                     std::is_integral_v<T> ? "whole " : "", low, high, text);
+auto in_range(T low, T high) {
+  return [low, high](const std::string& text) {
+    T number{};
+    return parse_in_range(text, low, high, number);
+  };
 }
 
 /// Declares options of all commands that write images.
 void declare_verbosity(CLI::App& app, Options& options) {
-  app.add_flag("-v,--verbose", options.verbosity, "Print more messages (repeat for still more)")
-      ->disable_flag_override();
-  app.add_flag("-q,--quiet", options.quiet, "Print only errors, and the reason for exit status 3")
-      ->disable_flag_override();
+  flag(app, "-v,--verbose", "Print more messages (repeat for still more)", options.verbosity);
+  flag(app, "-q,--quiet", "Print only errors, and the reason for exit status 3", options.quiet);
 }
 void declare_png(CLI::App& app, Options& options) {
-  app.add_flag("--png", options.png, "Also write a PNG (sRGB) beside the image")
-      ->disable_flag_override();
-  app.add_option("--exposure", options.exposure, "Exposure of the PNG, in stops; default: 0")
-      ->type_name("STOPS");
+  flag(app, "--png", "Also write a PNG (sRGB) beside the image", options.png);
+  option(app, "--exposure", "STOPS", "Exposure of the PNG, in stops; default: 0", options.exposure);
 }
 
 /// Declares options of all commands that render.
 void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML format")->required();
-  app.add_option("-D,--define", raw.defines, "Set $KEY in the scene file (repeat for more)")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  app.add_option("-t,--threads", options.threads, "Number of threads; default: one per core")
-      ->type_name("COUNT")
-      ->check([](const std::string& text) { return range_complaint(text, 1, 1024); });
-  app.add_option("-s,--sensor", options.sensor, "Sensor to render, by index or id; default: 0")
-      ->type_name("SENSOR");
-  app.add_option("-a,--append", raw.search_paths,
-                 "Search these folders, too, for the scene's files")
-      ->type_name("PATH;PATH")
-      ->allow_extra_args(false);
-  app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
+  list(app, "-D,--define", "KEY=VALUE", "Set $KEY in the scene file (repeat for more)",
+       raw.defines);
+  option(app, "-t,--threads", "COUNT", "Number of threads; default: one per core", options.threads)
+      ->check(in_range(1, 1024));
+  option(app, "-s,--sensor", "SENSOR", "Sensor to render, by index or id; default: 0",
+         options.sensor);
+  list(app, "-a,--append", "PATH;PATH", "Search these folders, too, for the scene's files",
+       raw.search_paths);
+  option(app, "--seed", "N", "Seed of all random numbers; default: 0");
   declare_verbosity(app, options);
-  app.add_option("-m,--mode", options.variant,
-                 "Mitsuba's variant; ignored, because there is only one")
-      ->type_name("VARIANT");
-  app.add_option("--time", options.seconds,
-                 "Render the best image in this time, from the program's start to the written file")
-      ->type_name("SECONDS");
-  app.add_option("--error", options.rel_mse,
-                 "Render until the estimated relMSE of the image is about this")
-      ->type_name("RELMSE");
-  app.add_flag("--variance{" + std::string(kDefaultRenders) + "}", raw.variance,
-               "Render the samples in COUNT independent sets (default: 16), and write the image's "
-               "variance as channels variance.R, .G, .B, for kinome-compare")
+  option(app, "-m,--mode", "VARIANT", "Mitsuba's variant; ignored, because there is only one",
+         options.variant);
+  option(app, "--time", "SECONDS",
+         "Render the best image in this time, from the program's start to the written file",
+         options.seconds);
+  option(app, "--error", "RELMSE", "Render until the estimated relMSE of the image is about this",
+         options.rel_mse);
+  app.add_flag("--variance{16}")
+      ->description(
+          "Render the samples in COUNT independent sets (default: 16), and write the image's "
+          "variance as channels variance.R, .G, .B, for kinome-compare")
       ->type_name("[=COUNT]");
-  app.add_option(
-         "--display", options.display,
+  option(app, "--display", "HOST:PORT",
          "Show the image during the render in the viewer tev at this address (tev's default: "
-         "localhost:14158)")
-      ->type_name("HOST:PORT");
-  app.add_flag("--lenient", options.lenient,
-               "Leave out unsupported features of Mitsuba; exit with status 0, not 3, if plugins "
-               "return impossible values")
-      ->disable_flag_override();
-  app.add_flag("--stats", raw.stats,
-               "Print times and counts to stderr; --stats=json: one JSON object to stdout")
+         "localhost:14158)",
+         options.display);
+  flag(app, "--lenient",
+       "Leave out unsupported features of Mitsuba; exit with status 0, not 3, if plugins return "
+       "impossible values",
+       options.lenient);
+  app.add_flag("--stats")
+      ->description("Print times and counts to stderr; --stats=json: one JSON object to stdout")
       ->type_name("[=json]");
   declare_png(app, options);
 }
 
-void declare_image(CLI::App& app, Options& options, RawOptions& raw) {
-  app.add_option("-o,--output", options.output,
-                 "Image file; default: the scene's name, beside the scene file")
-      ->type_name("FILE");
-  app.add_option("--part", raw.part,
-                 "Render the I-th of N parts of the samples, into a file for kinome merge; all/N: "
-                 "render all parts, into the image that merging them gives")
-      ->type_name("I/N");
-  app.add_option("--checkpoint", options.checkpoint,
-                 "Save finished tiles to this file, until the image is written")
-      ->type_name("FILE");
-  app.add_option("--every", options.every, "Seconds between checkpoints; default: 60")
-      ->type_name("SECONDS");
-  app.add_flag("--resume", options.resume, "Continue from the checkpoint if there is one")
-      ->disable_flag_override();
+void declare_image(CLI::App& app, Options& options) {
+  option(app, "-o,--output", "FILE", "Image file; default: the scene's name, beside the scene file",
+         options.output);
+  option(app, "--part", "I/N",
+         "Render the I-th of N parts of the samples, into a file for kinome merge; all/N: render "
+         "all parts, into the image that merging them gives");
+  option(app, "--checkpoint", "FILE",
+         "Save finished tiles to this file, until the image is written", options.checkpoint);
+  option(app, "--every", "SECONDS", "Seconds between checkpoints; default: 60", options.every);
+  flag(app, "--resume", "Continue from the checkpoint if there is one", options.resume);
 #ifdef KINOME_HAS_MPI
-  app.add_option(
-         "--mpi", raw.mpi,
-         "Render one image with all processes of an MPI launcher (mpirun, srun): on, off or "
-         "auto (if there is a launcher); default: auto")
-      ->type_name("auto|on|off");
+  option(app, "--mpi", "auto|on|off",
+         "Render one image with all processes of an MPI launcher (mpirun, srun): on, off or auto "
+         "(if there is a launcher); default: auto");
 #endif
-  app.add_flag(
-         "--check", options.check,
-         "Instead of rendering, list all errors in the scene and its files, with file and line")
-      ->disable_flag_override();
-  app.add_option(
-         "--inspect", raw.inspect,
-         "Instead of rendering, write an image and a table of where the pixel's light samples "
-         "go")
-      ->type_name("X,Y");
+  flag(app, "--check",
+       "Instead of rendering, list all errors in the scene and its files, with file and line",
+       options.check);
+  option(app, "--inspect", "X,Y",
+         "Instead of rendering, write an image and a table of where the pixel's light samples go");
 }
 
-void declare_film(CLI::App& app, Options& options, RawOptions& raw) {
+void declare_film(CLI::App& app, Options& options) {
   FilmOptions& film = options.film;
-  app.add_option("-o,--output", options.output,
-                 "FILE.mp4, or names of frames with a number, such as frames/%04d.exr or .png; "
-                 "default: the scene's name with .mp4, beside the scene file")
-      ->type_name("FILE");
-  app.add_option("--path", film.path,
-                 "Path of the camera: orbit (around its target), ellipse (on a sphere about its "
-                 "target), or a JSON file with keys of the camera and other parameters")
-      ->type_name("orbit|ellipse|FILE")
+  option(app, "-o,--output", "FILE",
+         "FILE.mp4, or names of frames with a number, such as frames/%04d.exr or .png; default: "
+         "the scene's name with .mp4, beside the scene file",
+         options.output);
+  option(app, "--path", "orbit|ellipse|FILE",
+         "Path of the camera: orbit (around its target), ellipse (on a sphere about its target), "
+         "or a JSON file with keys of the camera and other parameters",
+         film.path)
       ->required();
-  app.add_option("--frames", film.frames, "Number of frames")->type_name("COUNT")->required();
-  app.add_option("--fps", film.rate, "Frames per second; default: 25")->type_name("RATE");
-  app.add_option("--frame", raw.frame, "Render only this frame, counted from 0")->type_name("I");
-  app.add_option("--range", raw.range, "Render only these frames, both included")
-      ->type_name("FIRST:LAST");
-  app.add_option("--target", raw.target,
-                 "Target of orbit and ellipse; default: the point that the scene's sensor shows at "
-                 "the centre of the image")
-      ->type_name("X,Y,Z");
-  app.add_option("--up", raw.up, "Up direction; default: the axis nearest to the camera's")
-      ->type_name("X,Y,Z");
-  app.add_option(
-         "--angles", raw.angles,
+  option(app, "--frames", "COUNT", "Number of frames", film.frames)->required();
+  option(app, "--fps", "RATE", "Frames per second; default: 25", film.rate);
+  option(app, "--frame", "I", "Render only this frame, counted from 0");
+  option(app, "--range", "FIRST:LAST", "Render only these frames, both included");
+  option(app, "--target", "X,Y,Z",
+         "Target of orbit and ellipse; default: the point that the scene's sensor shows at the "
+         "centre of the image");
+  option(app, "--up", "X,Y,Z", "Up direction; default: the axis nearest to the camera's");
+  option(app, "--angles", "A,B",
          "Half axes of the ellipse, to the side and up, in degrees as seen from the target; "
-         "default: 30,10")
-      ->type_name("A,B");
+         "default: 30,10");
 }
 
 void declare_merge(CLI::App& app, Options& options) {
   app.add_option("PART.exr", options.files, "Files of all parts, in any order")->required();
-  app.add_option("-o,--output", options.output, "Image file")->type_name("FILE")->required();
-  app.add_flag("--allow-missing", options.allow_missing,
-               "Merge although parts are missing or were interrupted")
-      ->disable_flag_override();
+  option(app, "-o,--output", "FILE", "Image file", options.output)->required();
+  flag(app, "--allow-missing", "Merge although parts are missing or were interrupted",
+       options.allow_missing);
   declare_verbosity(app, options);
   declare_png(app, options);
 }
 
 void declare_plugin_options(CLI::App& app, Options& options) {
-  app.add_option("--plugin-path", options.plugin_paths,
-                 "Search this folder, too, for plugins (repeat for more)")
-      ->type_name("FOLDER")
-      ->allow_extra_args(false);
-  app.add_option("--isa", options.isa,
-                 "Best instruction set that plugins may use (x86-64-v2, x86-64-v3, x86-64-v4); "
-                 "default: the processor's")
-      ->type_name("NAME");
+  list(app, "--plugin-path", "FOLDER", "Search this folder, too, for plugins (repeat for more)",
+       options.plugin_paths);
+  option(app, "--isa", "NAME",
+         "Best instruction set that plugins may use (x86-64-v2, x86-64-v3, x86-64-v4); default: "
+         "the processor's",
+         options.isa);
 }
 
 void declare_list(CLI::App& app, Options& options) {
   app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
-  app.add_flag("--markdown", options.markdown,
-               "Print a table in Markdown, or a page about one plugin")
-      ->disable_flag_override();
-  app.add_flag("--mitsuba", options.mitsuba,
-               "List all plugins of Mitsuba, and which of them are supported")
-      ->disable_flag_override();
+  flag(app, "--markdown", "Print a table in Markdown, or a page about one plugin",
+       options.markdown);
+  flag(app, "--mitsuba", "List all plugins of Mitsuba, and which of them are supported",
+       options.mitsuba);
 }
 
 void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("PLUGIN", options.plugin_name,
                  "Name, CATEGORY/NAME, or the path of CATEGORY/NAME.so")
       ->required();
-  app.add_option(
-         "-D,--define", raw.defines,
-         "Set a parameter of the plugin; a VALUE that begins with '<' is XML (repeat for more)")
-      ->type_name("PARAMETER=VALUE")
-      ->allow_extra_args(false);
-  app.add_option("--only", options.only, "Run only this check (repeat for more)")
-      ->type_name("CHECK")
-      ->allow_extra_args(false);
-  app.add_option("--except", options.except, "Leave out this check (repeat for more)")
-      ->type_name("CHECK")
-      ->allow_extra_args(false);
-  app.add_option(
-         "--against", options.against,
+  list(app, "-D,--define", "PARAMETER=VALUE",
+       "Set a parameter of the plugin; a VALUE that begins with '<' is XML (repeat for more)",
+       raw.defines);
+  list(app, "--only", "CHECK", "Run only this check (repeat for more)", options.only);
+  list(app, "--except", "CHECK", "Leave out this check (repeat for more)", options.except);
+  option(app, "--against", "NAME",
          "For an integrator or an emitter: another one, by name or as XML, that must give the "
-         "same result")
-      ->type_name("NAME");
-  app.add_option("--effort", options.effort,
-                 "Multiply the usual number of random samples; default: 1")
-      ->type_name("FACTOR")
-      ->check([](const std::string& text) { return range_complaint(text, 0.01, 1000.0); });
-  app.add_option("--seed", raw.seed, "Seed of all random numbers; default: 0")->type_name("N");
+         "same result",
+         options.against);
+  option(app, "--effort", "FACTOR", "Multiply the usual number of random samples; default: 1",
+         options.effort)
+      ->check(in_range(0.01, 1000.0));
+  option(app, "--seed", "N", "Seed of all random numbers; default: 0");
 }
 
 void declare_new(CLI::App& app, Options& options) {
@@ -265,8 +238,7 @@ void declare_new(CLI::App& app, Options& options) {
                  "bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture")
       ->required();
   app.add_option("NAME", options.plugin_name, "Name of the plugin")->required();
-  app.add_option("--output", options.folder, "Folder to create; default: NAME")
-      ->type_name("FOLDER");
+  option(app, "--output", "FOLDER", "Folder to create; default: NAME", options.folder);
 }
 
 /// Wraps the descriptions of options to the width of the terminal.
@@ -297,7 +269,7 @@ struct OptionsParser::Language {
                  "category, or the parameters of one.\nkinome check PLUGIN: checks "
                  "a plugin for errors.\nkinome new CATEGORY NAME: starts a plugin.");
         declare_render(app, options, raw);
-        declare_image(app, options, raw);
+        declare_image(app, options);
         declare_page("--man", "Print the manual page, for man -l", man_page);
         declare_page("--completion", "Print a completion script for bash", bash_completion);
         break;
@@ -306,7 +278,7 @@ struct OptionsParser::Language {
                  "Renders an animation, with a moving camera and changing parameters, as\n"
                  "frames and a video. If it was interrupted, the same command continues\n"
                  "with the missing frames.");
-        declare_film(app, options, raw);
+        declare_film(app, options);
         declare_render(app, options, raw);
         break;
       case Options::Command::kMerge:
