@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "../textures/derived_texture.h"
+#include "kinome/derived_texture.h"
 #include "kinome/properties.h"
 
 namespace kinome {

@@ -19,8 +19,10 @@ constexpr Parameter kTable[] = {
     ignored_row("to_world", ParameterType::kTransform, "instances have their own"),
 };
 
+using Group = ShapeGroup;
+
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::ShapeGroup, kinome::Category::kShape, "shapegroup",
+KINOME_PLUGIN(kinome::Group, kinome::Category::kShape, "shapegroup",
               "A group of shapes that instances place in the scene.", kinome::kTable);

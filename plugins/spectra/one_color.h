@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "../textures/derived_texture.h"
+#include "kinome/derived_texture.h"
 #include "kinome/plugin.h"
 
 namespace kinome {

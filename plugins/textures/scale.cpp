@@ -1,4 +1,4 @@
-#include "derived_texture.h"
+#include "kinome/derived_texture.h"
 #include "kinome/plugin.h"
 #include "kinome/wide/textures.h"
 
