@@ -17,12 +17,7 @@ std::string plugin_title(const Properties& props) {
 
 /// Returns true if the parameter's objects are matched by category, not by name.
 bool is_by_category(const Parameter& row) {
-  return row.type == ParameterType::kObject && row.category != Category::kTexture;
-}
-
-bool takes_textures(const Parameter& row) {
-  return takes_texture(row.type) ||
-         (row.type == ParameterType::kObject && row.category == Category::kTexture);
+  return row.type == ParameterType::kObject && row.category != Category::kTexture && !row.by_name;
 }
 
 bool has_pixels(const Properties& props) {
@@ -39,34 +34,46 @@ bool has_misnamed_value(const Parameter& row, const Properties& props,
   for (const Parameter& other : plugin.parameters) known.emplace_back(other.name);
   return std::any_of(props.entries().begin(), props.entries().end(), [&](const auto& entry) {
     const auto& [name, value] = entry;
-    if (find_row(plugin, name) || !accepts(row.type, value.value)) return false;
-    const auto* object = std::get_if<ObjectPointer>(&value.value);
-    if (row.type == ParameterType::kObject && category_of(**object) != row.category) return false;
+    if (find_row(plugin, name) || !accepts(row, value.value)) return false;
     const std::string nearest = name.starts_with("_arg_") ? "" : nearest_name(name, known);
     return nearest.empty() || nearest == row.name;
   });
 }
 
+/// Returns true if the plugin takes objects of this category, but only by name.
+bool is_only_by_name(const PluginDescriptor& plugin, Category category) {
+  bool has_name = false;
+  for (const Parameter& row : plugin.parameters) {
+    if (row.type != ParameterType::kObject || row.category != category) continue;
+    if (!row.by_name) return false;
+    has_name = true;
+  }
+  return has_name;
+}
+
 Error unknown_parameter(const Properties& props, const PluginDescriptor& plugin,
-                        const std::string& name, const Location& where) {
+                        const std::string& name, const Properties::Entry& entry) {
   std::vector<std::string> known;
   std::string list;
+  const bool is_object = std::holds_alternative<ObjectPointer>(entry.value);
   for (const Parameter& row : plugin.parameters) {
-    if (is_by_category(row)) continue;
+    if (is_by_category(row) || (is_object && !accepts(row, entry.value))) continue;
     known.push_back(row.name);
     list += (list.empty() ? "" : ", ") + known.back();
   }
   if (name.starts_with("_arg_")) {
-    return Error(where, "a texture of " + plugin_title(props) + " needs a name (" +
-                            (list.empty() ? "but it takes none" : "one of " + list) + ")");
+    return Error(entry.where, describe(entry.value) + " of " + plugin_title(props) +
+                                  " needs a name (" +
+                                  (list.empty() ? "but it takes none" : "one of " + list) + ")");
   }
   const std::string nearest = nearest_name(name, known);
   std::string hint = list.empty() ? "it has none" : "it has " + list;
   if (!nearest.empty()) hint = "did you mean '" + nearest + "'?";
-  return Error(where, plugin_title(props) + " has no parameter '" + name + "' (" + hint + ")");
+  return Error(entry.where,
+               plugin_title(props) + " has no parameter '" + name + "' (" + hint + ")");
 }
 
-/// Counts nested objects other than textures by category. Their names are ignored.
+/// Counts nested objects that are matched by category. Their names are ignored.
 class ObjectCounts {
  public:
   ObjectCounts(const Properties& props, const PluginDescriptor& plugin) : props_(props) {
@@ -113,9 +120,9 @@ void check_value(const Properties& props, const PluginDescriptor& plugin, const 
                  const Properties::Entry& entry, std::vector<Error>& faults) {
   const Parameter* row = find_row(plugin, name);
   if (!row || is_by_category(*row)) {
-    faults.push_back(unknown_parameter(props, plugin, name, entry.where));
-  } else if (!accepts(row->type, entry.value)) {
-    faults.emplace_back(entry.where, "'" + name + "' must be " + describe(row->type) + ", got " +
+    faults.push_back(unknown_parameter(props, plugin, name, entry));
+  } else if (!accepts(*row, entry.value)) {
+    faults.emplace_back(entry.where, "'" + name + "' must be " + describe(*row) + ", got " +
                                          describe(entry.value));
   }
 }
@@ -140,20 +147,23 @@ std::vector<Error> check_parameters(const Properties& props, const PluginDescrip
       continue;
     }
     const Category category = category_of(**object);
-    if (category != Category::kTexture) {
-      counts.add(category, entry.where, faults);
-    } else if (const Parameter* row = find_row(plugin, name); !row || !takes_textures(*row)) {
+    const Parameter* const row = find_row(plugin, name);
+    if (category == Category::kTexture || (row && row->by_name) ||
+        is_only_by_name(plugin, category)) {
       check_value(props, plugin, name, entry, faults);
+    } else {
+      counts.add(category, entry.where, faults);
     }
   }
   if (lost.anything) return faults;
   for (const Parameter& row : plugin.parameters) {
     if (!row.required || is_by_category(row) || props.has(row.name)) continue;
+    if (row.by_name && lost.categories.count(row.category)) continue;
     // The pixels of an image may replace a required file.
     if (row.type == ParameterType::kFile && has_pixels(props)) continue;
     if (lost.names.count(row.name) || has_misnamed_value(row, props, plugin)) continue;
     faults.emplace_back(props.where(), plugin_title(props) + " needs parameter '" + row.name +
-                                           "', " + describe(row.type));
+                                           "', " + describe(row));
   }
   counts.check_required(lost, faults);
   return faults;

@@ -82,13 +82,20 @@ bool Properties::has(const std::string& name) const {
                      [&](const auto& entry) { return entry.first == name; });
 }
 
+bool Properties::has_object(const std::string& name) const {
+  return std::any_of(entries_.begin(), entries_.end(), [&](const auto& entry) {
+    return entry.first == name &&
+           std::holds_alternative<std::shared_ptr<Object>>(entry.second.value);
+  });
+}
+
 Properties::Value Properties::value(const std::string& name) const {
   if (const Entry* entry = find(name)) return entry->value;
   const Parameter& row = parameter(name);
   if (row.default_value) return parse_default(row);
   if (row.type == ParameterType::kTransform) return Transform();
   throw Error(where_, std::string(to_string(category_)) + " '" + plugin_name_ +
-                          "' needs parameter '" + name + "', " + describe(row.type));
+                          "' needs parameter '" + name + "', " + describe(row));
 }
 
 bool Properties::boolean(const std::string& name) const {
@@ -192,6 +199,14 @@ std::shared_ptr<const Image> Properties::image(const std::string& name) const {
   const Entry* const entry = find(name);
   if (!entry) return nullptr;
   return get_as<std::shared_ptr<const Image>>(*this, name, entry->value, "an array of pixels");
+}
+
+std::shared_ptr<Object> Properties::named(const std::string& name) const {
+  const Parameter& row = parameter(name);
+  if (!row.required && !has(name)) return nullptr;
+  const Value v = value(name);
+  if (!accepts(row, v)) throw error(name, "must be " + describe(row) + ", got " + describe(v));
+  return std::get<std::shared_ptr<Object>>(v);
 }
 
 int Properties::choice(const std::string& name) const {

@@ -21,6 +21,12 @@ bool holds(const Properties::Value& value) {
   return std::holds_alternative<T>(value);
 }
 
+/// Returns "a bsdf", "an emitter" and so on.
+std::string with_article(Category category) {
+  const std::string name = to_string(category);
+  return (name[0] == 'e' || name[0] == 'i' ? "an " : "a ") + name;
+}
+
 bool is_texture(const Properties::Value& value) {
   const auto* object = std::get_if<std::shared_ptr<Object>>(&value);
   return object && dynamic_cast<const Texture*>(object->get());
@@ -59,8 +65,7 @@ std::string describe(const Properties::Value& value) {
     std::string operator()(const Transform&) const { return "a transform"; }
     std::string operator()(const std::shared_ptr<const Image>&) const { return "pixels"; }
     std::string operator()(const std::shared_ptr<Object>& object) const {
-      const std::string name = to_string(category_of(*object));
-      return (name[0] == 'e' || name[0] == 'i' ? "an " : "a ") + name;
+      return with_article(category_of(*object));
     }
   };
   return std::visit(Visitor{}, value);
@@ -92,6 +97,11 @@ std::string describe(ParameterType type) {
   }
 }
 
+std::string describe(const Parameter& parameter) {
+  return parameter.type == ParameterType::kObject ? with_article(parameter.category)
+                                                  : describe(parameter.type);
+}
+
 bool accepts(ParameterType type, const Properties::Value& value) {
   switch (type) {
     case ParameterType::kBoolean:
@@ -121,6 +131,13 @@ bool accepts(ParameterType type, const Properties::Value& value) {
       return holds<std::shared_ptr<Object>>(value);
   }
   return false;
+}
+
+bool accepts(const Parameter& parameter, const Properties::Value& value) {
+  const auto* object = std::get_if<std::shared_ptr<Object>>(&value);
+  const bool is_of_category = !object || parameter.type != ParameterType::kObject ||
+                              category_of(**object) == parameter.category;
+  return is_of_category && accepts(parameter.type, value);
 }
 
 std::optional<UniformColor> as_uniform_color(const Properties::Value& value) {

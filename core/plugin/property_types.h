@@ -11,8 +11,12 @@ namespace kinome {
 std::string describe(const Properties::Value& value);
 /// Returns the name of the accepted values: "an integer", "a color (rgb, spectrum or float)".
 std::string describe(ParameterType type);
+/// The same for a parameter; for a kObject, its category.
+std::string describe(const Parameter& parameter);
 /// Returns true if a parameter of `type` accepts the value.
 bool accepts(ParameterType type, const Properties::Value& value);
+/// The same for a parameter; a kObject accepts only objects of its category.
+bool accepts(const Parameter& parameter, const Properties::Value& value);
 
 /// Converts a number, colour or vector to a colour; returns nullopt for other types.
 std::optional<UniformColor> as_uniform_color(const Properties::Value& value);

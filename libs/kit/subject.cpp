@@ -59,6 +59,28 @@ constexpr const char* kCamera =
     "<sampler type='independent'/><film type='hdrfilm'><integer name='width' value='64'/>"
     "<integer name='height' value='64'/><rfilter type='box'/></film></sensor>";
 
+/// Returns the XML element of a nested object, with the name that the parameter requires.
+std::string named_xml(const Parameter& parameter, std::string element) {
+  if (!parameter.by_name) return element;
+  return element.insert(element.find(" type="),
+                        fmt::format(" name=\"{}\"", escaped(parameter.name)));
+}
+
+const char* object_xml(Category category) {
+  switch (category) {
+    case Category::kBsdf: return "<bsdf type=\"diffuse\"/>";
+    case Category::kEmitter: return "<emitter type=\"area\"/>";
+    case Category::kFilm: return "<film type=\"hdrfilm\"/>";
+    case Category::kIntegrator: return "<integrator type=\"direct\"/>";
+    case Category::kReconstructionFilter: return "<rfilter type=\"box\"/>";
+    case Category::kSampler: return "<sampler type=\"independent\"/>";
+    case Category::kSensor: return kCamera;
+    case Category::kShape: return "<shape type=\"sphere\"/>";
+    case Category::kTexture: return "<texture type=\"checkerboard\"/>";
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string parameter_xml(const Parameter& parameter, const std::string& value) {
@@ -69,7 +91,8 @@ std::string parameter_xml(const Parameter& parameter, const std::string& value) 
     return fmt::format("<transform name=\"{}\"><matrix value=\"{}\"/></transform>", name, text);
   }
   if (parameter.type == ParameterType::kObject) {
-    return fmt::format("<{} type=\"{}\"/>", to_string(parameter.category), text);
+    return named_xml(parameter,
+                     fmt::format("<{} type=\"{}\"/>", to_string(parameter.category), text));
   }
   return fmt::format("<{} name=\"{}\" value=\"{}\"/>", tag_of(parameter, value), name, text);
 }
@@ -82,21 +105,9 @@ std::string needed_xml(const Parameter& parameter) {
     case ParameterType::kTransform: return "";
     case ParameterType::kBoolean: return parameter_xml(parameter, "false");
     case ParameterType::kInteger: return parameter_xml(parameter, "1");
-    case ParameterType::kObject: break;
+    case ParameterType::kObject: return named_xml(parameter, object_xml(parameter.category));
     default: return parameter_xml(parameter, "0.5");
   }
-  switch (parameter.category) {
-    case Category::kBsdf: return "<bsdf type=\"diffuse\"/>";
-    case Category::kEmitter: return "<emitter type=\"area\"/>";
-    case Category::kFilm: return "<film type=\"hdrfilm\"/>";
-    case Category::kIntegrator: return "<integrator type=\"direct\"/>";
-    case Category::kReconstructionFilter: return "<rfilter type=\"box\"/>";
-    case Category::kSampler: return "<sampler type=\"independent\"/>";
-    case Category::kSensor: return kCamera;
-    case Category::kShape: return "<shape type=\"sphere\"/>";
-    case Category::kTexture: return "<texture type=\"checkerboard\"/>";
-  }
-  return "";
 }
 
 Subject::Subject(const Request& request) : request_(request) {
@@ -197,7 +208,7 @@ int Subject::samples(int usual) const {
 bool Subject::is_given(const Parameter& parameter) const {
   const std::string tag = std::string("<") + to_string(parameter.category);
   return request_.parameters.count(parameter.name) > 0 ||
-         (parameter.type == ParameterType::kObject &&
+         (parameter.type == ParameterType::kObject && !parameter.by_name &&
           std::any_of(request_.parameters.begin(), request_.parameters.end(),
                       [&](const auto& given) { return given.second.starts_with(tag); }));
 }

@@ -35,7 +35,9 @@ bool can_do_without(const Lost& lost, const PluginDescriptor& plugin) {
 /// Returns the parameter that takes textures of any name, or without a name.
 std::optional<std::string> row_of_any_texture(const PluginDescriptor& plugin) {
   for (const Parameter& row : plugin.parameters) {
-    if (row.type == ParameterType::kObject && row.category == Category::kTexture) return row.name;
+    if (row.type == ParameterType::kObject && row.category == Category::kTexture && !row.by_name) {
+      return row.name;
+    }
   }
   return std::nullopt;
 }

@@ -27,7 +27,7 @@ class BumpMap final : public TurnedFrame<BumpMap> {
  public:
   explicit BumpMap(const Properties& props)
       : TurnedFrame(props),
-        heights_(props.object<Texture>()),
+        heights_(props.object<Texture>("texture")),
         scale_(props.real("scale", "must be finite", [](float s) { return std::isfinite(s); })) {
     if (!heights_->attribute().empty()) {
       throw props.error("texture", "can't be a mesh attribute, which has no derivatives");

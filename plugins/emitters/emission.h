@@ -53,14 +53,10 @@ inline void check_emission(const Properties& props, const std::string& name, con
 /// texture warns about them.
 inline std::shared_ptr<Texture> read_emission_texture(const Properties& props,
                                                       const std::string& name) {
-  for (const auto& [key, entry] : props.entries()) {
-    if (key == name && std::holds_alternative<std::shared_ptr<Object>>(entry.value)) {
-      auto texture = props.texture(name);
-      check_emission(props, name, *texture);
-      return texture;
-    }
-  }
-  return make_uniform_texture(read_emission(props, name));
+  if (!props.has_object(name)) return make_uniform_texture(read_emission(props, name));
+  auto texture = props.texture(name);
+  check_emission(props, name, *texture);
+  return texture;
 }
 
 /// Returns true if the scene sets `name` (a vector) instead of to_world. Throws Error if it sets

@@ -6,7 +6,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "kinome/film_layers.h"
@@ -23,13 +22,9 @@ namespace kinome {
 class NestingIntegrator : public Integrator {
  public:
   explicit NestingIntegrator(const Properties& props) {
-    for (const auto& [name, entry] : props.entries()) {
-      const auto* object = std::get_if<std::shared_ptr<Object>>(&entry.value);
-      auto integrator = object ? std::dynamic_pointer_cast<Integrator>(*object) : nullptr;
-      if (!integrator) continue;
-      entry.read = true;
+    for (auto& [name, where, integrator] : props.nested<Integrator>()) {
       const auto layers = integrator->layers();
-      nested_.push_back({name, entry.where, std::move(integrator), static_cast<int>(layers_.size())});
+      nested_.push_back({name, where, std::move(integrator), static_cast<int>(layers_.size())});
       layers_.insert(layers_.end(), layers.begin(), layers.end());
     }
     if (layers_.empty()) layers_.emplace_back();  // the film's colour

@@ -43,7 +43,7 @@ class Scale final : public DerivedTexture {
  private:
   static std::shared_ptr<const Texture> read_texture(const Properties& props) {
     const bool has_value = props.has("value");
-    if (const auto nested = props.object<Texture>()) {
+    if (const auto nested = props.object<Texture>("texture")) {
       if (has_value) {
         throw props.error("value", "can't be combined with a nested texture: remove one of them");
       }

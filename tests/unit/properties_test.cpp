@@ -24,6 +24,8 @@ constexpr Parameter kTable[] = {
     {"to_world", ParameterType::kTransform, nullptr, ""},
     {"moved", ParameterType::kTransform, "1 0 0 5  0 1 0 6  0 0 1 7  0 0 0 1", ""},
     {"bad", ParameterType::kFloat, "one", ""},
+    named_object("mask", Category::kTexture, ""),
+    named_object("inner", Category::kBsdf, "", true),
 };
 const Location kWhere{"f.xml", 2, 5};
 
@@ -157,6 +159,37 @@ TEST(Properties, KnowsWhatNobodyRead) {
   props.integer("count");
   EXPECT_FALSE(props.entries()[0].second.read);
   EXPECT_TRUE(props.entries()[1].second.read);
+}
+
+TEST(Properties, ObjectsAreFoundByName) {
+  Properties props = make();
+  EXPECT_EQ(props.object<Texture>("mask"), nullptr);
+  EXPECT_EQ(error_of([&] { props.object<Bsdf>("inner"); }),
+            "f.xml:1:1: bsdf 'thing' needs parameter 'inner', a bsdf");
+  const std::shared_ptr<Texture> texture = make_uniform_texture(Rgb(1.f));
+  props.set("other", std::shared_ptr<Object>(make_uniform_texture(Rgb(0.f))), kWhere);
+  props.set("mask", std::shared_ptr<Object>(texture), kWhere);
+  EXPECT_EQ(props.object<Texture>("mask"), texture);
+  EXPECT_TRUE(props.has_object("mask"));
+  EXPECT_FALSE(props.has_object("inner"));
+  EXPECT_FALSE(props.entries()[0].second.read);
+  EXPECT_TRUE(props.entries()[1].second.read);
+  const auto nested = props.nested<Texture>();
+  ASSERT_EQ(nested.size(), 2u);
+  EXPECT_EQ(nested[0].name, "other");
+  EXPECT_EQ(nested[0].where.line, 2);
+  EXPECT_EQ(nested[1].object, texture);
+}
+
+TEST(Properties, ObjectsOfTheWrongKindAreRefused) {
+  Properties props = make();
+  props.set("inner", std::shared_ptr<Object>(make_uniform_texture(Rgb(1.f))), kWhere);
+  props.set("mask", 1.0, kWhere);
+  EXPECT_EQ(error_of([&] { props.object<Bsdf>("inner"); }),
+            "f.xml:2:5: 'inner' must be a bsdf, got a texture");
+  EXPECT_EQ(error_of([&] { props.object<Texture>("mask"); }),
+            "f.xml:2:5: 'mask' must be a texture, got a float");
+  EXPECT_FALSE(props.has_object("mask"));
 }
 
 TEST(Properties, IntegersAreHeldToARange) {

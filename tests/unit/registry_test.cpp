@@ -52,8 +52,8 @@ TEST(Registry, LoadsOnFirstUseAndOnce) {
 TEST(Registry, ListsNamesWithoutLoading) {
   PluginRegistry registry({"/no/such/folder", KINOME_UNIT_PLUGINS});
   EXPECT_EQ(registry.names(Category::kTexture),
-            (std::vector<std::string>{"foreign_abi", "no_descriptor", "probe", "strict",
-                                      "unresolved", "uv_probe", "wide_probe"}));
+            (std::vector<std::string>{"boundary", "foreign_abi", "no_descriptor", "probe",
+                                      "strict", "unresolved", "uv_probe", "wide_probe"}));
   EXPECT_TRUE(registry.names(Category::kShape).empty());
   EXPECT_TRUE(registry.loaded().empty());
 }
@@ -278,6 +278,47 @@ TEST(Create, MatchesObjectsByCategory) {
   strange.set("x", load_object_from_string("<rfilter type='box'/>", "", {}, probe_registry()),
               {"f.xml", 2, 3});
   EXPECT_EQ(create_error(strange), "f.xml:2:3: texture 'probe' takes no rfilter");
+}
+
+std::shared_ptr<Probe> boundary_of(const std::string& children) {
+  return std::dynamic_pointer_cast<Probe>(load_object_from_string(
+      "<texture type='boundary'>" + children + "</texture>", "f.xml", {}, probe_registry()));
+}
+
+TEST(Create, MatchesNamedObjectsByName) {
+  const auto probe = boundary_of(
+      "<bsdf name='exterior' type='null'/><bsdf type='plastic'/>"
+      "<bsdf name='interior' type='diffuse'/>");
+  ASSERT_EQ(probe->objects.size(), 4u);
+  EXPECT_EQ(probe->objects[0]->plugin(), "bsdf/diffuse");
+  EXPECT_EQ(probe->objects[1]->plugin(), "bsdf/null");
+  EXPECT_EQ(probe->objects[2], nullptr);
+  EXPECT_EQ(probe->objects[3], nullptr);
+  EXPECT_EQ(probe->string, "exterior _arg_0 interior ");
+}
+
+TEST(Create, NamesMissingAndWrongObjects) {
+  const std::string interior = "<bsdf name='interior' type='diffuse'/>";
+  const std::pair<std::string, const char*> cases[] = {
+      {"", "f.xml:1:1: texture 'boundary' needs parameter 'interior', a bsdf"},
+      {"<bsdf type='diffuse'/>",
+       "f.xml:1:1: texture 'boundary' needs parameter 'interior', a bsdf"},
+      {"<emitter name='interior' type='constant'/>",
+       "f.xml:1:26: 'interior' must be a bsdf, got an emitter"},
+      {"<float name='interior' value='1'/>", "f.xml:1:26: 'interior' must be a bsdf, got a float"},
+      {interior + "<emitter type='constant'/>",
+       "an emitter of texture 'boundary' needs a name (one of light)"},
+      {interior + "<texture type='checkerboard'/>",
+       "a texture of texture 'boundary' needs a name (one of mask)"},
+      {interior + "<emitter name='lihgt' type='constant'/>",
+       "texture 'boundary' has no parameter 'lihgt' (did you mean 'light'?)"},
+      {interior + "<bsdf type='null'/><bsdf type='null'/>",
+       "texture 'boundary' takes at most 1 bsdf"},
+  };
+  for (const auto& [children, message] : cases) {
+    const std::string error = error_of([&, &xml = children] { boundary_of(xml); });
+    EXPECT_NE(error.find(message), std::string::npos) << error;
+  }
 }
 
 TEST(Create, ListsWhatWasNotRead) {

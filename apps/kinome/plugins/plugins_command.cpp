@@ -132,8 +132,9 @@ std::string parameters_in_markdown(const PluginDescriptor& plugin) {
   std::string text;
   for (const Parameter& p : plugin.parameters) {
     if (!text.empty()) text += ", ";
-    text += p.type == ParameterType::kObject ? fmt::format("*{}*", type_name(p))
-                                             : fmt::format("`{}`", p.name);
+    const bool is_by_category = p.type == ParameterType::kObject && !p.by_name;
+    const char* const mark = p.type == ParameterType::kObject ? "*" : "`";
+    text += fmt::format("{}{}{}", mark, is_by_category ? type_name(p) : p.name, mark);
     const std::string value = default_text(p);
     if (!value.empty()) text += fmt::format(" ({})", value);
   }

@@ -23,7 +23,7 @@ enum class ParameterType {
   kColorTexture,
   kTransform,
   kImage,   ///< pixels in memory (Properties::image()); not available in scene files
-  kObject,  ///< a nested object of `category`, with any name
+  kObject,  ///< a nested object of `category`; its name is arbitrary unless `by_name` is set
 };
 KINOME_EXPORT const char* to_string(ParameterType type);
 
@@ -61,6 +61,8 @@ struct Parameter {
   /// True if scenes may give the parameter but the plugin never reads it. The loader still checks
   /// its type, and logs a warning with `doc` as the reason. See ignored_row().
   bool ignored = false;
+  /// True for a kObject that scenes must give by the row's name. See named_object().
+  bool by_name = false;
 };
 
 /// Creates a row for a string with a fixed set of values. `choices` must live as long as the
@@ -69,6 +71,15 @@ constexpr Parameter choice_of(const char* name, std::span<const char* const> cho
                               const char* default_value, const char* doc) {
   Parameter row{name, ParameterType::kString, default_value, doc};
   row.choices = choices;
+  return row;
+}
+
+/// Creates a row for a nested object that scenes give by name: `<bsdf name="interior" type="…"/>`.
+/// This lets a plugin distinguish objects of one category. See Properties::object(name).
+constexpr Parameter named_object(const char* name, Category category, const char* doc,
+                                 bool required = false) {
+  Parameter row{name, ParameterType::kObject, nullptr, doc, required, category};
+  row.by_name = true;
   return row;
 }
 

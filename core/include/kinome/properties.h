@@ -63,6 +63,8 @@ class KINOME_EXPORT Properties {
 
   /// True if the scene sets the parameter.
   bool has(const std::string& name) const;
+  /// True if the scene sets the parameter to a nested object, such as a texture.
+  bool has_object(const std::string& name) const;
 
   /// Value of a parameter: the scene's, or the table's default. All getters throw Error if there is
   /// neither.
@@ -103,18 +105,32 @@ class KINOME_EXPORT Properties {
   /// otherwise.
   int choice(const std::string& name) const;
 
+  /// A nested object with its name in the scene: "_arg_0", "_arg_1" and so on if it has none.
+  template <class T>
+  struct Nested {
+    std::string name;
+    Location where;
+    std::shared_ptr<T> object;
+  };
   /// Returns all nested objects of class T (Bsdf, Film, …), in file order.
   template <class T>
-  std::vector<std::shared_ptr<T>> objects() const {
-    std::vector<std::shared_ptr<T>> found;
+  std::vector<Nested<T>> nested() const {
+    std::vector<Nested<T>> found;
     for (const auto& [name, entry] : entries_) {
       if (const auto* object = std::get_if<std::shared_ptr<Object>>(&entry.value)) {
         if (auto t = std::dynamic_pointer_cast<T>(*object)) {
           entry.read = true;
-          found.push_back(std::move(t));
+          found.push_back({name, entry.where, std::move(t)});
         }
       }
     }
+    return found;
+  }
+  /// The same without the names.
+  template <class T>
+  std::vector<std::shared_ptr<T>> objects() const {
+    std::vector<std::shared_ptr<T>> found;
+    for (auto& one : nested<T>()) found.push_back(std::move(one.object));
     return found;
   }
   /// Returns the first nested object of class T, or nullptr.
@@ -122,6 +138,16 @@ class KINOME_EXPORT Properties {
   std::shared_ptr<T> object() const {
     auto all = objects<T>();
     return all.empty() ? nullptr : all.front();
+  }
+  /// Returns the nested object of a kObject parameter that is given by name: a named_object(), or a
+  /// texture. Returns nullptr if it is optional and not set. Throws Error if it is missing or not a
+  /// T.
+  template <class T>
+  std::shared_ptr<T> object(const std::string& name) const {
+    const std::shared_ptr<Object> object = named(name);
+    auto t = std::dynamic_pointer_cast<T>(object);
+    if (object && !t) throw error(name, "can't be a '" + object->plugin() + "'");
+    return t;
   }
 
   /// Creates an Error located at parameter `name`, or at the object if the scene doesn't set it:
@@ -140,6 +166,9 @@ class KINOME_EXPORT Properties {
   const Parameter& parameter(const std::string& name) const;
   /// Returns the value in the scene, or the table's default.
   Value value(const std::string& name) const;
+  /// Returns the object of a kObject parameter, which has the parameter's category. Returns nullptr
+  /// if it is optional and not set.
+  std::shared_ptr<Object> named(const std::string& name) const;
 
   Category category_;
   std::string plugin_name_;

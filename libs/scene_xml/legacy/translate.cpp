@@ -164,7 +164,8 @@ class Translation {
 
   static bool takes_any_texture(const PluginDescriptor& plugin) {
     return std::any_of(plugin.parameters.begin(), plugin.parameters.end(), [](const auto& row) {
-      return row.type == ParameterType::kObject && row.category == Category::kTexture;
+      return row.type == ParameterType::kObject && row.category == Category::kTexture &&
+             !row.by_name;
     });
   }
 
