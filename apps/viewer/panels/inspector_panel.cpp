@@ -7,11 +7,11 @@
 #include <optional>
 #include <string>
 
-#include "panels/image_texture.h"
 #include "panels/panel.h"
 #include "picture/inspector.h"
 #include "picture/sphere.h"
 #include "session/preview_sensor.h"
+#include "window/image_texture.h"
 
 namespace kinome::viewer {
 namespace {

@@ -1,6 +1,9 @@
+// Functions of a RenderSession for all threads, and the processing of their requests.
+
 #include "session/render_session.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace kinome::viewer {
 namespace {
@@ -10,6 +13,15 @@ const T* with_path(const std::vector<T>& all, const std::string& path) {
   const auto found =
       std::find_if(all.begin(), all.end(), [&](const T& one) { return one.path == path; });
   return found == all.end() ? nullptr : &*found;
+}
+
+void add_materials(const Object& object, const SceneEditor& editor,
+                   std::vector<std::string>& paths) {
+  const std::string path = editor.path_of(object);
+  if (!path.empty() && std::find(paths.begin(), paths.end(), path) == paths.end()) {
+    paths.push_back(path);
+  }
+  for (const auto& part : object.nested()) add_materials(*part, editor, paths);
 }
 
 }  // namespace
@@ -43,6 +55,227 @@ std::vector<Message> RenderSession::messages(uint64_t known) const {
   const auto first = std::find_if(messages_.begin(), messages_.end(),
                                   [&](const Message& message) { return message.number > known; });
   return {first, messages_.end()};
+}
+
+uint64_t RenderSession::request(bool ends_render, Request asked) {
+  const std::lock_guard lock(mutex_);
+  const bool is_first = requests_.empty();
+  const bool is_undo = asked.kind == Request::Kind::kUndo;
+  if (asked.kind == Request::Kind::kSet && !is_first && requests_.back().kind == asked.kind) {
+    Request& before = requests_.back();
+    for (Change& change : asked.changes) add_change(before.changes, std::move(change));
+    before.is_moving = asked.is_moving;
+    before.when = asked.when;
+  } else {
+    requests_.push_back(std::move(asked));
+  }
+  ++asked_;
+  // An undo has no effect if the history is empty and no waiting request can add to it. Then the
+  // render continues.
+  const bool is_in_vain = is_undo && is_first && !can_undo_;
+  if (ends_render && may_be_ended_ && !is_in_vain) cancel_ = true;
+  changed_.notify_all();
+  return asked_;
+}
+
+uint64_t RenderSession::set(Edits edits, bool is_moving, bool is_undoable) {
+  if (edits.empty()) return 0;
+  return request(true, {.kind = Request::Kind::kSet,
+                        .serve = {},
+                        .changes = {{std::move(edits), is_undoable}},
+                        .is_moving = is_moving,
+                        .when = Clock::now()});
+}
+
+void RenderSession::undo() {
+  request(true, {Request::Kind::kUndo, [this] {
+                   if (!history_.can_undo()) return;
+                   bool is_new = false;
+                   {
+                     const std::lock_guard lock(scene_mutex_);
+                     is_new =
+                         history_.undo(*editor_, [this](const auto& text) { say(true, text); });
+                   }
+                   if (is_new) take_edited_scene();
+                 }});
+}
+
+void RenderSession::set_integrator(std::string name) {
+  request(true, {Request::Kind::kOther, [this, name = std::move(name)] {
+                   try {
+                     const std::lock_guard lock(scene_mutex_);
+                     scene_ = with_integrator(*editor_, name);
+                     integrator_ = name;
+                     preview_scene_.reset();
+                   } catch (const std::exception& fault) {
+                     return say(true, text_of(fault));
+                   }
+                   begin_anew();
+                 }});
+}
+
+void RenderSession::set_sensor(size_t index) {
+  request(true, {Request::Kind::kOther, [this, index] {
+                   if (index >= scene_->sensors().size()) return;
+                   {
+                     const std::lock_guard lock(scene_mutex_);
+                     sensor_ = index;
+                   }
+                   info_edition_ = ~uint64_t{0};
+                   begin_anew();
+                 }});
+}
+
+void RenderSession::set_paused(bool is_paused) {
+  request(false, {Request::Kind::kOther, [this, is_paused] { is_paused_ = is_paused; }});
+}
+
+void RenderSession::restart() {
+  request(true, {Request::Kind::kOther, [this] { begin_anew(); }});
+}
+
+void RenderSession::reload() {
+  request(true, {Request::Kind::kReload, [this] { load(); }});
+}
+
+void RenderSession::render(uint32_t samples) {
+  request(true, {Request::Kind::kOther, [this, samples] {
+                   exact_samples_ = std::max(1u, samples);
+                   is_done_ = false;
+                   is_paused_ = false;
+                   live_.reset();  // render_exactly() overwrites its film
+                 }});
+}
+
+void RenderSession::run_now(const Task& task) {
+  try {
+    const std::lock_guard lock(scene_mutex_);
+    task({*editor_, *scene_, sensor(), context_->threads()});
+  } catch (const std::exception& fault) {
+    say(true, text_of(fault));
+  }
+}
+
+void RenderSession::run(Task task) {
+  request(false, {Request::Kind::kTask, [this, task = std::move(task)] { run_now(task); },
+                  [this] { say(true, "there is no scene"); }});
+}
+
+void RenderSession::save(std::string path) {
+  ++saves_to_come_;
+  const auto serve = [this, path = std::move(path)] {
+    run_now([&](const Access& access) {
+      access.editor.save(path);
+      say(false, "saved " + path);
+    });
+    --saves_to_come_;
+  };
+  request(false, {Request::Kind::kSave, serve, [this] {
+                    say(true, "there is no scene");
+                    --saves_to_come_;
+                  }});
+}
+
+std::shared_ptr<const PickAnswer> RenderSession::ask_pick(const Vec2& film_position) {
+  auto answer = std::make_shared<PickAnswer>();
+  const std::unique_lock lock(scene_mutex_, std::try_to_lock);
+  if (lock) {
+    answer->give(picked(film_position));
+    return answer;
+  }
+  request(false, {Request::Kind::kOther, [=, this] { answer->give(pick(film_position)); },
+                  [=] { answer->give(std::nullopt); }});
+  return answer;
+}
+
+std::optional<Pick> RenderSession::pick(const Vec2& film_position) const {
+  const std::lock_guard lock(scene_mutex_);
+  return picked(film_position);
+}
+
+/// The caller must hold scene_mutex_.
+std::optional<Pick> RenderSession::picked(const Vec2& film_position) const {
+  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
+  RayHit hit;
+  hit.ray = sensor().sample_ray(film_position, Vec2(0.5f));
+  RenderCounters counters;
+  scene_->intersect({&hit, 1}, Coherence::kIncoherent, counters);
+  if (!hit.hit.valid()) return std::nullopt;
+  const SurfaceInteraction si = scene_->interaction(hit);
+  Pick pick;
+  pick.origin = hit.ray.o;
+  pick.direction = hit.ray.d;
+  pick.point = si.p;
+  pick.normal = si.frame.n;
+  pick.distance = hit.ray.tmax;
+  pick.shape = editor_->path_of(*si.shape);
+  add_materials(si.shape->bsdf(), *editor_, pick.materials);
+  if (si.shape->emitter()) pick.emitter = editor_->path_of(*si.shape->emitter());
+  return pick;
+}
+
+/// Does the pending saves, and the changes requested before them.
+void RenderSession::make_at_the_end() {
+  std::vector<Request> requests;
+  {
+    const std::lock_guard lock(mutex_);
+    requests = std::exchange(requests_, {});
+  }
+  while (!requests.empty() && requests.back().kind != Request::Kind::kSave) requests.pop_back();
+  std::erase_if(requests, [](const Request& one) { return one.kind == Request::Kind::kTask; });
+  make(requests);
+}
+
+/// Processes requests in order.
+void RenderSession::make(const std::vector<Request>& requests) {
+  // Keeps the scene alive, because the unfinished render refers to it.
+  const auto before = scene_;
+  for (const Request& request : requests) {
+    if (!scene_ && request.kind != Request::Kind::kReload) {
+      if (request.refuse) request.refuse();
+      continue;
+    }
+    request.kind == Request::Kind::kSet ? make_changes(request) : request.serve();
+    can_undo_ = history_.can_undo();
+  }
+  if (!scene_) return;
+  set_activity(is_done_     ? Activity::kFinished
+               : is_paused_ ? Activity::kPaused
+                            : Activity::kRendering);
+}
+
+void RenderSession::make_changes(const Request& settings) {
+  bool is_new = false;
+  {
+    const std::lock_guard lock(scene_mutex_);
+    is_new = history_.make(*editor_, settings.changes,
+                           [this](const std::string& text) { say(true, text); });
+  }
+  if (is_new) {
+    take_edited_scene();
+  } else {
+    info_edition_ = ~uint64_t{0};  // publishes the unchanged values, so that panels show them again
+  }
+  is_moving_ = settings.is_moving;
+  last_change_ = settings.when;
+}
+
+void RenderSession::take_edited_scene() {
+  {
+    const std::lock_guard lock(scene_mutex_);
+    scene_ = with_integrator(*editor_, integrator_);
+    preview_scene_.reset();
+    ++edition_;
+  }
+  begin_anew();
+}
+
+/// Restarts the image, for instance after a change of the scene.
+void RenderSession::begin_anew() {
+  live_.reset();
+  exact_samples_.reset();
+  is_done_ = !options_.is_live;
+  wants_preview_ = is_coarse_ = options_.is_live;
 }
 
 }  // namespace kinome::viewer

@@ -9,7 +9,6 @@
 #include "options/sensor_index.h"
 #include "kinome/primary_rays.h"
 #include "kinome/render.h"
-#include "session/names.h"
 #include "session/preview_sensor.h"
 
 namespace kinome::viewer {
@@ -32,6 +31,12 @@ bool is_slow_to_begin(const Integrator& integrator) {
     if (stage.is_alone) return true;
   }
   return false;
+}
+
+/// Returns the name of the plugin without its category, such as "path".
+std::string name_of(const Integrator& integrator) {
+  const std::string& plugin = integrator.plugin();
+  return plugin.substr(plugin.find('/') + 1);
 }
 
 uint64_t rays_of(const RenderStats& stats) {
@@ -342,6 +347,34 @@ void RenderSession::publish(const Scene& scene, Image image, bool is_preview, bo
   report_non_finite_samples(picture->stats);
   const std::lock_guard lock(mutex_);
   picture_ = std::move(picture);
+}
+
+void RenderSession::publish_info() {
+  if (info_edition_ == edition_) return;
+  info_edition_ = edition_;
+  const std::lock_guard scene_lock(scene_mutex_);
+  auto info = std::make_shared<SceneInfo>();
+  info->edition = edition_;
+  info->file = options_.scene;
+  info->parameters = editor_->parameters();
+  info->textured = editor_->textured_parameters();
+  info->objects = editor_->objects();
+  for (size_t i = 0; i < scene_->sensors().size(); ++i) {
+    const std::string& id = scene_->sensors()[i]->id();
+    info->sensors.push_back(id.empty() ? std::to_string(i) : id);
+  }
+  info->integrators = registry_->names(Category::kIntegrator);
+  info->own_integrator = name_of(editor_->scene()->integrator());
+  info->sensor = sensor_;
+  info->sensor_path = editor_->path_of(sensor());
+  info->film_path = editor_->path_of(sensor().film());
+  info->bounds = scene_->bounds();
+  info->crop = sensor().film().crop();
+  info->can_undo = history_.can_undo();
+  if (scene_->environment()) info->environment = editor_->path_of(*scene_->environment());
+  const std::lock_guard lock(mutex_);
+  info->served = taken_;
+  info_ = std::move(info);
 }
 
 void RenderSession::report_non_finite_samples(const RenderStats& stats) {

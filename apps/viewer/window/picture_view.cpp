@@ -1,6 +1,5 @@
 #include "window/picture_view.h"
 
-#include <GL/gl.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -20,12 +19,7 @@ void to_srgb(const Picture& picture, std::vector<uint8_t>& rgba) {
 
 }  // namespace
 
-PictureView::PictureView() : tone_(to_srgb) {
-  glGenTextures(1, &texture_);
-}
-PictureView::~PictureView() {
-  glDeleteTextures(1, &texture_);
-}
+PictureView::PictureView() : tone_(to_srgb) {}
 
 void PictureView::set_tone(ToneFunction tone) {
   tone_ = tone ? std::move(tone) : to_srgb;
@@ -36,13 +30,7 @@ void PictureView::upload(const Picture& picture) {
   const auto& image = picture.image;
   tone_(picture, rgba_);
   rgba_.resize(4 * static_cast<size_t>(image.width) * image.height);
-  glBindTexture(GL_TEXTURE_2D, texture_);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, image.width, image.height, 0, GL_RGBA, GL_UNSIGNED_BYTE,
-               rgba_.data());
+  texture_.set(image.width, image.height, rgba_);
   shown_generation_ = picture.generation;
 }
 
@@ -67,15 +55,11 @@ void PictureView::draw(const PicturePointer& picture) {
   if (picture->generation != shown_generation_) upload(*picture);
   place(picture->crop);
   // Magnified pixels stay sharp, except those of previews.
-  const bool is_sharp = area_.scale >= 1 && !picture->is_preview;
-  glBindTexture(GL_TEXTURE_2D, texture_);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, is_sharp ? GL_NEAREST : GL_LINEAR);
+  texture_.set_sharp(area_.scale >= 1 && !picture->is_preview);
   const Vec2 end = area_.corner + area_.scale * Vec2(area_.crop.width(), area_.crop.height());
   ImDrawList* const list = ImGui::GetWindowDrawList();
   list->PushClipRect({area_.low.x, area_.low.y}, {area_.high.x, area_.high.y}, true);
-  list->AddImage(reinterpret_cast<ImTextureID>(static_cast<intptr_t>(texture_)),
-                 {area_.corner.x, area_.corner.y}, {end.x, end.y});
+  list->AddImage(texture_.id(), {area_.corner.x, area_.corner.y}, {end.x, end.y});
   list->PopClipRect();
 }
 

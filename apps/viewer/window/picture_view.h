@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "session/picture.h"
+#include "window/image_texture.h"
 
 namespace kinome::viewer {
 
@@ -35,9 +36,6 @@ using ToneFunction = std::function<void(const Picture& picture, std::vector<uint
 class PictureView {
  public:
   PictureView();
-  ~PictureView();
-  PictureView(const PictureView&) = delete;
-  PictureView& operator=(const PictureView&) = delete;
 
   /// Replaces the default tone mapping, plain sRGB, and converts the image again.
   void set_tone(ToneFunction tone);
@@ -59,7 +57,7 @@ class PictureView {
   void place(const Rect& crop);
 
   ToneFunction tone_;
-  unsigned texture_ = 0;
+  ImageTexture texture_;
   uint64_t shown_generation_ = 0;
   std::vector<uint8_t> rgba_;
   PictureArea area_;

@@ -77,17 +77,19 @@ void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int mods
   // Ctrl+S must not fly, no matter which of the two keys is released first.
   if (action == GLFW_RELEASE) self.held_.erase(key);
   if (action != GLFW_PRESS || ImGui::GetIO().WantTextInput) return;
-  if ((mods & GLFW_MOD_CONTROL) == 0) self.held_.insert(key);
   if (key == GLFW_KEY_F12) self.wants_screenshot_ = true;
-  if (key == GLFW_KEY_R && (mods & GLFW_MOD_CONTROL) != 0) self.wants_reload_ = true;
-  if (key == GLFW_KEY_S && (mods & GLFW_MOD_CONTROL) != 0) self.wants_save_ = true;
-  if (key == GLFW_KEY_Z && (mods & GLFW_MOD_CONTROL) != 0) self.wants_undo_ = true;
-  if (key == GLFW_KEY_Q && (mods & GLFW_MOD_CONTROL) != 0) {
-    glfwSetWindowShouldClose(window, GLFW_TRUE);
+  if ((mods & GLFW_MOD_CONTROL) == 0) {
+    self.held_.insert(key);
+    return;
   }
+  if (key == GLFW_KEY_R) self.session_->reload();
+  if (key == GLFW_KEY_S) self.wants_save_ = true;
+  if (key == GLFW_KEY_Z) self.session_->undo();
+  if (key == GLFW_KEY_Q) glfwSetWindowShouldClose(window, GLFW_TRUE);
 }
 
 void ViewerWindow::run(RenderSession& session) {
+  session_ = &session;
   glfwShowWindow(window_);
   while (!glfwWindowShouldClose(window_)) {
     ImGui_ImplOpenGL3_NewFrame();
@@ -95,8 +97,6 @@ void ViewerWindow::run(RenderSession& session) {
     ImGui::NewFrame();
     Frame frame{session,        *view_,           camera_,    session.picture(),
                 session.info(), session.status(), selection_, std::exchange(wants_save_, false)};
-    if (std::exchange(wants_reload_, false)) session.reload();
-    if (std::exchange(wants_undo_, false)) session.undo();
     camera_.follow(session, frame.info);
     fly(frame);
     draw(frame);

@@ -52,9 +52,8 @@ class ViewerWindow {
   PictureMouse mouse_;
   CameraLink camera_;
   std::shared_ptr<const Pick> selection_;
+  RenderSession* session_ = nullptr;  ///< while run() shows it
   bool wants_screenshot_ = false;
-  bool wants_reload_ = false;
-  bool wants_undo_ = false;
   bool wants_save_ = false;
   std::set<int> held_;  ///< held keys that were pressed without Ctrl
   int frames_wanted_ = 0;

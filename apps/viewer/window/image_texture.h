@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include <imgui.h>
 
 #include "kinome/image.h"
@@ -14,9 +17,13 @@ class ImageTexture {
   ImageTexture(const ImageTexture&) = delete;
   ImageTexture& operator=(const ImageTexture&) = delete;
 
+  /// Uploads pixels of 8-bit sRGB with R, G, B and A, rows from top to bottom.
+  void set(int width, int height, const std::vector<uint8_t>& rgba);
   /// Uploads the channels R, G and B of an image as sRGB.
   void set(const Image& image);
-  ImTextureID id() const;
+  /// Makes magnified pixels sharp or blurred.
+  void set_sharp(bool is_sharp);
+  ImTextureID id() const { return reinterpret_cast<ImTextureID>(static_cast<intptr_t>(name_)); }
   int width() const { return width_; }
   int height() const { return height_; }
 
