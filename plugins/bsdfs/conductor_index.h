@@ -1,18 +1,25 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <iterator>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "batch.h"
 #include "conductor_presets.h"
 namespace kinome {
 
-/// Values of `material`: none, or a preset.
+/// Values of `material`: none, or the name of a preset.
 inline constexpr auto kConductorNames = [] {
-  std::array<const char*, std::size(kConductorPresets) + 1> names{"none"};
-  for (size_t i = 1; i < names.size(); ++i) names[i] = kConductorPresets[i - 1].name;
+  constexpr auto kSeconds = std::ranges::count_if(kConductorPresets, &ConductorPreset::second_name);
+  std::array<const char*, 1 + std::size(kConductorPresets) + kSeconds> names{"none"};
+  size_t count = 1;
+  for (const ConductorPreset& preset : kConductorPresets) {
+    names[count++] = preset.name;
+    if (preset.second_name) names[count++] = preset.second_name;
+  }
   return names;
 }();
 
@@ -31,7 +38,11 @@ class ConductorIndex {
         throw props.error(name, "can't be combined with 'material': remove one of them");
       }
     }
-    const ConductorPreset& preset = kConductorPresets[props.choice("material") - 1];
+    const std::string_view name = kConductorNames[props.choice("material")];
+    const ConductorPreset& preset =
+        *std::ranges::find_if(kConductorPresets, [&](const ConductorPreset& one) {
+          return name == one.name || (one.second_name && name == one.second_name);
+        });
     eta_ = ColorInput(make_uniform_texture(preset.eta));
     k_ = ColorInput(make_uniform_texture(preset.k));
   }

@@ -21,10 +21,16 @@ def numbers(values):
 def main():
     folder = pathlib.Path(mi.__file__).parent / "data" / "ior"
     names = {file.name.split(".")[0] for file in folder.glob("*.spd")}
+    rows = {}
     for name in sorted(names, key=lambda n: (n.lower(), n)):
         values = mi.traverse(mi.load_dict({"type": "conductor", "material": name}))
         eta, k = (numbers(values[f"{part}.value"]) for part in ("eta", "k"))
-        print(f'    {{"{name}", {{{eta}}}, {{{k}}}}},')
+        rows[name] = f"{{{eta}}}, {{{k}}}"
+    for name, row in rows.items():
+        if rows.get(name.removesuffix("_palik")) == row and name.endswith("_palik"):
+            continue
+        second = f'"{name}_palik"' if rows.get(f"{name}_palik") == row else "nullptr"
+        print(f'    {{"{name}", {row}, {second}}},')
 
 
 if __name__ == "__main__":
