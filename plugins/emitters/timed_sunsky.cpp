@@ -106,7 +106,7 @@ Days read_days(const Properties& props) {
   return days;
 }
 
-class TimedSunSkyEmitter final : public Emitter, public ClusteredLight {
+class TimedSunSkyEmitter final : public Environment {
  public:
   explicit TimedSunSkyEmitter(const Properties& props)
       : settings_(props), days_(read_days(props)), where_(props.where()) {
@@ -126,19 +126,10 @@ class TimedSunSkyEmitter final : public Emitter, public ClusteredLight {
     if (is_new) show(shutter);
   }
 
-  bool is_environment() const override { return true; }
-  void prepare(const Aabb& bounds) override { sky_->prepare(bounds); }
   Rgb eval_environment(const Vec3& d) const override { return sky_->eval_environment(d); }
   float pdf_environment(const Vec3& d) const override { return sky_->pdf_environment(d); }
   std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& u) const override {
     return sky_->sample_direct(p, u);
-  }
-  std::optional<EmissionSample> sample_emission(const Vec2& position,
-                                                const Vec2& direction) const override {
-    return sky_->sample_emission(position, direction);
-  }
-  std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
-    return sky_->emission_density(d);
   }
   std::optional<LightPoints> light_points(const Scene& scene, RenderContext& context,
                                           uint32_t count) const override {
@@ -162,10 +153,6 @@ class TimedSunSkyEmitter final : public Emitter, public ClusteredLight {
   void eval_environment_block(const Columns3& d, size_t count, const Columns3& radiance,
                               float* pdf) const override {
     sky_->eval_environment_block(d, count, radiance, pdf);
-  }
-  void sample_emission_block(const Columns2& position, const Columns2& direction, size_t count,
-                             const EmissionBlock& out) const override {
-    sky_->sample_emission_block(position, direction, count, out);
   }
 
  private:

@@ -274,7 +274,6 @@ Connection<wide::NumberOf<V>> connect_to_lens(const V& p, const V& lens, const V
 template <class Self>
 class FormulaSensor : public ParsedSensor {
  public:
-  using ParsedSensor::ParsedSensor;
   Ray sample_ray(const Vec2& film_position, const Vec2& aperture) const override {
     return self().template ray<float>(film_position, aperture).one();
   }
@@ -289,6 +288,15 @@ class FormulaSensor : public ParsedSensor {
                      const ConnectionBlock& out) const override {
     make_connections(self(), p, aperture, count, out);
   }
+
+ protected:
+  FormulaSensor(const Properties& props, bool scale_allowed)
+      : ParsedSensor(props),
+        to_world_(read_camera_transform(props, scale_allowed)),
+        to_camera_(to_world_.inverse()) {}
+
+  Transform to_world_;
+  Transform to_camera_;
 
  private:
   const Self& self() const { return static_cast<const Self&>(*this); }

@@ -21,10 +21,7 @@ const Parameter kTable[] = {
 
 class Orthographic final : public FormulaSensor<Orthographic> {
  public:
-  explicit Orthographic(const Properties& props)
-      : FormulaSensor(props),
-        to_world_(read_camera_transform(props, true)),
-        to_camera_(to_world_.inverse()) {
+  explicit Orthographic(const Properties& props) : FormulaSensor(props, true) {
     plane_ = FilmPlane(*film_, 1.f);
     const ClipRange clip = read_clip_range(props);
     const Vec3 axis = to_world_.vector(Vec3(0, 0, 1));
@@ -59,8 +56,6 @@ class Orthographic final : public FormulaSensor<Orthographic> {
   }
 
  private:
-  Transform to_world_;
-  Transform to_camera_;
   FilmPlane plane_;
   Vec3 direction_{0, 0, 1};
   float scale_ = 1;  ///< length of a unit of depth in the world

@@ -26,10 +26,7 @@ const Parameter kTable[] = {
 class Perspective final : public FormulaSensor<Perspective> {
  public:
   explicit Perspective(const Properties& props)
-      : FormulaSensor(props),
-        clip_(read_clip_range(props)),
-        to_world_(read_camera_transform(props, false)),
-        to_camera_(to_world_.inverse()) {
+      : FormulaSensor(props, false), clip_(read_clip_range(props)) {
     const Vec2 offset(props.real("principal_point_offset_x"),
                       props.real("principal_point_offset_y"));
     plane_ = FilmPlane(*film_, read_half_width(props, aspect_ratio(*film_)), offset);
@@ -56,8 +53,6 @@ class Perspective final : public FormulaSensor<Perspective> {
 
  private:
   ClipRange clip_;
-  Transform to_world_;
-  Transform to_camera_;
   Vec3 origin_;
   FilmPlane plane_;
 };

@@ -21,10 +21,7 @@ const Parameter kTable[] = {
 
 class Spherical final : public FormulaSensor<Spherical> {
  public:
-  explicit Spherical(const Properties& props)
-      : FormulaSensor(props),
-        to_world_(read_camera_transform(props, false)),
-        to_camera_(to_world_.inverse()) {
+  explicit Spherical(const Properties& props) : FormulaSensor(props, false) {
     step_ = Vec2(2 * kPi / static_cast<float>(film_->width()),
                  kPi / static_cast<float>(film_->height()));
   }
@@ -56,8 +53,6 @@ class Spherical final : public FormulaSensor<Spherical> {
   }
 
  private:
-  Transform to_world_;
-  Transform to_camera_;
   Vec2 step_{1.f};  ///< angles that a pixel spans
 };
 

@@ -25,10 +25,7 @@ const Parameter kTable[] = {
 class ThinLens final : public FormulaSensor<ThinLens> {
  public:
   explicit ThinLens(const Properties& props)
-      : FormulaSensor(props),
-        clip_(read_clip_range(props)),
-        to_world_(read_camera_transform(props, false)),
-        to_camera_(to_world_.inverse()) {
+      : FormulaSensor(props, false), clip_(read_clip_range(props)) {
     plane_ = FilmPlane(*film_, read_half_width(props, aspect_ratio(*film_)));
     aperture_radius_ = read_positive(props, "aperture_radius");
     focus_distance_ =
@@ -60,8 +57,6 @@ class ThinLens final : public FormulaSensor<ThinLens> {
 
  private:
   ClipRange clip_;
-  Transform to_world_;
-  Transform to_camera_;
   FilmPlane plane_;
   float aperture_radius_ = 0;
   float focus_distance_ = 0;
