@@ -1,6 +1,7 @@
 #include <imgui.h>
 
 #include "panels/panel.h"
+#include "panels/widgets.h"
 
 namespace kinome::viewer {
 namespace {
@@ -12,14 +13,10 @@ class CameraPanel final : public Panel {
 
   void draw(Frame& frame) override {
     CameraLink& camera = frame.camera;
-    if (frame.info && frame.info->sensors.size() > 1 &&
-        ImGui::BeginCombo("sensor", frame.info->sensors[frame.info->sensor].c_str())) {
-      for (size_t i = 0; i < frame.info->sensors.size(); ++i) {
-        const bool is_chosen = i == frame.info->sensor;
-        if (ImGui::Selectable(frame.info->sensors[i].c_str(), is_chosen))
-          frame.session.set_sensor(i);
-      }
-      ImGui::EndCombo();
+    if (frame.info && frame.info->sensors.size() > 1) {
+      const std::vector<std::string>& sensors = frame.info->sensors;
+      const auto chosen = choose("sensor", sensors[frame.info->sensor], sensors);
+      if (chosen) frame.session.set_sensor(*chosen);
     }
     if (!camera.can_move()) return ImGui::TextDisabled("This sensor can't be moved.");
     const Vec3 origin = camera.controls().origin(), target = camera.controls().target();

@@ -8,6 +8,7 @@
 
 #include "panels/panel.h"
 #include "panels/picture_overlay.h"
+#include "panels/widgets.h"
 #include "picture/display.h"
 
 namespace kinome::viewer {
@@ -17,7 +18,6 @@ namespace {
 constexpr std::chrono::milliseconds kMinCompareInterval{1000};
 /// Maximum distance of the mouse to the split line for a drag [pixels of the window].
 constexpr float kLineTolerance = 8;
-const ImVec4 kErrorColor(1, 0.45f, 0.4f, 1);
 
 /// Comparison of the image with a reference from a file, or with an earlier state of the image.
 /// Shows them side by side, or their difference, and reports relMSE and FLIP.
@@ -92,10 +92,7 @@ class ComparePanel final : public Panel {
       ImGui::SameLine();
       if (ImGui::Button("None")) set_reference(frame, nullptr);
     }
-    if (fault_.empty()) return;
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextColored(kErrorColor, "%s", fault_.c_str());
-    ImGui::PopTextWrapPos();
+    if (!fault_.empty()) draw_error(fault_);
   }
 
   void draw_shown(Frame& frame) {
@@ -123,12 +120,7 @@ class ComparePanel final : public Panel {
 
   void draw_errors() const {
     if (!has_found_) return ImGui::TextDisabled("comparing");
-    if (!found_.fault.empty()) {
-      ImGui::PushTextWrapPos(0);
-      ImGui::TextColored(kErrorColor, "%s", found_.fault.c_str());
-      ImGui::PopTextWrapPos();
-      return;
-    }
+    if (!found_.fault.empty()) return draw_error(found_.fault);
     ImGui::Text("relMSE %.4g, FLIP %.4f", found_.errors.rel_mse, found_.flip);
     ImGui::TextDisabled("largest value of the relMSE %.4g", found_.errors.largest);
     if (found_.errors.left_out > 0) {

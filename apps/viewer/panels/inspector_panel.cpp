@@ -8,6 +8,7 @@
 #include <string>
 
 #include "panels/panel.h"
+#include "panels/widgets.h"
 #include "picture/inspector.h"
 #include "picture/sphere.h"
 #include "session/preview_sensor.h"
@@ -16,7 +17,6 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr const char* kImportances[] = {"product", "joint", "luminance", "brdf"};
 /// Resolution of the sphere's image, in pixels. It is scaled to the window.
 constexpr int kSphereSide = 420;
 /// Radians for each pixel of a drag.
@@ -33,7 +33,7 @@ class InspectorPanel final : public Panel {
     draw_choices(frame);
     if (!pixel_) return ImGui::TextDisabled("Alt-click a pixel of the picture");
     if (!shown_) return ImGui::TextDisabled("inspecting");
-    if (!shown_->fault.empty()) return draw_fault();
+    if (!shown_->fault.empty()) return draw_error(shown_->fault);
     ImGui::Text("pixel %.0f, %.0f by %s", static_cast<double>(shown_->pixel.x),
                 static_cast<double>(shown_->pixel.y), shown_->importance.c_str());
     draw_sets();
@@ -159,20 +159,11 @@ class InspectorPanel final : public Panel {
   }
 
   void draw_importances(Frame& frame) {
-    if (ImGui::BeginCombo("importance", importance_.c_str())) {
-      for (const char* name : kImportances) {
-        if (!ImGui::Selectable(name, importance_ == name)) continue;
-        importance_ = name;
-        ask(frame);
-      }
-      ImGui::EndCombo();
+    static const std::vector<std::string> names = {"product", "joint", "luminance", "brdf"};
+    if (const auto chosen = choose("importance", importance_, names)) {
+      importance_ = names[*chosen];
+      ask(frame);
     }
-  }
-
-  void draw_fault() const {
-    ImGui::PushTextWrapPos(0);
-    ImGui::TextColored({1, 0.45f, 0.4f, 1}, "%s", shown_->fault.c_str());
-    ImGui::PopTextWrapPos();
   }
 
   void draw_sets() {
@@ -195,7 +186,7 @@ class InspectorPanel final : public Panel {
     ImGui::SetNextItemWidth(120);
     draw_importances(frame);
     if (!shown_->fault.empty()) {
-      draw_fault();
+      draw_error(shown_->fault);
       return ImGui::End();
     }
     draw_sets();

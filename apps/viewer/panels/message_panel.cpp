@@ -3,12 +3,12 @@
 #include <deque>
 
 #include "panels/panel.h"
+#include "panels/widgets.h"
 
 namespace kinome::viewer {
 namespace {
 
 constexpr size_t kMaxShown = 30;
-const ImVec4 kErrorColor(1, 0.45f, 0.4f, 1);
 
 /// Errors, warnings and notes, the latest first.
 class MessagePanel final : public Panel {

@@ -16,33 +16,20 @@ const ImVec4 kNameColor(0.6f, 0.8f, 1, 1);
 }  // namespace
 
 std::optional<EditedValue> ParameterWidgets::first_value(const SceneParameter& parameter) {
-  if (!parameter.kind) return std::nullopt;
-  switch (*parameter.kind) {
-    case ParameterType::kBoolean:
-      return true;
-    case ParameterType::kInteger:
-      return int64_t{1};
-    case ParameterType::kFloat:
-    case ParameterType::kFloatOrName:
-      return 1.0;
-    case ParameterType::kVector:
-      return Vec3(0.f);
-    case ParameterType::kTransform:
-      return Transform();
-    case ParameterType::kEmission:
-    case ParameterType::kEmissionTexture:
-    case ParameterType::kReflectanceTexture:
-    case ParameterType::kColorTexture:
-      return UniformColor{Rgb(0.5f)};
-    case ParameterType::kUnitlessTexture:
-      return UniformColor{Rgb(0.5f), false, true};
-    case ParameterType::kString:
-    case ParameterType::kFile:
-    case ParameterType::kImage:
-    case ParameterType::kObject:
-      return std::nullopt;
-  }
-  return std::nullopt;
+  static const std::map<ParameterType, EditedValue> values = {
+      {ParameterType::kBoolean, true},
+      {ParameterType::kInteger, int64_t{1}},
+      {ParameterType::kFloat, 1.0},
+      {ParameterType::kFloatOrName, 1.0},
+      {ParameterType::kVector, Vec3(0.f)},
+      {ParameterType::kTransform, Transform()},
+      {ParameterType::kEmission, UniformColor{Rgb(0.5f)}},
+      {ParameterType::kEmissionTexture, UniformColor{Rgb(0.5f)}},
+      {ParameterType::kReflectanceTexture, UniformColor{Rgb(0.5f)}},
+      {ParameterType::kColorTexture, UniformColor{Rgb(0.5f)}},
+      {ParameterType::kUnitlessTexture, UniformColor{Rgb(0.5f), false, true}}};
+  const auto found = parameter.kind ? values.find(*parameter.kind) : values.end();
+  return found == values.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::vector<std::string> image_files(const SceneInfo& info) {

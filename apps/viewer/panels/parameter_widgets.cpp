@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "panels/widgets.h"
 #include "session/transforms.h"
 
 namespace kinome::viewer {
@@ -143,15 +144,9 @@ bool ParameterWidgets::edit_text(const SceneParameter& parameter, const char* na
                                  std::string& text) {
   const std::vector<std::string>& choices = parameter.choices;
   if (!choices.empty()) {
-    bool is_new = false;
-    if (!ImGui::BeginCombo(name, text.c_str())) return false;
-    for (const std::string& choice : choices) {
-      if (!ImGui::Selectable(choice.c_str(), choice == text)) continue;
-      text = choice;
-      is_new = true;
-    }
-    ImGui::EndCombo();
-    return is_new;
+    const auto chosen = choose(name, text, choices);
+    if (chosen) text = choices[*chosen];
+    return chosen.has_value();
   }
   // Applies text only after Enter.
   const auto [typed, is_first] = typed_.emplace(parameter.path, text);

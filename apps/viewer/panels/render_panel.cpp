@@ -4,6 +4,7 @@
 #include <deque>
 
 #include "panels/panel.h"
+#include "panels/widgets.h"
 
 namespace kinome::viewer {
 namespace {
@@ -80,12 +81,10 @@ class RenderPanel final : public Panel {
     if (!frame.info) return;
     const std::string own = "the scene's own: " + frame.info->own_integrator;
     const std::string& chosen = frame.status.integrator;
-    if (!ImGui::BeginCombo("integrator", chosen.empty() ? own.c_str() : chosen.c_str())) return;
-    if (ImGui::Selectable(own.c_str(), chosen.empty())) frame.session.set_integrator("");
-    for (const std::string& name : frame.info->integrators) {
-      if (ImGui::Selectable(name.c_str(), chosen == name)) frame.session.set_integrator(name);
-    }
-    ImGui::EndCombo();
+    std::vector<std::string> names = {own};
+    names.insert(names.end(), frame.info->integrators.begin(), frame.info->integrators.end());
+    const auto wanted = choose("integrator", chosen.empty() ? own : chosen, names);
+    if (wanted) frame.session.set_integrator(*wanted == 0 ? "" : names[*wanted]);
   }
 
   /// Returns the number of images in the last second.

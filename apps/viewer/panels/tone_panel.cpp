@@ -7,6 +7,7 @@
 
 #include "panels/panel.h"
 #include "panels/picture_overlay.h"
+#include "panels/widgets.h"
 #include "picture/display.h"
 #include "picture/histogram.h"
 
@@ -81,20 +82,20 @@ class TonePanel final : public Panel {
   }
 
  private:
+  void fit_range(const Image& image, bool is_logarithmic) {
+    Tone& tone = display_->tone;
+    tone.range = range_of(image, group_named(image, tone.group), is_logarithmic);
+  }
+
   bool draw_curve(const Image& image) {
     Tone& tone = display_->tone;
-    bool has_changed = false;
     const Curve before = tone.curve;
     for (const Curve curve : {Curve::kSrgb, Curve::kFilmic, Curve::kFalseColor}) {
       if (curve != Curve::kSrgb) ImGui::SameLine();
       if (ImGui::RadioButton(to_string(curve), tone.curve == curve)) tone.curve = curve;
     }
-    if (tone.curve != before) {
-      has_changed = true;
-      if (tone.curve == Curve::kFalseColor) {
-        tone.range = range_of(image, group_named(image, tone.group), true);
-      }
-    }
+    bool has_changed = tone.curve != before;
+    if (has_changed && tone.curve == Curve::kFalseColor) fit_range(image, true);
     if (tone.curve == Curve::kFalseColor) return has_changed;
     has_changed |= ImGui::SliderFloat("exposure", &tone.exposure, -10, 10, "%.2f stops");
     if (ImGui::IsItemHovered())
@@ -109,35 +110,22 @@ class TonePanel final : public Panel {
 
   bool draw_channels(const Image& image) {
     Tone& tone = display_->tone;
-    bool has_changed = false;
-    const ChannelGroup shown = group_named(image, tone.group);
-    if (!ImGui::BeginCombo("channel", shown.name.c_str())) return false;
-    for (const ChannelGroup& group : channel_groups(image)) {
-      if (!ImGui::Selectable(group.name.c_str(), group.name == shown.name)) continue;
-      tone.group = group.name;
-      if (tone.curve == Curve::kFalseColor) {
-        tone.range = range_of(image, group, tone.range.is_logarithmic);
-      }
-      has_changed = true;
-    }
-    ImGui::EndCombo();
-    return has_changed;
+    std::vector<std::string> names;
+    for (const ChannelGroup& group : channel_groups(image)) names.push_back(group.name);
+    const auto chosen = choose("channel", group_named(image, tone.group).name, names);
+    if (!chosen) return false;
+    tone.group = names[*chosen];
+    if (tone.curve == Curve::kFalseColor) fit_range(image, tone.range.is_logarithmic);
+    return true;
   }
 
   bool draw_range(const Image& image) {
     Tone& tone = display_->tone;
     if (tone.curve != Curve::kFalseColor) return false;
-    bool has_changed = false;
-    const ChannelGroup group = group_named(image, tone.group);
-    if (ImGui::Checkbox("logarithmic", &tone.range.is_logarithmic)) {
-      tone.range = range_of(image, group, tone.range.is_logarithmic);
-      has_changed = true;
-    }
+    bool has_changed = ImGui::Checkbox("logarithmic", &tone.range.is_logarithmic);
     ImGui::SameLine();
-    if (ImGui::SmallButton("fit")) {
-      tone.range = range_of(image, group, tone.range.is_logarithmic);
-      has_changed = true;
-    }
+    has_changed |= ImGui::SmallButton("fit");
+    if (has_changed) fit_range(image, tone.range.is_logarithmic);
     const float speed = 0.01f * std::max(1e-6f, std::abs(tone.range.high - tone.range.low));
     if (ImGui::DragFloatRange2("range", &tone.range.low, &tone.range.high, speed, 0, 0, "%.4g")) {
       if (tone.range.is_logarithmic) tone.range.low = std::max(tone.range.low, 1e-8f);
