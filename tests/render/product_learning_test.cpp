@@ -139,10 +139,7 @@ class LyingRenderer {
     TileKnowledge& known = tiles_[tile];
     TilePrimaries primaries = trace(tile, kPilotPrimaries, 1000);
     make_patches(primaries, known.patches);
-    Visibility nothing;
-    nothing.resize(padded_size());
-    nothing.reset();
-    known.visibility.assign(known.patches.size(), nothing);
+    known.visibility.assign(known.patches.size(), Visibility(padded_size()));
     std::vector<std::vector<VisibilityRecord>> records(known.patches.size());
     std::vector<PointPlan> points(primaries.size());
     Unit unit;
@@ -182,8 +179,7 @@ class LyingRenderer {
     TileKnowledge known = tiles_[tile];
     assign_patches(primaries, known.patches);
     while (known.visibility.size() < known.patches.size()) {  // missed by the pilot
-      known.visibility.emplace_back().resize(padded_size());
-      known.visibility.back().reset();
+      known.visibility.emplace_back(padded_size());
     }
     estimator.begin_tile(scene_, primaries, known.patches, known.visibility, hash_words(seed, tile),
                          counters_);

@@ -12,8 +12,7 @@ constexpr size_t kCells = 16;
 
 /// Returns the corrected sigma of cells that all have the same v and sigma.
 float corrected(const SigmaCheck& check, float v, float sigma) {
-  Visibility visibility;
-  visibility.resize(kCells);
+  Visibility visibility(kCells);
   for (size_t c = 0; c < kCells; ++c) {
     visibility.v[c] = v;
     visibility.sigma[c] = sigma;

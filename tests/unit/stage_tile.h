@@ -101,10 +101,8 @@ class StageTile {
     local_ = std::make_unique<const LocalLight>(*scene_, settings,
                                                 std::span<const SurfaceInteraction>(), 1, context_);
     if (local_->empty()) local_.reset();
-    Visibility unknown;
-    unknown.resize(cells_.padded_size() + (local_ ? local_->padded_size() : 0));
-    unknown.reset();
-    visibility_.assign(patches_.size(), unknown);
+    const size_t padded = cells_.padded_size() + (local_ ? local_->padded_size() : 0);
+    visibility_.assign(patches_.size(), Visibility(padded));
     groups_.divide(primaries_, patches_, 0, static_cast<uint32_t>(primaries_.size()));
   }
 

@@ -48,9 +48,8 @@ class Row {
         sky_(make<Emitter>("<emitter type=\"constant\"/>")),
         cells_(*sky_, *cell_grid_of(*sky_), 64, context_),
         knowledge_(grid_, cells_, nullptr, settings_),
-        learner_(knowledge_.padded_cells()) {
-    scratch_.resize(knowledge_.padded_cells());
-    scratch_.reset();
+        learner_(knowledge_.padded_cells()),
+        scratch_(knowledge_.padded_cells()) {
     for (int tile = 0; tile < tiles; ++tile) {
       Patch patch;
       patch.bsdf = &shape_->bsdf();

@@ -20,8 +20,7 @@ Visibility learn(const std::vector<std::vector<VisibilityRecord>>& records, uint
   VisibilityLearner learner(kCells);
   learner.begin();
   for (const auto& some : records) learner.add(some, weight);
-  Visibility out;
-  out.resize(kCells);
+  Visibility out(kCells);
   learner.finish(out);
   return out;
 }
@@ -123,8 +122,7 @@ TEST(VisibilityLearner, CountsRecordsByTheirWeightAndForgetsThem) {
   EXPECT_EQ(once.v, twice.v);
   EXPECT_EQ(once.sigma, twice.sigma);
   VisibilityLearner learner(kCells);
-  Visibility out;
-  out.resize(kCells);
+  Visibility out(kCells);
   for (int k = 0; k < 2; ++k) {
     learner.begin();
     learner.add(records, 32);
@@ -191,9 +189,7 @@ TEST(VisibilityLearner, LearnsWhatThePatchFaces) {
   for (uint32_t c = 0; c < size; ++c) records.emplace_back(c, c % 3 != 0);
   learner.begin();
   learner.add(records, 16);
-  Visibility all, facing;
-  all.resize(size);
-  facing.resize(size);
+  Visibility all(size), facing(size);
   learner.finish(all);
   const Vec3 normal = glm::normalize(Vec3(-1, 0.2f, 0.5f));
   learner.finish(cells.blocks(), normal, 0.1f, facing);
@@ -312,13 +308,12 @@ TEST(VisibilityLearner, LeansOnCellsAroundBeforeTheCurve) {
     }
     for (uint32_t c = 300; c < 308; ++c) records.emplace_back(c, false);
   }
-  Visibility by_tree, by_both;
+  Visibility by_tree(kCells), by_both(kCells);
   for (const auto& [given, out] : {std::pair<const CellNeighbours*, Visibility*>(nullptr, &by_tree),
                                    {&neighbours, &by_both}}) {
     VisibilityLearner learner(kCells, given);
     learner.begin();
     learner.add(records, 16);
-    out->resize(kCells);
     learner.finish(*out);
     expect_sane(*out);
   }

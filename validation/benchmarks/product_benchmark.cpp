@@ -326,8 +326,7 @@ void BM_VisibilityLearner(benchmark::State& state) {
   std::vector<VisibilityRecord> records;
   for (size_t i = 0; i < kRecords; ++i) records.emplace_back(rng() % kCells, rng() % 2 == 0);
   VisibilityLearner learner(simd::pad_lanes(kCells));
-  Visibility out;
-  out.resize(simd::pad_lanes(kCells));
+  Visibility out(simd::pad_lanes(kCells));
   for (auto _ : state) {
     learner.begin();
     learner.add(records, 16);

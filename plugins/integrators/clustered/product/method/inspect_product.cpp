@@ -21,36 +21,6 @@ constexpr uint32_t kShares = 1u << 16;
 /// Records of a unit's rays, patch by patch.
 using Records = std::vector<std::vector<VisibilityRecord>>;
 
-/// Sends shadow rays from a tile and returns their records.
-struct Probe {
-  const Scene& scene;
-  Estimator& estimator;
-  const TilePrimaries& primaries;
-  std::vector<Patch>& patches;
-  const std::vector<Visibility>& visibility;
-  RenderCounters& counters;
-
-  Records operator()(uint32_t rays, uint64_t seed) {
-    Records records(patches.size());
-    std::vector<PointPlan> points(primaries.size());
-    Unit unit;
-    unit.end = static_cast<uint32_t>(primaries.size());
-    unit.rays = rays;
-    unit.seed = seed;
-    estimator.begin_tile(scene, primaries, patches, visibility, seed, counters);
-    estimator.probe(unit, points, records);
-    estimator.flush();
-    return records;
-  }
-};
-
-Visibility unknown(size_t padded) {
-  Visibility visibility;
-  visibility.resize(padded);
-  visibility.reset();
-  return visibility;
-}
-
 void describe(const std::shared_ptr<const DistantCells>& shared_cells, const Visibility& visibility,
               Inspection& report) {
   const DistantCells& cells = *shared_cells;
@@ -138,9 +108,21 @@ std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor&
             kPilotPrimaries, 1);
   std::vector<Patch> patches;
   make_patches(primaries, patches);
-  std::vector<Visibility> visibility(patches.size(), unknown(padded));
-  Probe probe{scene, estimator, primaries, patches, visibility, counters};
-  const Records pilot = probe(kPilotRays, hash_words(seed, 2));
+  std::vector<Visibility> visibility(patches.size(), Visibility(padded));
+  // Sends shadow rays from the primaries and returns their records.
+  const auto probe = [&](uint32_t rays, uint64_t key) {
+    Records records(patches.size());
+    std::vector<PointPlan> points(primaries.size());
+    Unit unit;
+    unit.end = static_cast<uint32_t>(primaries.size());
+    unit.rays = rays;
+    unit.seed = hash_words(seed, key);
+    estimator.begin_tile(scene, primaries, patches, visibility, unit.seed, counters);
+    estimator.probe(unit, points, records);
+    estimator.flush();
+    return records;
+  };
+  const Records pilot = probe(kPilotRays, 2);
   CellNeighbours neighbours;
   if (cells.size() > 0) neighbours = find_neighbours(cells, context);
   VisibilityLearner learner(padded, &neighbours);
@@ -152,7 +134,7 @@ std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor&
 
   primaries = trace({x, y, x + 1, y + 1}, kPrimaries, 3);
   assign_patches(primaries, patches);
-  visibility.resize(patches.size(), unknown(padded));
+  visibility.resize(patches.size(), Visibility(padded));
   std::vector<uint32_t> points(patches.size() + 1);
   for (size_t i = 0; i < primaries.size(); ++i) ++points[primaries.patch(i) + 1];
   const size_t shown = std::max_element(points.begin() + 1, points.end()) - points.begin() - 1;
@@ -179,12 +161,11 @@ std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor&
     Inspection& report = is_local ? reports.back() : reports.front();
     return std::pair(&report, &report.clusters[record.cell() - (is_local ? first_local : 0)]);
   };
-  const Records shares = probe(kShares, hash_words(seed, 4));
+  const Records shares = probe(kShares, 4);
   for (const VisibilityRecord record : shares[shown]) {
     cluster_of(record).second->probability += 1. / static_cast<double>(shares[shown].size());
   }
-  const Records rays =
-      probe(static_cast<uint32_t>(std::max(1., sampling_.rays_per_pixel)), hash_words(seed, 5));
+  const Records rays = probe(static_cast<uint32_t>(std::max(1., sampling_.rays_per_pixel)), 5);
   for (const VisibilityRecord record : rays[shown]) {
     const auto [report, cluster] = cluster_of(record);
     ++cluster->samples;

@@ -13,13 +13,10 @@ namespace kinome {
 
 /// Input of a pass, shared by all threads. All references must outlive it.
 struct PassView {
-  const Scene& scene;
+  const ProductTask& task;
   Primaries::View primaries;
-  const TileGrid& grid;
-  const DistantCells& cells;
   const TileKnowledge& knowledge;
   const CellNeighbours& neighbours;
-  const ProductSettings& settings;
   const CellLight& light;
 };
 
@@ -59,8 +56,6 @@ class BlockRenderer {
   struct Samples {
     std::vector<float> x, y;  ///< on the full film
     std::vector<float> alpha;
-    void clear();
-    void add(const Vec2& position, float alpha_of_sample);
   };
 
   /// True if samples of a pixel have different weights in the film.
@@ -69,12 +64,12 @@ class BlockRenderer {
   void render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
                    const std::vector<PixelPlan>& plan, uint64_t seed, RenderCounters& counters);
   void find_visibilities(int tile);
-  void find_units(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan,
-                  uint64_t seed);
+  void find_units(const TileGrid::Tile& tile, const TilePrimaries& primaries,
+                  const std::vector<PixelPlan>& plan, uint64_t seed);
   void reserve(int block, const std::vector<PixelPlan>& plan);
   uint16_t samples_of(const PixelPlan& plan) const { return std::max<uint16_t>(plan.primaries, 1); }
   float mean_visibility(const Patch& patch, const Visibility& visibility) const;
-  void find_diagnostics(const TilePrimaries& primaries, const std::vector<PixelPlan>& plan);
+  void find_diagnostics(const TilePrimaries& primaries);
 
   const PassView view_;
   const bool is_split_;

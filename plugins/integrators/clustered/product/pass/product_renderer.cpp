@@ -130,7 +130,7 @@ Primaries::View ProductRenderer::view() const {
 }
 
 PassView ProductRenderer::pass_view(const CellLight& light) const {
-  return {task_.scene, view(), grid_, cells_, knowledge_, neighbours_, task_.settings, light};
+  return {task_, view(), knowledge_, neighbours_, light};
 }
 
 struct ProductRenderer::Pass {

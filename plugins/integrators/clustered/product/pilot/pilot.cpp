@@ -41,10 +41,7 @@ struct Pilot::Planner {
   std::vector<float> controls;
 
   Planner(const CellLight& light, size_t padded_cells, const CellNeighbours& neighbours)
-      : learner(padded_cells, &neighbours), strata(light) {
-    visibility.resize(padded_cells);
-    visibility.reset();
-  }
+      : learner(padded_cells, &neighbours), strata(light), visibility(padded_cells) {}
 };
 
 Pilot::Pilot(const ProductTask& task, const Primaries::View& view, const CellNeighbours& neighbours,
@@ -140,8 +137,7 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
   std::vector<Patch>& patches = knowledge.patches(tile.index);
   make_patches(primaries, patches);
   while (prober.unknown.size() < patches.size()) {
-    prober.unknown.emplace_back().resize(knowledge.padded_cells());
-    prober.unknown.back().reset();
+    prober.unknown.emplace_back(knowledge.padded_cells());
   }
   auto& records = prober.records[tile.place];
   if (records.size() < patches.size()) records.resize(patches.size());

@@ -4,7 +4,6 @@
 #include <optional>
 #include <vector>
 
-#include "clustered/product/rays/point_plan.h"
 #include "clustered/product/tiles/stage_times.h"
 #include "clustered/product/rays/straight_rays.h"
 #include "clustered/product/tiles/unit.h"
@@ -12,6 +11,22 @@
 #include "kinome/scene.h"
 
 namespace kinome {
+
+/// Results of the pilot for one of its primaries, used by the plan. Values are radiances.
+struct PointPlan {
+  /// Unshadowed radiance that the primary's group reflects: by glossy lobes, and by all lobes for
+  /// local light except that of lamps.
+  float glossy = 0;
+  float lamps = 0;  ///< unshadowed radiance of the primary, from lamps that got no ray
+  /// Receives the radiance that arrives from the other lamps, when their rays are traced; may be
+  /// nullptr.
+  float* lit = nullptr;
+  /// Receives the light that the primary's path finds, if one continues from it
+  /// (Estimator::follow_paths).
+  Rgb* followed = nullptr;
+  double glossy_variance = 0;  ///< of one candidate; bright light would overflow a float
+  float mirrored = 0;          ///< unshadowed radiance that delta lobes reflect
+};
 
 /// Destinations of the results of a unit's shadow rays: sums of an estimate, or records of the
 /// patches in a pilot. They must stay valid and in place until the rays are traced.

@@ -41,12 +41,6 @@ wide::Float visible_of(wide::Uint counts) {
 
 }  // namespace
 
-void Visibility::resize(size_t padded) {
-  v.resize(padded);
-  sigma.resize(padded);
-  sigma_mixed.resize(padded);
-}
-
 void Visibility::reset() {
   std::fill(v.begin(), v.end(), 0.f);
   std::fill(sigma.begin(), sigma.end(), 1.f);

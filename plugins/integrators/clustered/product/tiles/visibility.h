@@ -41,8 +41,9 @@ struct Visibility {
   Column<float> v;            ///< in [0, 1]; used by control terms
   Column<float> sigma;        ///< root mean square of V - v
   Column<float> sigma_mixed;  ///< root mean square of V; used if v is taken as 0
-  void resize(size_t padded);
-  /// Sets v = 0 and sigma = 1: nothing was learned.
+  explicit Visibility(size_t padded = 0)
+      : v(padded, 0.f), sigma(padded, 1.f), sigma_mixed(padded, 1.f) {}
+  /// Sets v = 0 and sigma = 1, as the constructor does: nothing was learned.
   void reset();
   simd::CellKnowledge knowledge() const { return {v.data(), sigma.data(), sigma_mixed.data()}; }
 };
