@@ -151,7 +151,7 @@ class KINOME_EXPORT SceneEditor {
   void save(const std::string& path) const;
 
  private:
-  class State;
+  struct State;
   std::unique_ptr<State> state_;
 };
 
