@@ -33,16 +33,6 @@ class ReflectancePair {
     return lobe_probability(any(mask & Lobe::kGlossy), any(mask & Lobe::kDiffuse),
                             specular_probability_, 1 - specular_probability_);
   }
-  /// A BsdfForm can represent the diffuse lobe, but not the glossy one.
-  BsdfForm form_kind() const {
-    BsdfForm form;
-    if (any(lobes() & Lobe::kGlossy)) form.glossy = BsdfForm::Glossy::kOther;
-    return form;
-  }
-  template <class F>
-  wide::FormOf<F> form_of(const RgbOf<F>& diffuse) const {
-    return {scale_ * diffuse, RgbOf<F>(0.f), 1.f, 1.f};
-  }
   Lobe lobes() const {
     return (diffuse_->max() > 0 ? Lobe::kDiffuse : Lobe::kNone) |
            (specular_->max() > 0 ? Lobe::kGlossy : Lobe::kNone);
@@ -53,6 +43,37 @@ class ReflectancePair {
   ColorInput specular_;
   float scale_ = 1;
   float specular_probability_ = 0.5f;
+};
+
+/// Base of BSDFs with a ReflectancePair, whose textures are the first two inputs of Self.
+template <class Self>
+class PairBsdf : public wide::FormulaBsdf<Self> {
+ public:
+  explicit PairBsdf(const Properties& props) : reflectances_(props) {
+    this->lobes_ = reflectances_.lobes();
+  }
+
+  /// A BsdfForm can represent the diffuse lobe, but not the glossy one.
+  BsdfForm form_kind() const {
+    BsdfForm form;
+    if (any(this->lobes_ & Lobe::kGlossy)) form.glossy = BsdfForm::Glossy::kOther;
+    return form;
+  }
+  template <class F, class... Others>
+  wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& diffuse,
+                          const Others&... /*unused*/) const {
+    return {reflectances_.scale() * diffuse, RgbOf<F>(0.f), 1.f, 1.f};
+  }
+
+  Rgb albedo(const SurfaceInteraction& si) const override {
+    return reflectances_.diffuse(si) + reflectances_.specular(si);
+  }
+  LobeReflectance reflectance(const SurfaceInteraction& si) const override {
+    return {reflectances_.diffuse(si), reflectances_.specular(si)};
+  }
+
+ protected:
+  ReflectancePair reflectances_;
 };
 
 /// Parameters that ReflectancePair reads.

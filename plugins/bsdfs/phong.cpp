@@ -22,12 +22,10 @@ constexpr Parameter kParameters[] = {
     KINOME_REFLECTANCE_PAIR_PARAMETERS,
 };
 
-class Phong final : public wide::FormulaBsdf<Phong> {
+class Phong final : public PairBsdf<Phong> {
  public:
   explicit Phong(const Properties& props)
-      : reflectances_(props), exponent_(nonnegative_texture(props, "exponent")) {
-    lobes_ = reflectances_.lobes();
-  }
+      : PairBsdf(props), exponent_(nonnegative_texture(props, "exponent")) {}
 
   auto inputs() const {
     return std::tie(reflectances_.diffuse_input(), reflectances_.specular_input(), exponent_);
@@ -38,20 +36,6 @@ class Phong final : public wide::FormulaBsdf<Phong> {
                     const F& exponent) {
       return Lobes<F>(reflectances_, mask, wi, diffuse, specular, exponent);
     });
-  }
-
-  BsdfForm form_kind() const { return reflectances_.form_kind(); }
-  template <class F>
-  wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& diffuse,
-                          const RgbOf<F>& /*specular*/, const F& /*exponent*/) const {
-    return reflectances_.form_of<F>(diffuse);
-  }
-
-  Rgb albedo(const SurfaceInteraction& si) const override {
-    return reflectances_.diffuse(si) + reflectances_.specular(si);
-  }
-  LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    return {reflectances_.diffuse(si), reflectances_.specular(si)};
   }
 
  private:
@@ -102,7 +86,6 @@ class Phong final : public wide::FormulaBsdf<Phong> {
     RgbOf<F> diffuse_, glossy_;
   };
 
-  ReflectancePair reflectances_;
   NumberInput exponent_;
 };
 

@@ -99,15 +99,13 @@ class WardLobe {
   F scale_;
 };
 
-class Ward final : public wide::FormulaBsdf<Ward> {
+class Ward final : public PairBsdf<Ward> {
  public:
   explicit Ward(const Properties& props)
-      : reflectances_(props),
+      : PairBsdf(props),
         variant_(props.choice("variant")),
         alpha_u_(alpha(props, "alpha_u")),
-        alpha_v_(alpha(props, "alpha_v")) {
-    lobes_ = reflectances_.lobes();
-  }
+        alpha_v_(alpha(props, "alpha_v")) {}
 
   auto inputs() const {
     return std::tie(reflectances_.diffuse_input(), reflectances_.specular_input(), alpha_u_,
@@ -124,21 +122,6 @@ class Ward final : public wide::FormulaBsdf<Ward> {
                       any(mask & Lobe::kDiffuse) ? scale * diffuse : RgbOf<F>(0.f),
                       scale * specular};
     });
-  }
-
-  BsdfForm form_kind() const { return reflectances_.form_kind(); }
-  template <class F>
-  wide::FormOf<F> form_of(const VecOf<F>& /*wi*/, const RgbOf<F>& diffuse,
-                          const RgbOf<F>& /*specular*/, const F& /*alpha_u*/,
-                          const F& /*alpha_v*/) const {
-    return reflectances_.form_of<F>(diffuse);
-  }
-
-  Rgb albedo(const SurfaceInteraction& si) const override {
-    return reflectances_.diffuse(si) + reflectances_.specular(si);
-  }
-  LobeReflectance reflectance(const SurfaceInteraction& si) const override {
-    return {reflectances_.diffuse(si), reflectances_.specular(si)};
   }
 
  private:
@@ -171,7 +154,6 @@ class Ward final : public wide::FormulaBsdf<Ward> {
     return props.has(name) ? roughness_texture(props, name) : common;
   }
 
-  ReflectancePair reflectances_;
   int variant_;
   NumberInput alpha_u_;
   NumberInput alpha_v_;
