@@ -22,7 +22,6 @@
 #include "say.h"
 #include "options/sensor_index.h"
 #include "signals.h"
-#include "render/used_instruction_set.h"
 #include "film/video.h"
 
 namespace kinome::app {

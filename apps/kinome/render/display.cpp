@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
@@ -24,7 +25,6 @@
 
 #include "kinome/error.h"
 #include "kinome/log.h"
-#include "render/tev_packets.h"
 
 namespace kinome::app {
 namespace {
@@ -42,6 +42,77 @@ constexpr Seconds kConnectTimeout{5};
 /// Time that finish() waits without progress.
 constexpr Seconds kFinishTimeout{2};
 constexpr int kPollMilliseconds = 50;
+
+// Messages of the network protocol of the viewer tev:
+// https://github.com/Tom94/tev#over-the-network. Each begins with its length in bytes (including
+// these four) and its kind (one byte). Numbers are little-endian, strings zero-terminated.
+
+using Packet = std::vector<char>;
+
+// Numbers are copied without conversion.
+static_assert(std::endian::native == std::endian::little);
+
+constexpr char kCreateImage = 4, kUpdateImageV3 = 6;
+
+class Writer {
+ public:
+  explicit Writer(char kind) {
+    put(uint32_t{0});  // replaced by the length in finish()
+    put(kind);
+  }
+  template <class Number>
+  void put(Number number) {
+    put_bytes(&number, sizeof number);
+  }
+  void put(const std::string& text) { put_bytes(text.c_str(), text.size() + 1); }
+  void put(const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) put(text);
+  }
+  void put_bytes(const void* bytes, size_t count) {
+    const auto* const first = static_cast<const char*>(bytes);
+    packet_.insert(packet_.end(), first, first + count);
+  }
+  Packet finish() {
+    const auto length = static_cast<uint32_t>(packet_.size());
+    std::memcpy(packet_.data(), &length, sizeof length);
+    return std::move(packet_);
+  }
+
+ private:
+  Packet packet_;
+};
+
+/// Returns a "CreateImage" message: creates and shows a black image, which replaces one of the same
+/// name.
+Packet create_image(const std::string& name, int width, int height,
+                    const std::vector<std::string>& channels) {
+  Writer writer(kCreateImage);
+  writer.put(char{1});  // the viewer selects the image
+  writer.put(name);
+  writer.put(int32_t{width});
+  writer.put(int32_t{height});
+  writer.put(static_cast<int32_t>(channels.size()));
+  writer.put(channels);
+  return writer.finish();
+}
+
+/// Returns an "UpdateImage" message, version 3. `data` is row by row with interleaved channels.
+Packet update_image(const std::string& name, const Rect& pixels,
+                    const std::vector<std::string>& channels, const std::vector<float>& data) {
+  Writer writer(kUpdateImageV3);
+  writer.put(char{0});
+  writer.put(name);
+  writer.put(static_cast<int32_t>(channels.size()));
+  writer.put(channels);
+  for (const int number : {pixels.x0, pixels.y0, pixels.width(), pixels.height()}) {
+    writer.put(int32_t{number});
+  }
+  // Offset of each channel's first value in `data`, then the stride of each channel.
+  for (size_t c = 0; c < channels.size(); ++c) writer.put(static_cast<int64_t>(c));
+  for (size_t c = 0; c < channels.size(); ++c) writer.put(static_cast<int64_t>(channels.size()));
+  writer.put_bytes(data.data(), data.size() * sizeof(float));
+  return writer.finish();
+}
 
 /// Owner of a socket's file descriptor.
 class Socket {
@@ -169,7 +240,7 @@ class Display::Sender {
   }
 
   /// Waits for the next packet to send. Returns nullopt once all is sent and no more will come.
-  std::optional<tev::Packet> next_packet() {
+  std::optional<Packet> next_packet() {
     std::unique_lock lock(mutex_);
     std::vector<bool>::iterator found;
     changed_state_.wait(lock, [&] {
@@ -179,14 +250,14 @@ class Display::Sender {
     });
     if (is_new_) {
       is_new_ = false;
-      return tev::create_image(name_, image_.width, image_.height, image_.channels);
+      return create_image(name_, image_.width, image_.height, image_.channels);
     }
     if (found == changed_.end()) return std::nullopt;
     return take_cells(static_cast<int>(found - changed_.begin()));
   }
 
   /// Packs the changed cell `first` and the changed cells adjacent on its right.
-  tev::Packet take_cells(int first) {
+  Packet take_cells(int first) {
     const size_t channels = image_.channels.size();
     const int row = first / num_columns_, left = first % num_columns_;
     const size_t max_cells =
@@ -207,7 +278,7 @@ class Display::Sender {
       const auto count = static_cast<size_t>(pixels.width()) * channels;
       data.insert(data.end(), &image_.data[begin], &image_.data[begin] + count);
     }
-    return tev::update_image(name_, pixels, image_.channels, data);
+    return update_image(name_, pixels, image_.channels, data);
   }
 
   /// Sends packets until close(). Returns an error message, or "".
@@ -259,7 +330,7 @@ class Display::Sender {
     return getsockopt(socket.get(), SOL_SOCKET, SO_ERROR, &error, &size) == 0 ? error : errno;
   }
 
-  std::string send(const Socket& socket, const tev::Packet& packet) {
+  std::string send(const Socket& socket, const Packet& packet) {
     Clock::time_point last_progress = Clock::now();
     for (size_t at = 0; at < packet.size();) {
       const ssize_t count =

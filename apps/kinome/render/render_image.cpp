@@ -2,10 +2,12 @@
 
 #include "render/render_image.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 
 #include <fmt/format.h>
 
@@ -20,7 +22,6 @@
 #include "say.h"
 #include "options/sensor_index.h"
 #include "signals.h"
-#include "render/used_instruction_set.h"
 
 namespace kinome::app {
 namespace {
@@ -64,6 +65,30 @@ LoadOptions load_options(const Options& options) {
 
 const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
   return *scene.sensors()[sensor_index(scene, wanted)];
+}
+
+InstructionSet used_instruction_set(const PluginRegistry& registry) {
+  InstructionSet best = least_instruction_set();
+  for (const Category category : kCategories) {
+    const std::string prefix = std::string(to_string(category)) + "/";
+    for (const std::string& name : registry.loaded()) {
+      if (!name.starts_with(prefix)) continue;
+      for (const auto set : registry.instruction_sets(category, name.substr(prefix.size()))) {
+        if (set <= registry.instruction_set()) best = std::max(best, set);
+      }
+    }
+  }
+  return best;
+}
+
+void warn_of_unused_instruction_set(const Options& options, const PluginRegistry& registry) {
+  const char* const variable = std::getenv("KINOME_ISA");
+  if (options.isa.empty() && (!variable || !*variable)) return;
+  const InstructionSet used = used_instruction_set(registry);
+  if (used == registry.instruction_set()) return;
+  log_warn(fmt::format("{} {}: no plugin of this scene is built for it; using those for {}",
+                       options.isa.empty() ? "KINOME_ISA" : "--isa",
+                       to_string(registry.instruction_set()), to_string(used)));
 }
 
 void warn_of_layers(const Scene& scene, const Film& film) {

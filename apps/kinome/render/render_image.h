@@ -20,6 +20,11 @@ void set_up_render(const Options& options);
 LoadOptions load_options(const Options& options);
 /// Finds a sensor by index or id. Throws Error if there is none.
 const Sensor& choose_sensor(const Scene& scene, const std::string& wanted);
+/// Returns the best instruction set that a loaded plugin is built for, at most the registry's. The
+/// bits of an image depend on it.
+InstructionSet used_instruction_set(const PluginRegistry& registry);
+/// Warns if --isa or KINOME_ISA requests an instruction set that no loaded plugin is built for.
+void warn_of_unused_instruction_set(const Options& options, const PluginRegistry& registry);
 /// Warns of channels that the film can't write.
 void warn_of_layers(const Scene& scene, const Film& film);
 

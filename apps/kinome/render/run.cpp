@@ -18,7 +18,6 @@
 #include "render/render_image.h"
 #include "say.h"
 #include "signals.h"
-#include "render/used_instruction_set.h"
 
 namespace kinome::app {
 namespace {
