@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -10,6 +9,7 @@
 
 #include "commands.h"
 #include "crash.h"
+#include "shell.h"
 #include "kinome/error.h"
 #include "kinome/object.h"
 #include "kinome/plugin_registry.h"
@@ -120,15 +120,6 @@ void check_name(const std::string& name, Category category) {
     throw Error(
         fmt::format("plugin {}/{} already exists: choose another name", to_string(category), name));
   }
-}
-
-/// Quotes a word for a shell's command line.
-std::string quoted(const std::string& word) {
-  const auto is_plain = [](char c) { return is_word_part(c) || std::strchr("/.-+,:@%=", c); };
-  if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
 }
 
 /// Returns the only source file among a category's templates.
