@@ -6,10 +6,9 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <algorithm>
-#include <cctype>
 #include <mutex>
 
+#include "base/file_writer.h"
 #include "kinome/image_files.h"
 #include "kinome/inspection.h"
 #include "kinome/log.h"
@@ -89,64 +88,43 @@ class Editor {
   }
 
   nb::list parameters() const {
-    expect_no_update();
     nb::list all;
-    for (const SceneParameter& p : editor_->parameters()) {
-      const auto value = p.value ? from_value(*p.value) : nb::object(nb::none());
-      const auto usual = p.default_value ? from_value(*p.default_value) : nb::object(nb::none());
-      all.append(
-          nb::make_tuple(p.path, p.type, p.plugin, p.doc, p.choices, value, usual,
-                                p.is_set, p.low, p.high));
+    for (const SceneParameter& p : editor().parameters()) {
+      all.append(nb::make_tuple(p.path, p.type, p.plugin, p.doc, p.choices, from_value(p.value),
+                                from_value(p.default_value), p.is_set, p.low, p.high));
     }
     return all;
   }
-  nb::object get(const std::string& path) const {
-    expect_no_update();
-    const auto value = editor_->get(path);
-    return value ? from_value(*value) : nb::object(nb::none());
-  }
+  nb::object get(const std::string& path) const { return from_value(editor().get(path)); }
   void set(const std::string& path, nb::handle value) {
-    expect_no_update();
-    editor_->set(path, to_value(value, Location{path}));
+    editor().set(path, to_value(value, Location{path}));
   }
   /// Sets pairs of paths and values: all of them, or none if one is invalid.
   void set_all(const nb::list& pairs) {
-    expect_no_update();
     std::vector<std::pair<std::string, EditedValue>> values;
     for (const nb::handle pair : pairs) {
       const auto path = nb::cast<std::string>(pair[0]);
       values.emplace_back(path, to_value(pair[1], Location{path}));
     }
-    editor_->set(std::move(values));
+    editor().set(std::move(values));
   }
-  void unset(const std::string& path) {
-    expect_no_update();
-    editor_->set(path, Unset());
-  }
-  void revert(const std::string& path) {
-    expect_no_update();
-    editor_->set(path, AsWritten());
-  }
+  void unset(const std::string& path) { editor().set(path, Unset()); }
+  void revert(const std::string& path) { editor().set(path, AsWritten()); }
   nb::list objects() const {
-    expect_no_update();
     nb::list all;
-    for (const SceneObject& o : editor_->objects()) {
+    for (const SceneObject& o : editor().objects()) {
       all.append(nb::make_tuple(o.path, o.plugin, o.is_around));
     }
     return all;
   }
   nb::list textures() const {
-    expect_no_update();
     nb::list all;
-    for (const SceneParameter& p : editor_->textured_parameters()) {
+    for (const SceneParameter& p : editor().textured_parameters()) {
       all.append(nb::make_tuple(p.path, p.texture));
     }
     return all;
   }
-  void save(const std::string& path) const {
-    expect_no_update();
-    editor_->save(path);
-  }
+  void save(const std::string& path) const { editor().save(path); }
   nb::tuple update() {
     const Use use(*this);
     SceneChanges changes;
@@ -221,8 +199,10 @@ class Editor {
     Editor& editor_;
   };
 
-  void expect_no_update() const {
+  /// Returns the editor. Throws Error during an update.
+  SceneEditor& editor() const {
     if (state_ == State::kUpdating) throw Error("this scene is being updated by another thread");
+    return *editor_;
   }
 
   std::shared_ptr<const Scene> scene_for(nb::handle integrator) {
@@ -337,13 +317,10 @@ void write_picture(const std::string& path, nb::object array,
   Image image{static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), channels,
               std::vector<float>(pixels.data(), pixels.data() + pixels.size())};
   const nb::gil_scoped_release release;
-  std::string lower = path;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto ends_with = [&](const char* ending) { return lower.ends_with(ending); };
-  if (ends_with(".png")) return kinome::write_png(path, image, 0);
-  if (ends_with(".pfm")) return kinome::write_pfm(path, image);
-  if (!ends_with(".exr")) throw Error(Location{path, 0, 0}, "must end in .exr, .pfm or .png");
+  const std::string extension = lower_extension(path);
+  if (extension == ".png") return kinome::write_png(path, image, 0);
+  if (extension == ".pfm") return kinome::write_pfm(path, image);
+  if (extension != ".exr") throw Error(Location{path, 0, 0}, "must end in .exr, .pfm or .png");
   write_exr(path, image, ExrNumber::kFloat, header);
 }
 

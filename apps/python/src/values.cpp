@@ -128,8 +128,8 @@ EditedValue to_value(nb::handle value, const Location& where) {
   return std::vector<uint32_t>(array.data(), array.data() + array.size());
 }
 
-nb::object from_value(const EditedValue& value) {
-  return std::visit(Maker{}, value);
+nb::object from_value(const std::optional<EditedValue>& value) {
+  return value ? std::visit(Maker{}, *value) : nb::object(nb::none());
 }
 
 ObjectDescription to_description(nb::handle description) {

@@ -2,6 +2,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <optional>
 #include <string>
 
 #include "kinome/scene_editor.h"
@@ -16,8 +17,8 @@ namespace nb = nanobind;
 /// ("image", float32 array (height, width, channels)), ("floats", float32 array), ("indices",
 /// uint32 array), ("object", argument of to_description()).
 EditedValue to_value(nb::handle value, const Location& where);
-/// Converts a value to the form that to_value() takes.
-nb::object from_value(const EditedValue& value);
+/// Converts a value to the form that to_value() takes; nullopt to None.
+nb::object from_value(const std::optional<EditedValue>& value);
 
 /// Converts a description in the form that kinome/_describe.py produces: (tag, type, name, id,
 /// where,
