@@ -37,6 +37,14 @@ struct Candidates {
     }
   }
 
+  /// Sets cell, direction and radiance of a candidate.
+  void put(size_t i, uint32_t of_cell, const Vec3& d, const Rgb& light) {
+    cell[i] = of_cell;
+    dx[i] = d.x;
+    dy[i] = d.y;
+    dz[i] = d.z;
+    radiance[i] = light;
+  }
   Vec3 direction(size_t i) const { return {dx[i], dy[i], dz[i]}; }
   Rgb f_of(size_t i) const { return {f[0][i], f[1][i], f[2][i]}; }
   Rgb weight_of(size_t i) const { return {weight[0][i], weight[1][i], weight[2][i]}; }
@@ -70,20 +78,14 @@ struct DistantCandidates : Candidates {
     if (cell_density.size() < member.size()) cell_density.resize(member.size());
   }
   /// Sets a candidate to the given point. Sets cell_density to the density within the cell alone.
-  void put(size_t i, const CellPoint& point) {
-    put(i, point.d, point.cell, point.density, point.weight * point.density);
+  void put_point(size_t i, const CellPoint& point) {
+    put(i, point.cell, point.d, point.weight * point.density);
+    cell_density[i] = point.density;
   }
   /// Sets a candidate to a direction without light.
-  void put_nothing(size_t i, const Vec3& d) { put(i, d, 0, 0, Rgb(0.f)); }
-
- private:
-  void put(size_t i, const Vec3& d, uint32_t of_cell, float density, const Rgb& light) {
-    dx[i] = d.x;
-    dy[i] = d.y;
-    dz[i] = d.z;
-    cell[i] = of_cell;
-    cell_density[i] = density;
-    radiance[i] = light;
+  void put_nothing(size_t i, const Vec3& d) {
+    put(i, 0, d, Rgb(0.f));
+    cell_density[i] = 0;
   }
 };
 

@@ -18,13 +18,9 @@ bool is_divided(const Patch& patch) {
 
 }  // namespace
 
-void PointNodes::Sums::add(const Vec3& n, const Vec3& w) {
-  const glm::dvec3 h = glm::dvec3(n) - 0.5 * glm::dvec3(w);
-  ++points;
-  normal += n;
-  viewer += w;
-  half += h;
-  half2 += glm::dot(h, h);
+PointNodes::Sums PointNodes::Sums::of(const glm::dvec3& n, const glm::dvec3& w) {
+  const glm::dvec3 h = n - 0.5 * w;
+  return {1, n, w, h, glm::dot(h, h)};
 }
 
 void PointNodes::Sums::add(const Sums& other) {
@@ -52,7 +48,7 @@ void PointNodes::find_parts(const TilePrimaries& primaries, std::span<const Patc
       parts_.push_back({patch, 0, -1, {}});
     }
     node_of_[i] = part;
-    parts_[part].sums.add(primaries.normal(i), primaries.viewer(i));
+    parts_[part].sums.add(Sums::of(primaries.normal(i), primaries.viewer(i)));
   }
   for (size_t k = first; k < parts_.size(); ++k) {
     parts_[k].wanted =

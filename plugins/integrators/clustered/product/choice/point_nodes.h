@@ -54,7 +54,7 @@ class PointNodes {
     uint32_t points = 0;
     glm::dvec3 normal{0.}, viewer{0.}, half{0.};
     double half2 = 0;
-    void add(const Vec3& n, const Vec3& w);
+    static Sums of(const glm::dvec3& n, const glm::dvec3& w);
     void add(const Sums& other);
     glm::dvec3 mean_half() const { return half / static_cast<double>(points); }
   };

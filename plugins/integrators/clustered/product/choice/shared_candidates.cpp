@@ -200,7 +200,8 @@ void SharedCandidates::draw_from_cells(const PointNode& node, const Set& set, fl
     for (size_t i = 0; i < set.size - set.from_lobe; ++i) {
       const size_t hit = i * blocks + block;
       if (i < set.from_cells && hit < hits.size()) {
-        candidates_.put(first + i, light_.points.pick(hits[hit].stratum, hits[hit].remainder));
+        candidates_.put_point(first + i,
+                              light_.points.pick(hits[hit].stratum, hits[hit].remainder));
       } else {
         candidates_.put_nothing(first + i, node.normal);
       }

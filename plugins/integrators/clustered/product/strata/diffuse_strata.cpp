@@ -12,23 +12,6 @@ constexpr size_t kAhead = 8;
 
 }  // namespace
 
-void DiffuseStrata::Shots::clear() {
-  member.clear();
-  cell.clear();
-  weight.clear();
-  for (auto* const v : {&dx, &dy, &dz}) v->clear();
-}
-
-void DiffuseStrata::Shots::push_back(uint32_t to_member, uint32_t to_cell, const Vec3& d,
-                                     const Rgb& weight_of_f) {
-  member.push_back(to_member);
-  cell.push_back(to_cell);
-  dx.push_back(d.x);
-  dy.push_back(d.y);
-  dz.push_back(d.z);
-  weight.push_back(weight_of_f);
-}
-
 bool DiffuseStrata::applies(const GroupView& group) const {
   return light_.has_distant() && group.has(Lobe::kDiffuse) && group.group.albedo > 0;
 }
@@ -85,7 +68,7 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
   const auto member_at = [&](size_t j) {
     return view.pick(turn + static_cast<uint32_t>(segment.before + j) * kPlastic);
   };
-  shots_.clear();
+  shots_.resize(0);
   for (size_t j = 0; j < hits.size(); ++j) {
     if (j + kAhead < hits.size()) {
       __builtin_prefetch(&point_of(j + kAhead));
@@ -118,7 +101,10 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
                   answers);
       }
     } else {
-      shots_.push_back(member, cell, point.d, point.weight * factor);
+      const size_t shot = shots_.size();
+      shots_.resize(shot + 1);
+      shots_.member[shot] = member;
+      shots_.put(shot, cell, point.d, point.weight * factor);
     }
   }
   if (!patch.is_described) evaluate_and_shoot(view, answers, rays);
@@ -126,16 +112,13 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
 
 void DiffuseStrata::evaluate_and_shoot(const GroupView& view, const Answers& answers,
                                        ShadowRays& rays) {
-  Shots& s = shots_;
-  const size_t count = s.member.size();
-  for (auto& v : s.f) v.resize(count);
-  float* const f[3] = {s.f[0].data(), s.f[1].data(), s.f[2].data()};
-  values_.ask(view, Lobe::kDiffuse, {s.member.data(), s.dx.data(), s.dy.data(), s.dz.data(), count},
-              f);
-  for (size_t j = 0; j < count; ++j) {
-    const Rgb weight = s.weight[j] * Rgb(f[0][j], f[1][j], f[2][j]);
-    rays.push(view.place(s.member[j]), {s.dx[j], s.dy[j], s.dz[j]},
-              {weight, s.cell[j], view.group.patch, view.primary(s.member[j])}, answers);
+  Candidates& s = shots_;
+  if (s.size() == 0) return;
+  values_.ask(view, Lobe::kDiffuse, s.directions(0), s.lobe_columns(0).f);
+  for (size_t j = 0; j < s.size(); ++j) {
+    rays.push(view.place(s.member[j]), s.direction(j),
+              {s.radiance[j] * s.f_of(j), s.cell[j], view.group.patch, view.primary(s.member[j])},
+              answers);
   }
 }
 

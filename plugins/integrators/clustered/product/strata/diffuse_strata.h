@@ -2,11 +2,11 @@
 
 #include <vector>
 
-#include "clustered/product/tiles/groups.h"
-#include "clustered/product/choice/lobe_values.h"
+#include "clustered/product/choice/candidates.h"
 #include "clustered/product/choice/patch_cells.h"
 #include "clustered/product/rays/ray_comb.h"
 #include "clustered/product/rays/shadow_rays.h"
+#include "clustered/product/tiles/groups.h"
 
 namespace kinome {
 
@@ -41,21 +41,13 @@ class DiffuseStrata {
   PatchPlan plan(const Patch& patch, const Visibility& visibility);
 
  private:
-  /// Shadow rays for which Bsdf::shade_block must be called.
-  struct Shots {
-    std::vector<uint32_t> member, cell;
-    std::vector<float> dx, dy, dz, f[3];
-    std::vector<Rgb> weight;  ///< factor of f
-    void clear();
-    void push_back(uint32_t to_member, uint32_t to_cell, const Vec3& d, const Rgb& weight_of_f);
-  };
   void evaluate_and_shoot(const GroupView& group, const Answers& answers, ShadowRays& rays);
 
   const CellLight& light_;
   PreparedPatches prepared_;
   std::vector<float> mixed_visibility_;  ///< for the unit's segments; see simd::diffuse_strata
   LobeValues values_;
-  Shots shots_;
+  Candidates shots_;                         ///< rays for which Bsdf::shade_block must be called
   float flux_[9] = {}, straddling_[3] = {};  ///< for the last group; see simd::diffuse_strata
   PreparedPatch planned_;
   Strata planned_strata_;

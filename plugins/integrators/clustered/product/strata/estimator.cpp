@@ -86,15 +86,6 @@ GroupView Estimator::view(uint32_t index) const {
           groups_.points(group)};
 }
 
-void Estimator::begin_unit(const Unit& unit) {
-  groups_.divide(*primaries_, patches_, unit.first, unit.end);
-  strata_.clear();
-  diffuse_.begin_unit();
-  glossy_.begin_unit();
-  local_.begin_unit();
-}
-
-/// Adds strata and control terms. Drops control terms if `sums` is empty.
 void Estimator::add_diffuse(const GroupView& group, const UnitSums& sums) {
   if (!diffuse_.applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kStrata);
@@ -106,42 +97,51 @@ void Estimator::add_diffuse(const GroupView& group, const UnitSums& sums) {
   }
 }
 
-/// Adds the group's share of the unit's candidates, in proportion to its number of points.
-void Estimator::add_glossy(const GroupView& group, const Unit& unit, const UnitSums& sums) {
+/// Adds the group's share of the unit's candidates, in proportion to its number of points. A pilot
+/// has its own numbers of candidates.
+void Estimator::add_glossy(const GroupView& group, const Unit& unit, const UnitSums& sums,
+                           std::span<PointPlan> points) {
   if (!glossy_.applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kCandidates);
+  const uint64_t seed = hash_words(unit.seed, kCandidates, group.index);
+  if (!points.empty()) {
+    glossy_.add(group, GlossyStrata::pilot_counts(group.patch), seed, strata_);
+    glossy_.plan(group, patches_[group.group.patch], points);
+    return;
+  }
   const float wanted = unit.candidates * static_cast<float>(group.group.count) /
                        static_cast<float>(groups_.order().size());
-  const Rgb control =
-      glossy_.add(group, wanted, hash_words(unit.seed, kCandidates, group.index), strata_);
+  const Rgb control = glossy_.add(group, wanted, seed, strata_);
   add_control(glossy_, group, control, sums);
 }
 
-void Estimator::probe_glossy(const GroupView& group, const Unit& unit,
-                             std::span<PointPlan> points) {
-  if (!glossy_.applies(group)) return;
-  const StageScope timer = times_.scope(StageTimes::kCandidates);
-  glossy_.add(group, GlossyStrata::pilot_counts(group.patch),
-              hash_words(unit.seed, kCandidates, group.index), strata_);
-  glossy_.plan(group, patches_[group.group.patch], points);
-}
-
-/// Adds strata and control terms of local light. Also adds the plan's input unless `points` is
-/// empty.
-void Estimator::add_local(const GroupView& group, const Unit& unit, float eye_rays,
-                          const UnitSums& sums, std::span<PointPlan> points) {
-  if (!LocalStrata::applies(group)) return;
+/// The pilot assumes one eye ray for each primary, but sends none.
+void Estimator::add_local(const GroupView& group, const Unit& unit, const UnitSums& sums,
+                          std::span<PointPlan> points) {
+  if (!has_local() || !LocalStrata::applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kCandidates);
   const LocalStrata::Numbers numbers{random_bits(unit.seed, kFirstBlock) - unit.first,
                                      hash_words(unit.seed, kLampNumbers)};
+  const float eye_rays = points.empty() ? expected_eye_rays(group.patch, *light_.local) : 1;
   const Rgb control = local_.add(group, eye_rays, numbers, strata_);
   if (!points.empty()) local_.plan(group, patches_[group.group.patch], points);
   add_control(local_, group, control, sums);
 }
 
-/// Expected number of eye rays per primary. The pilot assumes one for each primary, but sends none.
-float Estimator::eye_rays_of(const GroupView& group, const Answers& answers) const {
-  return answers.records ? 1 : expected_eye_rays(group.patch, *light_.local);
+/// Adds the strata of all groups of a unit. Adds their control terms to `sums` and the plan's input
+/// to `points`, unless these are empty.
+void Estimator::add_strata(const Unit& unit, const UnitSums& sums, std::span<PointPlan> points) {
+  groups_.divide(*primaries_, patches_, unit.first, unit.end);
+  strata_.clear();
+  diffuse_.begin_unit();
+  glossy_.begin_unit();
+  local_.begin_unit();
+  for (uint32_t g = 0; g < groups_.size(); ++g) {
+    const GroupView group = view(g);
+    add_diffuse(group, sums);
+    add_glossy(group, unit, sums, points);
+    add_local(group, unit, sums, points);
+  }
 }
 
 /// Makes the unit's shadow rays.
@@ -217,17 +217,10 @@ void Estimator::follow_paths(const Unit& unit, const SumOf& sum_of) {
 }
 
 void Estimator::estimate(const Unit& unit, const UnitSums& sums) {
-  const Answers answers{sums};
   follow_paths(unit, [&](uint32_t i) { return &sums.of(i); });
-  begin_unit(unit);
+  add_strata(unit, sums, {});
   if (groups_.empty()) return;
-  for (uint32_t g = 0; g < groups_.size(); ++g) {
-    const GroupView group = view(g);
-    add_diffuse(group, sums);
-    add_glossy(group, unit, sums);
-    if (has_local()) add_local(group, unit, eye_rays_of(group, answers), sums, {});
-  }
-  shoot(unit, answers);
+  shoot(unit, {sums});
   if (has_local()) {
     send_eye_rays(unit, sums);
   } else {
@@ -240,14 +233,8 @@ void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
   times_.count_nowhere();
   const Answers answers{{}, records.data(), points.data()};
   follow_paths(unit, [&](uint32_t i) { return points[i].followed; });
-  begin_unit(unit);
+  add_strata(unit, {}, points);
   if (groups_.empty()) return;
-  for (uint32_t g = 0; g < groups_.size(); ++g) {
-    const GroupView group = view(g);
-    add_diffuse(group, {});
-    probe_glossy(group, unit, points);
-    if (has_local()) add_local(group, unit, eye_rays_of(group, answers), {}, points);
-  }
   shoot(unit, answers);
   const uint64_t seed = hash_words(unit.seed, kMirrors);
   for_each_mirroring([&](uint32_t i) {

@@ -72,13 +72,12 @@ class Estimator {
  private:
   bool has_local() const { return light_.local != nullptr; }
   GroupView view(uint32_t group) const;
-  void begin_unit(const Unit& unit);
   void add_diffuse(const GroupView& group, const UnitSums& sums);
-  void add_glossy(const GroupView& group, const Unit& unit, const UnitSums& sums);
-  void probe_glossy(const GroupView& group, const Unit& unit, std::span<PointPlan> points);
-  void add_local(const GroupView& group, const Unit& unit, float eye_rays, const UnitSums& sums,
+  void add_glossy(const GroupView& group, const Unit& unit, const UnitSums& sums,
+                  std::span<PointPlan> points);
+  void add_local(const GroupView& group, const Unit& unit, const UnitSums& sums,
                  std::span<PointPlan> points);
-  float eye_rays_of(const GroupView& group, const Answers& answers) const;
+  void add_strata(const Unit& unit, const UnitSums& sums, std::span<PointPlan> points);
   void shoot(const Unit& unit, const Answers& answers);
   template <class Function>
   void for_each_mirroring(const Function& fn) const;

@@ -35,7 +35,7 @@ GlossyStrata::Counts GlossyStrata::pilot_counts(const Patch& patch) {
 /// Draws half vectors of a GGX distribution for any BSDF. Its tails are heavy, so that no light of
 /// the BSDF is sampled rarely.
 void GlossyStrata::draw_from_lobe(const GroupView& group, uint32_t lobe_log2, uint64_t seed) {
-  const size_t first = drawn_.first;
+  const size_t first = first_;
   const uint32_t count = 1u << lobe_log2;
   const auto points = HilbertPoints::get().power_of_two(lobe_log2);
   const uint64_t shift = hash_words(seed, 1);
@@ -65,7 +65,7 @@ void GlossyStrata::draw_from_cells(const GroupView& group, size_t first, uint32_
     const size_t i = first + j;
     candidates_.member[i] = group.pick(start + static_cast<uint32_t>(j) * kPlastic);
     if (j < hits.size()) {
-      candidates_.put(i, light_.points.pick(hits[j].stratum, hits[j].remainder));
+      candidates_.put_point(i, light_.points.pick(hits[j].stratum, hits[j].remainder));
     } else {
       candidates_.put_nothing(i, group.normal(candidates_.member[i]));
     }
@@ -75,9 +75,9 @@ void GlossyStrata::draw_from_cells(const GroupView& group, size_t first, uint32_
 void GlossyStrata::draw(const GroupView& view, const Counts& counts, uint64_t seed) {
   const Group& group = view.group;
   importance_.find({group.normal, group.viewer, group.cosine, view.patch.alpha2()});
-  drawn_ = {candidates_.size(), 1u << counts.lobe_log2,
-            importance_.total() > 0 ? counts.from_cells : 0};
-  const size_t first_of_cells = drawn_.first + drawn_.from_lobe;
+  first_ = candidates_.size();
+  drawn_ = {1u << counts.lobe_log2, importance_.total() > 0 ? counts.from_cells : 0};
+  const size_t first_of_cells = first_ + drawn_.from_lobe;
   candidates_.resize(first_of_cells + padded(drawn_.from_cells));
   draw_from_lobe(view, counts.lobe_log2, seed);
   if (drawn_.from_cells > 0) draw_from_cells(view, first_of_cells, drawn_.from_cells, seed);
@@ -132,8 +132,7 @@ Rgb GlossyStrata::take(const GroupView& group, const SharedCandidates::Set& set,
 Rgb GlossyStrata::add(const GroupView& group, const Counts& counts, uint64_t seed, Strata& strata) {
   draw(group, counts, seed);
   DistantCandidates& c = candidates_;
-  const size_t first = drawn_.first, size = c.size() - first;
-  first_ = first;
+  const size_t first = first_, size = c.size() - first;
   values_.glossy(group, c.directions(first), c.lobe_columns(first));
   const Strata::Columns columns = strata.append(Strata::Kind::kGlossy, group.index, size, first);
   const simd::CandidateQuery query{importance_.values(),
@@ -154,7 +153,7 @@ void GlossyStrata::plan(const GroupView& group, Patch& patch, std::span<PointPla
   const double n = n_lobe + n_cells;
   double sum = 0, squares = 0;
   double moments[std::size(kCellShares)] = {};
-  for (size_t i = drawn_.first; i < candidates_.size(); ++i) {
+  for (size_t i = first_; i < candidates_.size(); ++i) {
     const double w = mean_of(candidates_.weight_of(i));
     const double from_cell = candidates_.cell_density[i], from_lobe = candidates_.lobe_density[i];
     sum += w;

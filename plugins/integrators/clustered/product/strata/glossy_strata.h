@@ -62,9 +62,8 @@ class GlossyStrata {
              ShadowRays& rays) const;
 
  private:
-  /// Candidates of the last add().
+  /// Numbers of candidates of the last add() that shared none.
   struct Drawn {
-    size_t first = 0;
     uint32_t from_lobe = 0, from_cells = 0;
   };
   void draw(const GroupView& group, const Counts& counts, uint64_t seed);

@@ -26,6 +26,17 @@ void LocalStrata::Columns::resize(size_t size) {
   eye_ratio.resize(member.size());
 }
 
+void LocalStrata::Columns::add_lamp(uint32_t of_member, uint32_t of_cell, const Vec3& d, float far,
+                                    const Rgb& light) {
+  const size_t i = size();
+  resize(i + 1);
+  put(i, of_cell, d, light);
+  member[i] = of_member;
+  point[i] = LightPoint::kLambertian;
+  distance[i] = far;
+  eye_ratio[i] = 0;
+}
+
 /// Returns the light point of a candidate; nullptr for a lamp.
 const LightPoint* LocalStrata::point_of(size_t i) const {
   const uint32_t point = candidates_.point[i];
@@ -82,37 +93,9 @@ void LocalStrata::connect_lamps(const GroupView& group, const Numbers& numbers) 
       const Vec2 u(random_float(own, number), random_float(own, number + 1));
       const auto light = lamp.emitter->sample_direct(si.p, u);
       if (!light || !(light->pdf > 0) || is_black(light->radiance)) continue;
-      const size_t i = c.size();
-      c.resize(i + 1);
-      c.member[i] = j;
-      c.cell[i] = light_.first_local() + lamp.cell;
-      c.point[i] = LightPoint::kLambertian;
-      c.dx[i] = light->d.x;
-      c.dy[i] = light->d.y;
-      c.dz[i] = light->d.z;
-      c.distance[i] = light->distance;
-      c.radiance[i] = light->radiance * (lamp.weight / light->pdf);
-      c.eye_ratio[i] = 0;
+      c.add_lamp(j, light_.first_local() + lamp.cell, light->d, light->distance,
+                 light->radiance * (lamp.weight / light->pdf));
     }
-  }
-}
-
-/// Pads the group's candidates with black lamps.
-void LocalStrata::pad(const GroupView& group) {
-  Columns& c = candidates_;
-  const Vec3& n = group.normal(0);
-  while (c.size() % simd::kLobeLanes != 0) {
-    const size_t i = c.size();
-    c.resize(i + 1);
-    c.member[i] = 0;
-    c.cell[i] = light_.first_local();
-    c.point[i] = LightPoint::kLambertian;
-    c.dx[i] = n.x;
-    c.dy[i] = n.y;
-    c.dz[i] = n.z;
-    c.distance[i] = 1;
-    c.radiance[i] = Rgb(0.f);
-    c.eye_ratio[i] = 0;
   }
 }
 
@@ -123,7 +106,10 @@ Rgb LocalStrata::add(const GroupView& group, float eye_rays, const Numbers& numb
   connect_points(group, numbers.block);
   end_points_ = c.size();
   connect_lamps(group, numbers);
-  pad(group);
+  // Padding: black lamps.
+  while (c.size() % simd::kLobeLanes != 0) {
+    c.add_lamp(0, light_.first_local(), group.normal(0), 1, Rgb(0.f));
+  }
   const size_t size = c.size() - first_;
   if (size == 0) return Rgb(0.f);
   values_.all(group, c.directions(first_), c.lobe_columns(first_));

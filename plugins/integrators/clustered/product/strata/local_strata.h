@@ -52,10 +52,10 @@ class LocalStrata {
     std::vector<float> distance;   ///< to the light point or lamp
     std::vector<float> eye_ratio;  ///< ConnectionColumns::eye_ratio
     void resize(size_t size);
+    void add_lamp(uint32_t of_member, uint32_t of_cell, const Vec3& d, float far, const Rgb& light);
   };
   void connect_points(const GroupView& group, uint32_t first_block);
   void connect_lamps(const GroupView& group, const Numbers& numbers);
-  void pad(const GroupView& group);
   void add_reflections(const LocalChoice::Block& block, size_t first);
   const LightPoint* point_of(size_t candidate) const;
   uint32_t max_passes(uint32_t point) const;
