@@ -217,6 +217,18 @@ bool Film::transfer(const std::function<void(void* bytes, size_t count)>& io) {
   return true;
 }
 
+std::vector<FilmSums> Film::layer_sums(const std::vector<bool>& with_splats) {
+  const auto span_of = [](ZeroedArray<double>& sums) {
+    return std::span<double>(sums.data(), sums.size());
+  };
+  std::vector<FilmSums> all;
+  for (Data::Sums& sums : data_->lanes.front()) {
+    if (all.size() < with_splats.size() && with_splats[all.size()]) data_->splats_of(sums);
+    all.push_back({&sums.light_paths, span_of(sums.values), span_of(sums.splats)});
+  }
+  return all;
+}
+
 std::vector<bool> Film::gaps(int layer) const {
   const size_t stride = data_->stride_of(layer);
   std::vector<bool> gaps(static_cast<size_t>(crop_.area()), true);

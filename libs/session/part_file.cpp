@@ -18,12 +18,11 @@
 #include <filesystem>
 
 #include "base/fnv1a.h"
-#include "session/scratch_folder.h"
 #include "image_files/exr_files.h"
-#include "session/film_sums.h"
 #include "image_files/image_exr_check.h"
 #include "kinome/error.h"
 #include "kinome/scene_loader.h"
+#include "session/scratch_folder.h"
 
 namespace kinome {
 namespace {
@@ -222,8 +221,7 @@ std::shared_ptr<Film> make_film_of_part(const PartHeader& header, PluginRegistry
 }
 
 void add_part(const PartHeader& header, Film& film) {
-  uint64_t* non_finite = nullptr;
-  const std::vector<FilmSums> sums = sums_of(film, header.film.has_splats, &non_finite);
+  const std::vector<FilmSums> sums = film.layer_sums(header.film.has_splats);
   const auto width = static_cast<size_t>(header.crop.width());
   const auto pixels = width * static_cast<size_t>(header.crop.height());
   // The sums that the file contains.
@@ -247,15 +245,14 @@ void add_part(const PartHeader& header, Film& film) {
     throw part_error(header.path, "it is damaged: the checksum of its sums is wrong");
   }
   for (size_t l = 0; l < sums.size(); ++l) *sums[l].light_paths += header.film.light_paths[l];
-  *non_finite += header.film.non_finite;
+  film.add_non_finite(header.film.non_finite);
 }
 
 void write_part_file(const std::string& path, Film& film, PartFilm of, const PicturePart& part,
                      const Image& image, ImageMetadata metadata) {
   const Rect& crop = film.crop();
-  uint64_t* non_finite = nullptr;
-  const std::vector<FilmSums> sums = sums_of(film, {}, &non_finite);
-  of.non_finite = *non_finite;
+  const std::vector<FilmSums> sums = film.layer_sums();
+  of.non_finite = film.non_finite();
   for (const FilmSums& layer : sums) {
     of.light_paths.push_back(*layer.light_paths);
     of.has_splats.push_back(!layer.splats.empty());

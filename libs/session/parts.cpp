@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "session/film_sums.h"
 #include "session/part_file.h"
 #include "kinome/error.h"
 #include "kinome/integrator.h"
@@ -56,7 +55,7 @@ Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& cont
 }  // namespace
 
 PartRender::PartRender(const Scene& scene, const Sensor& sensor, const PicturePart& part)
-    : scene_(scene), sensor_(sensor), part_(part), response_(response_of(sensor.film())) {
+    : scene_(scene), sensor_(sensor), part_(part) {
   const Film& film = sensor.film();
   if (film.file_extension() != ".exr") {
     throw Error(fmt::format("the scene's film writes {} files, which can't hold its sums",
@@ -77,7 +76,7 @@ void PartRender::write(const std::string& path, const Image& image,
   PartFilm film;
   film.layers = scene_.integrator().layers();
   film.channels = scene_.integrator().channels();
-  film.response = response_;
+  film.response = sensor_.film().response();
   size_t index = 0;
   while (scene_.sensors()[index].get() != &sensor_) ++index;
   film.sensor = std::to_string(index);

@@ -51,6 +51,7 @@ class KINOME_EXPORT Film : public Object {
   /// Sets the factor by which developed colours are multiplied: the response of the sensor to its
   /// rays' radiance. Default 1; set by a sensor before rendering.
   void set_response(float factor) { response_ = factor; }
+  float response() const { return response_; }
   /// True if samples need an alpha value, for the image's alpha or for a channel.
   bool has_alpha() const { return has_alpha_ || takes_alpha_; }
   /// Channels of the developed image: the film's colour, then the FilmChannels.
@@ -70,6 +71,10 @@ class KINOME_EXPORT Film : public Object {
   /// Number of commits since prepare().
   uint64_t commits() const { return commits_; }
   uint64_t non_finite() const { return non_finite_; }
+  void add_non_finite(uint64_t samples) { non_finite_ += samples; }
+  /// Returns the sums of each layer in lane 0, valid until prepare(). Layers with `with_splats` set
+  /// get memory for splats if they have none; it may be shorter than the number of layers.
+  std::vector<FilmSums> layer_sums(const std::vector<bool>& with_splats = {});
   /// Serialises the film: passes all committed data to `io`, piece by piece, which writes it or
   /// replaces it by stored data. Returns false, with part of the data transferred, if the stored
   /// film was prepared differently.

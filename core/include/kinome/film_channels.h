@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,13 @@ struct FilmChannel {
 /// Returns one channel for each value of the layers, in order.
 KINOME_EXPORT std::vector<FilmChannel> channels_of(
     const std::vector<std::vector<std::string>>& layers);
+
+/// Sums of one layer in one lane of a film, in the film's own memory.
+struct FilmSums {
+  double* light_paths = nullptr;
+  std::span<double> values;  ///< per pixel: sums of values and of their powers, then the weight
+  std::span<double> splats;  ///< per pixel: R, G, B; empty if there are no splats
+};
 
 /// Estimated variance of an image's colours, in squared colour units. Infinite if fewer than two
 /// lanes have samples.

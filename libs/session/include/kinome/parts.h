@@ -46,7 +46,6 @@ class KINOME_EXPORT PartRender {
   const Scene& scene_;
   const Sensor& sensor_;
   PicturePart part_;
-  float response_;  ///< of the film; see Film::set_response()
 };
 
 /// Renders all parts, one after another, and adds them, with the result of merge_parts() on their
