@@ -124,17 +124,11 @@ void draw_radiance_bar(const Rect& box, Canvas& canvas) {
   canvas.frame({box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}, Rgb(0.3f));
 }
 
-}  // namespace
-
+/// Returns the direction at a position of the map: the inverse of map_position().
 Vec3 map_direction(float x, float y) {
   const float phi = 2 * kPi * x / kMapWidth;
   const float theta = kPi * y / kMapHeight;
   return {std::sin(phi) * std::sin(theta), std::cos(theta), -std::cos(phi) * std::sin(theta)};
-}
-Vec2 map_position(const Vec3& d) {
-  float phi = std::atan2(d.x, -d.z) / (2 * kPi);
-  if (phi < 0) phi += 1;
-  return {phi * kMapWidth, std::acos(std::clamp(d.y, -1.f, 1.f)) * kInvPi * kMapHeight};
 }
 
 InspectionView environment_view(const Scene& scene) {
@@ -186,6 +180,14 @@ InspectionView scene_view(const Scene& scene, const Sensor& sensor) {
   return view;
 }
 
+}  // namespace
+
+Vec2 map_position(const Vec3& d) {
+  float phi = std::atan2(d.x, -d.z) / (2 * kPi);
+  if (phi < 0) phi += 1;
+  return {phi * kMapWidth, std::acos(std::clamp(d.y, -1.f, 1.f)) * kInvPi * kMapHeight};
+}
+
 std::optional<Vec2> InspectionView::find(const Sensor& sensor, const Vec3& position) const {
   const auto connection = sensor.connect(position, Vec2(0.5f));
   if (!connection) return std::nullopt;
@@ -193,22 +195,17 @@ std::optional<Vec2> InspectionView::find(const Sensor& sensor, const Vec3& posit
 }
 
 InspectionView inspection_view(const Inspection& report, const Scene& scene, const Sensor& sensor) {
-  InspectionView view = report.is_distant ? environment_view(scene) : scene_view(scene, sensor);
-  draw_inspection(report, sensor, view);
-  return view;
-}
-
-void draw_inspection(const Inspection& report, const Sensor& sensor, InspectionView& view) {
   const bool distant = report.is_distant;
+  InspectionView view = distant ? environment_view(scene) : scene_view(scene, sensor);
   outline_clusters(report, view);
   for (const InspectedSample& sample : report.samples) {
     const auto at = distant ? map_position(sample.position) : view.find(sensor, sample.position);
     if (!at) continue;
     view.canvas.disk(*at, sample_radius(report, sample.weight), sample.visible ? kLit : kShadowed);
   }
-  if (distant) return;
-  const auto at = view.find(sensor, report.position);
+  const auto at = distant ? std::nullopt : view.find(sensor, report.position);
   if (at) view.canvas.disk(*at, 4, kPoint);
+  return view;
 }
 
 void add_legend(const Inspection& report, const Vec2& pixel, Canvas& canvas) {

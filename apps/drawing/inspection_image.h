@@ -32,21 +32,16 @@ inline constexpr const char* kNoLightPoints =
 /// left and right edges.
 inline constexpr int kMapWidth = 1024;
 inline constexpr int kMapHeight = 512;
-Vec3 map_direction(float x, float y);
 Vec2 map_position(const Vec3& d);
 
-/// Draws the environment as such a map, for distant light. The radiance L is tone-mapped to L / (1
-/// + L), so that the sky is visible beside the sun.
-InspectionView environment_view(const Scene& scene);
-/// Draws the scene, lit from the camera, for local light. The image is enlarged if the film's
-/// longer side is less than 768 pixels.
-InspectionView scene_view(const Scene& scene, const Sensor& sensor);
-
-/// Draws a report over the view of its kind of light.
-InspectionView inspection_view(const Inspection& report, const Scene& scene, const Sensor& sensor);
+/// Draws a report over a view of its kind of light. For distant light, this is such a map of the
+/// environment; the radiance L is tone-mapped to L / (1 + L), so that the sky is visible beside the
+/// sun. For local light, it is the scene, lit from the camera, and enlarged if the film's longer
+/// side is less than 768 pixels.
+///
 /// Outlines the clusters' boxes and draws the samples by weight, visible ones in red and shadowed
 /// ones in blue. Clusters with a low learned visibility become dark blue.
-void draw_inspection(const Inspection& report, const Sensor& sensor, InspectionView& view);
+InspectionView inspection_view(const Inspection& report, const Scene& scene, const Sensor& sensor);
 /// Adds a legend below the image.
 void add_legend(const Inspection& report, const Vec2& pixel, Canvas& canvas);
 

@@ -17,7 +17,7 @@ Vec3 sphere_direction(const Orbit& orbit, float x, float y);
 
 /// Wraps a map of all directions around a sphere. The result has `size` x `size` pixels, the
 /// channels R, G, B, and this background. Ignores rows of `map` below drawing::kMapHeight, such as
-/// a legend. See drawing::map_direction.
+/// a legend. See drawing::map_position().
 Image sphere_picture(const Image& map, const Orbit& orbit, int size, float background);
 
 }  // namespace kinome::viewer
