@@ -64,20 +64,27 @@ double area_of(const Aabb& box) {
 /// Sums over the points of a cell, from which add_column() computes the columns.
 struct CellSums {
   double weight = 0, flux = 0;
+  double unguided = 0;  ///< of 1 / LightOrigin::guided
+  double useless = 0;   ///< of 1 / (LightOrigin::guided x LightOrigin::aimed)
   glm::dvec3 position{0.}, squares{0.}, normal{0.};
   uint32_t count = 0;
+  uint32_t deep = 0;  ///< number of points whose light has come by several edges
   Aabb box;
-  void add(const Vec3& p, const Vec3& n, double power) {
+  void add(const OrientedPoint& point, double power, float guided = 1, float use = 1,
+           bool is_deep = false) {
     // If all points are black, they still determine the position of the cell.
     const double w = power + 1e-200;
-    const glm::dvec3 at(p);
+    const glm::dvec3 at(point.position);
     weight += w;
     flux += power;
+    unguided += 1 / guided;
+    useless += 1 / use;
     position += w * at;
     squares += w * at * at;
-    normal += w * glm::dvec3(n);
-    box.expand(p);
+    normal += w * glm::dvec3(point.normal);
+    box.expand(point.position);
     ++count;
+    deep += is_deep ? 1 : 0;
   }
 };
 
@@ -228,15 +235,15 @@ void LocalLight::make_lamp_cells() {
     CellSums sums;
     for (const uint32_t k : cell) {
       lamps_.push_back(sources_[lamps[k]].emitter);
-      sums.add(places[k].position, Vec3(0.f), flux[k]);
+      sums.add(places[k], flux[k]);
     }
-    add_column(sums, sums.flux, sums.count, sums.count, sums.count);
+    add_column(sums, 1);
   }
   lamp_first_.push_back(static_cast<uint32_t>(lamps_.size()));
 }
 
-void LocalLight::add_column(const CellSums& sums, double flux, double expected, double unguided,
-                            double useless) {
+void LocalLight::add_column(const CellSums& sums, double repeated) {
+  const double flux = sums.flux * repeated, expected = sums.count * repeated;
   const double scale = sums.weight > 0 ? 1 / sums.weight : 0;
   const glm::dvec3 mean = sums.position * scale;
   const glm::dvec3 variance = glm::max(sums.squares * scale - mean * mean, 0.);
@@ -245,10 +252,10 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected, 
     columns_.normal[axis].push_back(static_cast<float>(sums.normal[axis] * scale));
   }
   columns_.spread2.push_back(static_cast<float>(variance.x + variance.y + variance.z));
-  const double factor = expected > 0 ? unguided / expected : 1.;
+  const double factor = expected > 0 ? sums.unguided * repeated / expected : 1.;
   columns_.flux.push_back(static_cast<float>(flux));
   columns_.guided_flux.push_back(
-      static_cast<float>(expected > 0 ? flux * expected / useless : flux));
+      static_cast<float>(expected > 0 ? flux * expected / (sums.useless * repeated) : flux));
   columns_.expected.push_back(static_cast<float>(expected));
   eye_factors_.push_back(static_cast<float>(factor));
   // The margin is about the distance between points.
@@ -262,46 +269,36 @@ void LocalLight::add_column(const CellSums& sums, double flux, double expected, 
 void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn,
                             double repeated) {
   std::vector<OrientedPoint> places;
-  std::vector<float> flux, guided_flux, unguided, useless;
-  std::vector<uint8_t> is_deep;
+  std::vector<float> guided_flux;
+  const auto use_of = [](const LightOrigin& origin) { return origin.guided * origin.aimed; };
   for (const Drawn& chunk : drawn) {
     for (size_t i = 0; i < chunk.points.size(); ++i) {
       const LightPoint& p = chunk.points[i];
-      is_deep.push_back(chunk.is_deep[i]);
       places.push_back({p.position, p.normal});
-      flux.push_back(importance_of(p.power));
-      const float use = chunk.origins[i].guided * chunk.origins[i].aimed;
-      guided_flux.push_back(flux.back() * use);
-      unguided.push_back(1 / chunk.origins[i].guided);
-      useless.push_back(1 / use);
+      guided_flux.push_back(importance_of(p.power) * use_of(chunk.origins[i]));
     }
   }
   const bool is_unknown = places.empty();
   if (is_unknown) {  // passes may still find light that these draws missed
     places.push_back({scene_.bounds().centre(), Vec3(0.f)});
-    flux.push_back(0);
     guided_flux.push_back(0);
-    unguided.push_back(1);
-    useless.push_back(1);
-    is_deep.push_back(0);
   }
   PointPartition& partition = bounce ? bounce_partition_ : surface_partition_;
   partition = PointPartition(places, guided_flux, count);
   std::vector<CellSums> sums(partition.size());
-  std::vector<uint32_t> deep(partition.size());
-  std::vector<double> unguided_sums(partition.size()), useless_sums(partition.size());
-  for (size_t i = 0; i < places.size(); ++i) {
-    const uint32_t cell = partition.cell_of(places[i]);
-    sums[cell].add(places[i].position, places[i].normal, flux[i]);
-    unguided_sums[cell] += unguided[i];
-    useless_sums[cell] += useless[i];
-    deep[cell] += is_deep[i];
+  if (is_unknown) sums[0].add(places[0], 0);
+  for (const Drawn& chunk : drawn) {
+    for (size_t i = 0; i < chunk.points.size(); ++i) {
+      const LightPoint& p = chunk.points[i];
+      const OrientedPoint place{p.position, p.normal};
+      sums[partition.cell_of(place)].add(place, importance_of(p.power), chunk.origins[i].guided,
+                                         use_of(chunk.origins[i]), chunk.is_deep[i] != 0);
+    }
   }
   std::vector<double> areas;
   double all_areas = 0;
   for (uint32_t c = 0; c < partition.size(); ++c) {
-    add_column(sums[c], sums[c].flux * repeated, sums[c].count * repeated,
-               unguided_sums[c] * repeated, useless_sums[c] * repeated);
+    add_column(sums[c], repeated);
     areas.push_back(area_of(boxes_.back()));
     all_areas += areas.back();
   }
@@ -317,7 +314,7 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
       continue;
     }
     const double area = std::max(areas[c], least) / repeated;
-    deep_ratios_.push_back(static_cast<float>(kEyeShare * area / std::max(deep[c], 1u)));
+    deep_ratios_.push_back(static_cast<float>(kEyeShare * area / std::max(sums[c].deep, 1u)));
     third_ratios_.push_back(static_cast<float>(kEyeShare * area / std::max(sums[c].count, 1u)));
   }
 }

@@ -289,10 +289,8 @@ class LocalLight {
                                  RenderContext& context);
   /// Makes at most `count` cells from draws. A pass will have `repeated` times as many points.
   void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn, double repeated);
-  /// Adds a cell. `unguided` and `useless` are the sums over the expected points of
-  /// 1 / LightOrigin::guided and of 1 / (LightOrigin::guided x LightOrigin::aimed).
-  void add_column(const CellSums& sums, double flux, double expected, double unguided,
-                  double useless);
+  /// Adds a cell. `repeated` as for make_cells().
+  void add_column(const CellSums& sums, double repeated);
   void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,
                  std::vector<Drawn>& chunks) const;
   void sample_source(std::span<const LightOrigin> origins, Walker& walker) const;

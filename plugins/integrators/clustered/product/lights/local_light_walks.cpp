@@ -80,19 +80,15 @@ void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderCon
     out.walks.swap(walker.spare);
     std::vector<LightOrigin> origins;
     for (uint32_t i = begin; i < end;) {
-      const Turns::Turn first = turns[i];
-      const LightNumbers numbers(hash_words(seed, first.source));
+      const uint32_t first = i, source = turns[i].source;
+      const LightNumbers numbers(hash_words(seed, source));
       origins.clear();
-      Turns::Turn turn = first;
-      const uint32_t first_index = i;
-      while (turn.source == first.source) {
-        LightOrigin& origin = origins.emplace_back(numbers.origin(turn.source, turn.number));
-        origin.guided = guide.warp(turn.source, origin.numbers);
-        if (++i == end) break;
-        turn = turns[i];
+      for (; i < end && turns[i].source == source; ++i) {
+        LightOrigin& origin = origins.emplace_back(numbers.origin(source, turns[i].number));
+        origin.guided = guide.warp(source, origin.numbers);
       }
       if (bounce) {
-        leave(origins, hash_words(seed, kSeedOfWalks), first_index, walker, out);
+        leave(origins, hash_words(seed, kSeedOfWalks), first, walker, out);
       } else {
         add_surface_points(origins, walker, out);
       }

@@ -83,13 +83,10 @@ void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord
   for (size_t p = 0; p < tile.patches.size(); ++p) count += found[p].size();
   tile.records.clear();
   tile.records.reserve(count);
-  tile.sources.clear();
+  tile.ends.clear();
   for (size_t p = 0; p < tile.patches.size(); ++p) {
-    const Patch& patch = tile.patches[p];
-    tile.sources.push_back({patch.bsdf, patch.normal, patch.position,
-                            static_cast<uint32_t>(tile.records.size()),
-                            static_cast<uint32_t>(found[p].size())});
     tile.records.insert(tile.records.end(), found[p].begin(), found[p].end());
+    tile.ends.push_back(static_cast<uint32_t>(tile.records.size()));
   }
 }
 
@@ -97,13 +94,7 @@ void TileKnowledge::transfer_kept(int index, SharedBytes& bytes, BsdfAddresses& 
   Tile& tile = tiles_[index];
   bytes.resize(tile.patches);
   for (Patch& patch : tile.patches) transfer(patch, bytes, addresses);
-  if (bytes.reads()) {
-    tile.sources.clear();
-    for (const Patch& patch : tile.patches) {
-      tile.sources.push_back({patch.bsdf, patch.normal, patch.position, 0, 0});
-    }
-  }
-  for (Source& source : tile.sources) bytes.values(source.first_record, source.records);
+  bytes.vector(tile.ends);
   bytes.vector(tile.records);
 }
 
@@ -123,13 +114,14 @@ void TileKnowledge::learn_from_around(int index, const Patch& patch, VisibilityL
     if (x < 0 || y < 0 || x >= grid_.tiles_x() || y >= grid_.tiles_y()) continue;
     if (own == Own::kLeftOut && nearby.dx == 0 && nearby.dy == 0) continue;
     const Tile& tile = tiles_[static_cast<size_t>(y) * grid_.tiles_x() + x];
-    for (const Source& source : tile.sources) {
+    for (size_t p = 0; p < tile.patches.size(); ++p) {
+      const Patch& source = tile.patches[p];
       if (source.bsdf != patch.bsdf || glm::dot(source.normal, patch.normal) < kLearnCosine ||
           std::abs(glm::dot(source.position - patch.position, patch.normal)) >
               kLearnPlanes * patch.tolerance) {
         continue;
       }
-      learner.add(tile.records_of(source), nearby.weight);
+      learner.add(tile.records_of(p), nearby.weight);
     }
   }
   learner.finish(cells_.blocks(), patch.normal, cone_sine(patch.cone_cosine), out);
@@ -141,7 +133,7 @@ void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibilit
   if (hash_words(static_cast<uint64_t>(index)) % kTilesPerCheck != 0) return;
   const Tile& tile = tiles_[index];
   for (size_t p = 0; p < tile.patches.size(); ++p) {
-    const auto own = tile.records_of(tile.sources[p]);
+    const auto own = tile.records_of(p);
     if (own.empty()) continue;
     learn_from_around(index, tile.patches[p], learner, scratch, Own::kLeftOut);
     for (const VisibilityRecord record : own) {
@@ -170,7 +162,7 @@ void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner,
     }
   }
   if (has_local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) {
-    find_trust(tile.records_of(tile.sources[p]), patch, out);
+    find_trust(tile.records_of(p), patch, out);
   }
 }
 
@@ -204,28 +196,21 @@ void TileKnowledge::find_trust(std::span<const VisibilityRecord> own, Patch& pat
 
 void TileKnowledge::recall(int index, size_t p, Patch& patch, VisibilityLearner& learner,
                            Visibility& out) const {
-  restore(index, p, patch, learner, out);
-  sigma_check_.correct(out);
-}
-
-void TileKnowledge::restore(int index, size_t p, Patch& patch, VisibilityLearner& learner,
-                            Visibility& out) const {
   const Tile& tile = tiles_[index];
-  const bool is_of_pilot = p < tile.patches.size();
-  if (is_of_pilot && !tile.learned.empty()) {
+  if (p >= tile.patches.size()) {
+    learn_from_around(index, patch, learner, out);
+    patch.trust = !is_sharp(patch);
+  } else if (tile.learned.empty()) {
+    // Learn from the pilot's patch, because later points may have widened the cone of `patch`.
+    learn_from_around(index, tile.patches[p], learner, out);
+    for (size_t c = 0; c < padded_cells_; ++c) Learned::of(out, c).restore(out, c);
+  } else {
     const uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
     for (size_t c = 0; c < padded_cells_; ++c) {
       Learned{kept[c], kept[padded_cells_ + c]}.restore(out, c);
     }
-    return;
   }
-  // Learn from the pilot's patch, because later points may have widened the cone of `patch`.
-  learn_from_around(index, is_of_pilot ? tile.patches[p] : patch, learner, out);
-  if (!is_of_pilot) {
-    patch.trust = !is_sharp(patch);
-    return;
-  }
-  for (size_t c = 0; c < padded_cells_; ++c) Learned::of(out, c).restore(out, c);
+  sigma_check_.correct(out);
 }
 
 void TileKnowledge::restrict(const Patch& patch, Visibility& visibility) const {

@@ -72,18 +72,13 @@ class TileKnowledge {
   void restrict(const Patch& patch, Visibility& visibility) const;
 
  private:
-  /// Data of a pilot's patch that other patches use to decide whether to learn from it.
-  struct Source {
-    const Bsdf* bsdf;
-    Vec3 normal, position;
-    uint32_t first_record, records;
-  };
   struct Tile {
     std::vector<Patch> patches;
-    std::vector<Source> sources;  ///< one per patch
-    std::vector<VisibilityRecord> records;
-    std::span<const VisibilityRecord> records_of(const Source& source) const {
-      return std::span(records).subspan(source.first_record, source.records);
+    std::vector<VisibilityRecord> records;  ///< patch by patch
+    std::vector<uint32_t> ends;             ///< end of each patch's records
+    std::span<const VisibilityRecord> records_of(size_t patch) const {
+      const uint32_t first = patch > 0 ? ends[patch - 1] : 0;
+      return std::span(records).subspan(first, ends[patch] - first);
     }
     /// For each patch: v of each cell in 8 bits, then the root of each sigma. Empty if the image is
     /// so large that each pass learns them again, or if another process learned them.
@@ -94,8 +89,6 @@ class TileKnowledge {
   bool checks_sigma() const { return settings_.checked_sigma && settings_.learned_sigma; }
   void check_sigma(int tile, VisibilityLearner& learner, Visibility& scratch);
   void begin_learning(int tile);
-  void restore(int tile, size_t index, Patch& patch, VisibilityLearner& learner,
-               Visibility& out) const;
   void learn_patch(int tile, size_t index, VisibilityLearner& learner, Visibility& out);
   enum class Own { kTaken, kLeftOut };
   void learn_from_around(int tile, const Patch& patch, VisibilityLearner& learner,

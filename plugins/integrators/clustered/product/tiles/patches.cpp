@@ -64,15 +64,6 @@ void probe_transmittance(const SurfaceInteraction& si, Patch& patch) {
   patch.probed = std::make_shared<const std::array<float, kSteps>>(probed);
 }
 
-}  // namespace
-
-bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec3& position) {
-  return patch.bsdf == bsdf && glm::dot(patch.normal, normal) >= patch.cone_cosine &&
-         std::abs(glm::dot(position - patch.position, patch.normal)) <= patch.tolerance;
-}
-
-namespace {
-
 /// True if the ray hit a point that reflects light toward the viewer.
 bool reflects(const TilePrimaries& primaries, size_t i) {
   if (!primaries.hit(i) || primaries.goes_on(i)) return false;  // Estimator::follow_paths
@@ -104,6 +95,12 @@ Patch start_patch(const TilePrimaries& primaries, size_t i) {
   }
   patch.lobe = glossy_lobe(si, form);
   return patch;
+}
+
+/// True if the point may belong to the patch.
+bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec3& position) {
+  return patch.bsdf == bsdf && glm::dot(patch.normal, normal) >= patch.cone_cosine &&
+         std::abs(glm::dot(position - patch.position, patch.normal)) <= patch.tolerance;
 }
 
 /// Returns the patch with the nearest normal among those that the point belongs to, or -1.
@@ -150,7 +147,19 @@ void note_form(const TilePrimaries& primaries, size_t i, Patch& patch) {
                      lobes.alpha_v[at] == patch.form.alpha_v;
 }
 
-void assign(TilePrimaries& primaries, std::vector<Patch>& patches) {
+}  // namespace
+
+simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si,
+                                 const std::optional<BsdfForm>& form) {
+  // Wider lobes make no difference to a proposal, and the squares of the widest would overflow.
+  constexpr float kMaxAlpha = 1e3f;
+  if (form && is_microfacet(*form)) {
+    return {std::min(form->alpha_u, kMaxAlpha), std::min(form->alpha_v, kMaxAlpha)};
+  }
+  return probe_lobe(si.shape->bsdf(), si);
+}
+
+void assign_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
   for (size_t i = 0; i < primaries.size(); ++i) {
     if (!reflects(primaries, i)) continue;
     int32_t k = find_patch(patches, primaries, i);
@@ -166,21 +175,9 @@ void assign(TilePrimaries& primaries, std::vector<Patch>& patches) {
   }
 }
 
-}  // namespace
-
-simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si,
-                                 const std::optional<BsdfForm>& form) {
-  // Wider lobes make no difference to a proposal, and the squares of the widest would overflow.
-  constexpr float kMaxAlpha = 1e3f;
-  if (form && is_microfacet(*form)) {
-    return {std::min(form->alpha_u, kMaxAlpha), std::min(form->alpha_v, kMaxAlpha)};
-  }
-  return probe_lobe(si.shape->bsdf(), si);
-}
-
 void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
   patches.clear();
-  assign(primaries, patches);
+  assign_patches(primaries, patches);
   patches.shrink_to_fit();
   // Replace the values of the first points by means.
   for (Patch& patch : patches) {
@@ -214,10 +211,6 @@ void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
         std::acos(std::clamp(min_cosines[k], -1.f, 1.f)) * kConeFactor + kConeMargin;
     patches[k].cone_cosine = std::cos(std::min(angle, 1.5f));
   }
-}
-
-void assign_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
-  assign(primaries, patches);
 }
 
 }  // namespace kinome

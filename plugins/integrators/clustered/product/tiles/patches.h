@@ -82,9 +82,6 @@ inline bool is_sharp(const Patch& patch) {
   return patch.alpha2() < 0.01f && !any(patch.bsdf->lobes() & Lobe::kDiffuse);
 }
 
-/// True if the point may belong to the patch.
-bool belongs(const Patch& patch, const Bsdf* bsdf, const Vec3& normal, const Vec3& position);
-
 /// Returns the roughness of the glossy lobe at a point. `form` is the point's form, if it has one.
 simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si, const std::optional<BsdfForm>& form);
 
