@@ -248,7 +248,7 @@ DEFECTS = [Defect(*row) for row in (
      "value.f * point.incident * cosine", "value.f * point.incident",
      "vpl_path", "VplPath.WallsOfEveryKind"),
     ("light_points_without_their_cosine", CLUSTERED + "points/light_pairs.cpp",
-     "gather(lights.power(), at) * max(cosine_of(k, d), 0.f)", "gather(lights.power(), at)",
+     "gather(lights.power, at) * max(cosine_of(k, d), 0.f)", "gather(lights.power, at)",
      "vpl_path", "VplPath.WallsOfEveryKind"),
     ("local_cluster_too_small", CLUSTERED + "points/light_cut.cpp",
      "reach[i] = glm::dot(glm::abs(cell.normal), around) + sine[i] * glm::length(around)",

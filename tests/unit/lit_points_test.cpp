@@ -157,7 +157,6 @@ TEST(LightPairs, ReflectWhatPointsDo) {
   const LitPoints points = seen.points();
   for (const auto kind : {LightPoints::Kind::kDistant, LightPoints::Kind::kLocal}) {
     const LightPoints lights = some_lights(kind);
-    const LightColumns columns(lights);
     for (const float max_term : {0.f, 0.05f}) {
       for (const size_t count : {0u, 1u, 15u, 16u, 17u, 400u}) {
         PointSelection chosen;
@@ -170,7 +169,7 @@ TEST(LightPairs, ReflectWhatPointsDo) {
         LightPairs pairs(*seen.scene, max_term);
         RenderCounters counters;
         points.for_each([&](size_t i, const Bsdf& bsdf) {
-          pairs.add(points.surfaces.points(), i, bsdf, points.owner[i], Rgb(2, 1, 0.5f), columns,
+          pairs.add(points.surfaces.points(), i, bsdf, points.owner[i], Rgb(2, 1, 0.5f), lights,
                     chosen, radiance, counters);
         });
         pairs.finish(radiance, counters);

@@ -10,6 +10,18 @@ namespace kinome {
 
 using namespace wide;
 
+namespace {
+
+/// Returns vectors index[0], index[1] ... of an array.
+KINOME_WIDE wide::Vec3 gather(const std::vector<kinome::Vec3>& from, Int index) {
+  constexpr int32_t kStride = sizeof(kinome::Vec3) / sizeof(float);
+  const float* const first = &from[0].x;
+  const Int at = index * kStride;
+  return {wide::gather(first, at), wide::gather(first + 1, at), wide::gather(first + 2, at)};
+}
+
+}  // namespace
+
 LightPairs::LightPairs(const Scene& scene, float max_geometry_term)
     : scene_(scene),
       max_geometry_term_(max_geometry_term),
@@ -28,7 +40,7 @@ LightPairs::LightPairs(const Scene& scene, float max_geometry_term)
       occlusion_(kCapacity) {}
 
 void LightPairs::add(const SurfaceBlock& points, size_t i, const Bsdf& bsdf, uint32_t owner,
-                     const kinome::Rgb& weight, const LightColumns& lights,
+                     const kinome::Rgb& weight, const LightPoints& lights,
                      const PointSelection& chosen, const Columns3& radiance,
                      RenderCounters& counters) {
   for (size_t done = 0; done < chosen.points.size();) {
@@ -47,9 +59,9 @@ void LightPairs::add(const SurfaceBlock& points, size_t i, const Bsdf& bsdf, uin
   }
 }
 
-void LightPairs::see(const LightColumns& lights, const kinome::Rgb& weight, size_t first,
+void LightPairs::see(const LightPoints& lights, const kinome::Rgb& weight, size_t first,
                      size_t count) {
-  if (lights.is_local()) {
+  if (lights.kind == LightPoints::Kind::kLocal) {
     see_local(lights, weight, first, count);
   } else {
     see_distant(lights, weight, first, count);
@@ -60,27 +72,27 @@ void LightPairs::see(const LightColumns& lights, const kinome::Rgb& weight, size
   }
 }
 
-void LightPairs::see_distant(const LightColumns& lights, const kinome::Rgb& weight, size_t first,
+void LightPairs::see_distant(const LightPoints& lights, const kinome::Rgb& weight, size_t first,
                              size_t count) {
   for (size_t k = first; k < first + count; k += kLanes) {
     const Int at = Int::load(light_ + k);
-    gather(lights.position(), at).store(d_, k);
+    gather(lights.position, at).store(d_, k);
     Float(kInfinity).store(distance_ + k);
-    (gather(lights.power(), at) * wide::Rgb(weight) * Float::load(share_ + k)).store(arriving_, k);
+    (gather(lights.power, at) * wide::Rgb(weight) * Float::load(share_ + k)).store(arriving_, k);
   }
 }
 
 /// Computes eq. 2.2 of the thesis without the cosine at the shading point, which is part of f cos.
-void LightPairs::see_local(const LightColumns& lights, const kinome::Rgb& weight, size_t first,
+void LightPairs::see_local(const LightPoints& lights, const kinome::Rgb& weight, size_t first,
                            size_t count) {
   const SurfaceBlock& points = points_.points();
-  const bool all_lambertian = lights.points().emission_id.empty();
+  const bool all_lambertian = lights.emission_id.empty();
   const auto cosine_of = [&](size_t k, wide::Vec3 d) {
-    return -dot(gather(lights.normal(), Int::load(light_ + k)), d);
+    return -dot(gather(lights.normal, Int::load(light_ + k)), d);
   };
   for (size_t k = first; k < first + count; k += kLanes) {
     const Int at = Int::load(light_ + k);
-    const wide::Vec3 to = gather(lights.position(), at) - wide::Vec3::load(points.p, k);
+    const wide::Vec3 to = gather(lights.position, at) - wide::Vec3::load(points.p, k);
     const Float distance2 = dot(to, to);
     const Float height = abs(dot(wide::Vec3::load(points.n, k), to));
     // A light point in the plane of the surface sends nothing to it. Due to rounding, light points
@@ -92,9 +104,9 @@ void LightPairs::see_local(const LightColumns& lights, const kinome::Rgb& weight
     select(is_seen, Float::load(share_ + k)).store(share_ + k);
     d.store(d_, k);
     distance.store(distance_ + k);
-    (gather(lights.power(), at) * max(cosine_of(k, d), 0.f)).store(arriving_, k);
+    (gather(lights.power, at) * max(cosine_of(k, d), 0.f)).store(arriving_, k);
   }
-  if (!all_lambertian) find_intensities(lights.points(), first, count);
+  if (!all_lambertian) find_intensities(lights, first, count);
   for (size_t k = first; k < first + count; k += kLanes) {
     const wide::Vec3 d = wide::Vec3::load(d_, k);
     const Float distance = Float::load(distance_ + k);
@@ -106,7 +118,7 @@ void LightPairs::see_local(const LightColumns& lights, const kinome::Rgb& weight
     }
     (wide::Rgb::load(arriving_, k) * wide::Rgb(weight) * factor).store(arriving_, k);
   }
-  if (!all_lambertian) find_origins(lights.points(), first, count);
+  if (!all_lambertian) find_origins(lights, first, count);
 }
 
 /// Sets the arriving light of light points with their own emission.

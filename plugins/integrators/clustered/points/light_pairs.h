@@ -1,8 +1,8 @@
 #pragma once
 
-#include "clustered/points/light_columns.h"
 #include "clustered/points/point_selection.h"
 #include "clustered/points/repeated_points.h"
+#include "kinome/light_points.h"
 #include "kinome/scene.h"
 #include "transport/occlusion.h"
 
@@ -19,16 +19,16 @@ class LightPairs {
   /// Adds light from the light points chosen for point i of `points`, whose material is `bsdf`,
   /// times `weight`, to the radiance of sample `owner`. The last pairs are added by finish().
   void add(const SurfaceBlock& points, size_t i, const Bsdf& bsdf, uint32_t owner,
-           const Rgb& weight, const LightColumns& lights, const PointSelection& chosen,
+           const Rgb& weight, const LightPoints& lights, const PointSelection& chosen,
            const Columns3& radiance, RenderCounters& counters);
   void finish(const Columns3& radiance, RenderCounters& counters);
 
  private:
   static constexpr size_t kCapacity = 2048;
 
-  void see(const LightColumns& lights, const Rgb& weight, size_t first, size_t count);
-  void see_distant(const LightColumns& lights, const Rgb& weight, size_t first, size_t count);
-  void see_local(const LightColumns& lights, const Rgb& weight, size_t first, size_t count);
+  void see(const LightPoints& lights, const Rgb& weight, size_t first, size_t count);
+  void see_distant(const LightPoints& lights, const Rgb& weight, size_t first, size_t count);
+  void see_local(const LightPoints& lights, const Rgb& weight, size_t first, size_t count);
   void find_intensities(const LightPoints& lights, size_t first, size_t count);
   void find_origins(const LightPoints& lights, size_t first, size_t count);
 

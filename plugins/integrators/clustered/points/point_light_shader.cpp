@@ -14,11 +14,9 @@ constexpr uint32_t kMirrorDimensions = 4;
 
 PointLightShader::PointLightShader(const transport::SceneTable& scene,
                                    const ScenePointLights& lights,
-                                   std::span<const LightColumns* const> columns,
                                    const PointLightOptions& options, const Sampler& sampler,
                                    size_t rays)
     : lights_(lights),
-      columns_(columns),
       options_(options),
       has_mirrors_(std::any_of(
           scene.rows().begin(), scene.rows().end(),
@@ -48,7 +46,7 @@ void PointLightShader::light_points(const PixelSamples& samples,
     set.choose({samples, *vertices.surfaces, vertices.owner, dimension}, counters,
                [&](size_t i, const Bsdf& bsdf, const PointSelection& chosen) {
                  const Rgb weight = vertices.throughput.x ? vertices.throughput.at(i) : Rgb(1.f);
-                 pairs_.add(points, i, bsdf, vertices.owner[i], weight, *columns_[s], chosen,
+                 pairs_.add(points, i, bsdf, vertices.owner[i], weight, set.points, chosen,
                             radiance, counters);
                });
   }

@@ -10,10 +10,9 @@ namespace kinome {
 /// Shades the surfaces that the camera rays of a block hit. One per thread.
 class PointLightShader {
  public:
-  /// For blocks of at most `rays` samples. `columns` are those of the sets of `lights`.
+  /// For blocks of at most `rays` samples.
   PointLightShader(const transport::SceneTable& scene, const ScenePointLights& lights,
-                   std::span<const LightColumns* const> columns, const PointLightOptions& options,
-                   const Sampler& sampler, size_t rays);
+                   const PointLightOptions& options, const Sampler& sampler, size_t rays);
 
   /// Adds the light that the surfaces reflect.
   void add(const PixelSamples& samples, const transport::Surfaces& seen, const Columns3& radiance,
@@ -25,7 +24,6 @@ class PointLightShader {
   uint32_t first_dimension(uint32_t depth) const;
 
   const ScenePointLights& lights_;
-  std::span<const LightColumns* const> columns_;
   const PointLightOptions& options_;
   bool has_mirrors_;
   LightPairs pairs_;

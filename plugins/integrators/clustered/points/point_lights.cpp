@@ -63,17 +63,11 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
 void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext& context,
                          const ScenePointLights& lights, const PointLightOptions& options) {
   const transport::SceneTable table(scene);
-  std::vector<std::unique_ptr<LightColumns>> owned;
-  std::vector<const LightColumns*> columns;
-  for (const PointLightSet& set : lights.sets) {
-    owned.push_back(std::make_unique<LightColumns>(set.points));
-    columns.push_back(owned.back().get());
-  }
   transport::render_blocks<PointLightShader>(
       table, sensor, context, PathSettings{{options.max_depth, 5}, options.hide_emitters},
       [&] {
-        return std::make_unique<PointLightShader>(table, lights, columns, options,
-                                                  sensor.sampler(), transport::kBlockSamples);
+        return std::make_unique<PointLightShader>(table, lights, options, sensor.sampler(),
+                                                  transport::kBlockSamples);
       },
       [](PointLightShader& shader, const transport::CameraBlock& block,
          const PixelSamples& samples, RenderCounters& counters) {
