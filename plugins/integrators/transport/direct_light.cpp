@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kinome/wide/surface_point.h"
 #include "path_parameters.h"
 #include "rays.h"
 
@@ -73,14 +74,12 @@ void DirectLight::sample(const PixelSamples& samples, const Vertices& vertices,
   const size_t count = vertices.surfaces->reflecting();
   const size_t scattering = vertices.surfaces->scattering();
   BsdfQuery query;
+  query.lobes = count_.lobes;
   if (emitter_dimension && scattering > 0) {
     emitters_.sample(sampler_, samples, *emitter_dimension, points, vertices.owner, scattering,
                      numbers_);
     for_lanes(scattering, [&](size_t i) {
-      const wide::Vec3 d = wide::Vec3::load(emitters_.light().d, i);
-      wide::Vec3(dot(d, wide::Vec3::load(points.s, i)), dot(d, wide::Vec3::load(points.t, i)),
-                 dot(d, wide::Vec3::load(points.sn, i)))
-          .store(wo_, i);
+      frame_at(points, i).to_local(wide::Vec3::load(emitters_.light().d, i)).store(wo_, i);
     });
     query.wo = wo_;
   }
@@ -248,10 +247,7 @@ void DirectLight::add_arriving(const Vertices& vertices, size_t count, bool are_
 void DirectLight::find_directions(const Vertices& vertices) {
   const SurfaceBlock& points = vertices.surfaces->points();
   for_lanes(vertices.surfaces->reflecting(), [&](size_t i) {
-    const wide::Vec3 wo = wide::Vec3::load(answer_.wo, i);
-    (wide::Vec3::load(points.s, i) * wo.x + wide::Vec3::load(points.t, i) * wo.y +
-     wide::Vec3::load(points.sn, i) * wo.z)
-        .store(d_, i);
+    frame_at(points, i).to_world(wide::Vec3::load(answer_.wo, i)).store(d_, i);
   });
 }
 
@@ -312,7 +308,8 @@ void DirectLight::make_bsdf_rays(const Vertices& vertices, RenderCounters& count
     put_shadow_rays(surfaces.points(), i, wide::Vec3::load(d_, i), Float(kInfinity),
                     live & !is_black(wide::Rgb::load(carried_, i)), false, rays_);
   });
-  counters.skipped_shadow_rays += surfaces.live_reflecting() - valid;
+  // With some lobes only, points without these need no ray.
+  if (count_.lobes == Lobe::kAll) counters.skipped_shadow_rays += surfaces.live_reflecting() - valid;
 }
 
 void DirectLight::trace(const Vertices& vertices, Surfaces::Which which, const Columns3& radiance,

@@ -17,6 +17,7 @@ namespace kinome::transport {
 struct LightSamples {
   int emitter = 1;  ///< 0: BSDF samples find all light that they can
   int bsdf = 1;     ///< 0: emitter samples find all light that they can
+  Lobe lobes = Lobe::kAll;  ///< lobes that are evaluated and sampled
 };
 
 /// Destinations of the light of emitter samples, by the number of surfaces that it passes straight.

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 
+#include "kinome/wide/vectors.h"
 #include "transport/camera.h"
 
 namespace kinome {
+
+using transport::Vertices;
+
 namespace {
 
 /// Number of dimensions of the sampler for mirror reflection, rounded up.
@@ -23,8 +27,11 @@ PointLightShader::PointLightShader(const transport::SceneTable& scene,
           [](const auto& row) { return any(row.bsdf->lobes() & Lobe::kDelta); })),
       pairs_(scene.scene(), options.max_geometry_term),
       single_lights_(scene, sampler, rays),
-      mirrors_(scene, sampler, rays),
-      arena_(rays) {
+      mirrors_(scene, sampler, {0, 1, Lobe::kDelta}, rays),
+      arena_(rays),
+      per_point_(transport::Surfaces::most_points(scene, rays)),
+      owner_{per_point_.indices(), per_point_.indices()},
+      throughput_{per_point_.three(), per_point_.three()} {
   if (options.hide_emitters && scene.scene().environment()) straight_ = arena_.floats();
 }
 
@@ -35,9 +42,9 @@ uint32_t PointLightShader::first_dimension(uint32_t depth) const {
 }
 
 /// Adds the light of points that are `depth` edges from the camera.
-void PointLightShader::light_points(const PixelSamples& samples,
-                                    const transport::Vertices& vertices, uint32_t depth,
-                                    const Columns3& radiance, RenderCounters& counters) {
+void PointLightShader::light_points(const PixelSamples& samples, const Vertices& vertices,
+                                    uint32_t depth, const Columns3& radiance,
+                                    RenderCounters& counters) {
   const SurfaceBlock& points = vertices.surfaces->points();
   uint32_t dimension = first_dimension(depth) + kMirrorDimensions;
   for (size_t s = 0; s < lights_.sets.size(); ++s, dimension += kChooseDimensions) {
@@ -54,9 +61,33 @@ void PointLightShader::light_points(const PixelSamples& samples,
   single_lights_.add(samples, vertices, lights_.others, dimension, radiance, counters);
 }
 
+/// Adds the emitted light that perfect mirrors among `vertices` reflect, to which light points can't
+/// contribute. Returns the surfaces that they reflect.
+Vertices PointLightShader::reflect(const PixelSamples& samples, const Vertices& vertices,
+                                   uint32_t dimension, const Columns3& radiance,
+                                   RenderCounters& counters) {
+  using namespace wide;
+  {
+    const StageTimer timer(counters.stage_seconds["shade"]);
+    mirrors_.sample(samples, vertices, std::nullopt, dimension);
+  }
+  mirrors_.trace(vertices, transport::Surfaces::Which::kAll, radiance, counters);
+  const StageTimer timer(counters.stage_seconds["bounce"]);
+  const transport::Surfaces& met = mirrors_.met();
+  current_ = 1 - current_;
+  Vertices next{&met, owner_[current_], throughput_[current_]};
+  next.straight = vertices.straight;
+  for_lanes(met.reflecting(), [&](size_t i) {
+    const Int from = as_int(gather(mirrors_.from(), Int::load(met.points().ray + i)));
+    gather(vertices.owner, from).store(owner_[current_] + i);
+    gather(mirrors_.carried(), from).store(next.throughput, i);
+  });
+  return next;
+}
+
 void PointLightShader::add(const PixelSamples& samples, const transport::Surfaces& seen,
                            const Columns3& radiance, RenderCounters& counters) {
-  transport::Vertices vertices{&seen, seen.points().ray, {}};
+  Vertices vertices{&seen, seen.points().ray, {}};
   if (straight_) {
     std::fill_n(straight_, samples.count(), 1.f);
     vertices.straight = straight_;
@@ -66,7 +97,7 @@ void PointLightShader::add(const PixelSamples& samples, const transport::Surface
       light_points(samples, vertices, depth, radiance, counters);
     }
     if (!has_mirrors_ || vertices.surfaces->reflecting() == 0) return;
-    vertices = mirrors_.reflect(samples, vertices, first_dimension(depth), radiance, counters);
+    vertices = reflect(samples, vertices, first_dimension(depth), radiance, counters);
   }
 }
 
