@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "clustered/kernels/cluster_kernels.h"
+#include "transport/arena.h"
 
 namespace kinome {
 namespace {
@@ -94,24 +95,28 @@ float cone_sine(const LightCell& cell, const std::vector<Vec3>& normals) {
 }  // namespace
 
 struct LightCut::Arrays {
-  uint32_t rows = 0;
-  std::array<std::vector<float>, 3> mean, lo, hi;
-  std::vector<float> light, extent, inverse_extent;
-  std::array<std::vector<float>, 3> half, normal;  ///< from here on only for local light
-  std::vector<float> sine, inverse_one_plus_sine, reach, least_distance2;
+  uint32_t rows;
+  transport::Arena arena;
+  Columns3 mean, lo, hi;
+  float *light, *extent, *inverse_extent;
+  /// Columns of local light; the padding has harmless values.
+  Columns3 half, normal;
+  float *sine, *inverse_one_plus_sine, *reach, *least_distance2;
   float unit_area = 1;
   simd::BoxTree boxes;
   std::vector<uint32_t> position;  ///< position of each cluster in the columns' layout
 
   Arrays(const std::vector<LightCell>& cells, const LightPoints& points)
-      : rows(static_cast<uint32_t>((cells.size() + kBlockLanes - 1) / kBlockLanes)),
+      : rows(static_cast<uint32_t>(padded(cells.size()) / kBlockLanes)),
+        arena(cells.size()),
+        mean(arena.three()),
+        lo(arena.three()),
+        hi(arena.three()),
+        light(arena.floats()),
+        extent(arena.floats()),
+        inverse_extent(arena.floats()),
         boxes(make_box_tree(cells)),
         position(cells.size()) {
-    const size_t padded = rows * kBlockLanes;
-    for (auto* group : {&mean, &lo, &hi}) {
-      for (std::vector<float>& v : *group) v.assign(padded, 0.f);
-    }
-    for (auto* v : {&light, &extent, &inverse_extent}) v->assign(padded, 0.f);
     double light_sum = 0, extent_sum = 0;
     for (const LightCell& cell : cells) {
       light_sum += cell.weight;
@@ -120,11 +125,9 @@ struct LightCut::Arrays {
     for (uint32_t c = 0; c < cells.size(); ++c) {
       const LightCell& cell = cells[c];
       const size_t i = position[c] = static_cast<uint32_t>((c % rows) * kBlockLanes + c / rows);
-      for (int axis = 0; axis < 3; ++axis) {
-        mean[axis][i] = cell.mean[axis];
-        lo[axis][i] = cell.box.lo[axis];
-        hi[axis][i] = cell.box.hi[axis];
-      }
+      mean.set(i, cell.mean);
+      lo.set(i, cell.box.lo);
+      hi.set(i, cell.box.hi);
       // Normalised, so that radiances of 1e-30 or 1e30 neither vanish nor overflow. Never rounded
       // to 0 if there is light.
       light[i] = relative_weight(cell.weight, light_sum);
@@ -135,12 +138,10 @@ struct LightCut::Arrays {
   }
 
   void add_local(const std::vector<LightCell>& cells, const std::vector<Vec3>& normals) {
-    const size_t padded = rows * kBlockLanes;
-    for (auto* group : {&half, &normal}) {
-      for (std::vector<float>& v : *group) v.assign(padded, 0.f);
-    }
-    for (auto* v : {&sine, &inverse_one_plus_sine, &reach, &least_distance2}) {
-      v->assign(padded, 1.f);
+    half = arena.three(), normal = arena.three();
+    for (float** const column : {&sine, &inverse_one_plus_sine, &reach, &least_distance2}) {
+      *column = arena.floats();
+      std::fill_n(*column, arena.capacity(), 1.f);
     }
     Aabb bounds;
     for (const LightCell& cell : cells) bounds.expand(cell.box);
@@ -151,10 +152,8 @@ struct LightCut::Arrays {
       const size_t i = position[c];
       const LightCell& cell = cells[c];
       const Vec3 around = glm::max(cell.box.hi - cell.mean, cell.mean - cell.box.lo);
-      for (int axis = 0; axis < 3; ++axis) {
-        half[axis][i] = around[axis];
-        normal[axis][i] = cell.normal[axis];
-      }
+      half.set(i, around);
+      normal.set(i, cell.normal);
       const float radius = 0.5f * glm::length(cell.box.extent());
       sine[i] = cone_sine(cell, normals);
       inverse_one_plus_sine[i] = 1 / (1 + sine[i]);
@@ -180,18 +179,17 @@ LightCut::LightCut(const LightTree& tree, uint32_t size, CutCriterion criterion)
 LightCut::~LightCut() = default;
 
 void LightCut::layout(ClusterPmf& pmf) const {
-  const size_t padded = arrays_->rows * kBlockLanes;
   pmf.size_ = size();
   pmf.rows_ = arrays_->rows;
-  pmf.columns_.resize(padded);
+  pmf.columns_.resize(arrays_->arena.capacity());
 }
 
 std::span<const float> LightCut::luminances() const {
-  return arrays_->light;
+  return {arrays_->light, arrays_->arena.capacity()};
 }
 
 std::span<const float> LightCut::extents() const {
-  return arrays_->extent;
+  return {arrays_->extent, arrays_->arena.capacity()};
 }
 
 void LightCut::weigh_reflected(std::span<const float> weights, const Point& point,
@@ -199,15 +197,12 @@ void LightCut::weigh_reflected(std::span<const float> weights, const Point& poin
   static_assert(ClusterPmf::kLanes == kBlockLanes);
   layout(pmf);
   const Arrays& a = *arrays_;
-  simd::ClusterColumns clusters{};
-  clusters.rows = a.rows;
-  for (int axis = 0; axis < 3; ++axis) {
-    clusters.mean[axis] = a.mean[axis].data();
-    clusters.lo[axis] = a.lo[axis].data();
-    clusters.hi[axis] = a.hi[axis].data();
-  }
-  clusters.weight = weights.data();
-  clusters.inverse_extent = a.inverse_extent.data();
+  const simd::ClusterColumns clusters{a.rows,
+                                      {a.mean.x, a.mean.y, a.mean.z},
+                                      {a.lo.x, a.lo.y, a.lo.z},
+                                      {a.hi.x, a.hi.y, a.hi.z},
+                                      weights.data(),
+                                      a.inverse_extent};
 
   simd::ImportanceQuery query;
   for (int axis = 0; axis < 3; ++axis) query.normal[axis] = point.normal[axis];
@@ -230,16 +225,13 @@ void LightCut::weigh_reflected(std::span<const float> weights, const Point& poin
   }
   std::array<float, kBlockLanes> lane_sums{};
   if (kind_ == LightPoints::Kind::kLocal) {
-    simd::LocalColumns local{};
-    for (int axis = 0; axis < 3; ++axis) {
-      local.half[axis] = a.half[axis].data();
-      local.normal[axis] = a.normal[axis].data();
-      query.position[axis] = point.position[axis];
-    }
-    local.cone_sine = a.sine.data();
-    local.inverse_one_plus_sine = a.inverse_one_plus_sine.data();
-    local.reach = a.reach.data();
-    local.least_distance2 = a.least_distance2.data();
+    const simd::LocalColumns local{{a.half.x, a.half.y, a.half.z},
+                                   {a.normal.x, a.normal.y, a.normal.z},
+                                   a.sine,
+                                   a.inverse_one_plus_sine,
+                                   a.reach,
+                                   a.least_distance2};
+    for (int axis = 0; axis < 3; ++axis) query.position[axis] = point.position[axis];
     query.unit_area = a.unit_area;
     simd::local_cluster_importance(clusters, local, query, pmf.columns_.data(), lane_sums.data());
   } else {
