@@ -5,7 +5,7 @@
 #include "clustered/light_left_out.h"
 #include "clustered/points/point_lights.h"
 #include "kinome/plugin.h"
-#include "transport/render_paths.h"
+#include "transport/path_integrator.h"
 
 /// Parameters and functions that `clustered` and `groundtruth` share.
 namespace kinome {
@@ -73,7 +73,7 @@ inline const char* indirect_emitter(const PointLightSettings& settings) {
 inline bool render_without_surfaces(const PointLightSettings& settings, const Scene& scene,
                                     const Sensor& sensor, RenderContext& context) {
   if (settings.options.max_depth >= 2) return false;
-  transport::render_paths(settings.requested, scene, sensor, context);
+  transport::PathIntegrator(settings.requested).render(scene, sensor, context);
   return true;
 }
 

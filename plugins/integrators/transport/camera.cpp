@@ -99,15 +99,11 @@ void Camera::pass_emitters(RenderCounters& counters) {
       for (size_t i = range.first; i < range.first + range.count; ++i) {
         const SurfaceBlock& points = surfaces_.points();
         const uint32_t k = points.ray[i];
-        Ray16& from = rays_[k / 16].ray;
-        Ray16& to = beyond_[n / 16].ray;
-        const size_t at = k % 16, lane = n % 16;
-        const kinome::Vec3 d(from.dx[at], from.dy[at], from.dz[at]), normal = points.n.at(i);
-        Columns3{to.ox, to.oy, to.oz}.set(
-            lane, origin_off_surface(points.p.at(i), normal, points.p_error[i], d));
-        Columns3{to.dx, to.dy, to.dz}.set(lane, d);
-        to.tmin[lane] = 0;
-        to.tmax[lane] = far_[k] -= from.tmax[at];
+        Ray ray = ray_of(&rays_[k / 16].ray, k % 16);
+        ray.o = origin_off_surface(points.p.at(i), points.n.at(i), points.p_error[i], ray.d);
+        ray.tmin = 0;
+        ray.tmax = far_[k] -= ray.tmax;
+        set_ray(beyond_[n / 16].ray, n % 16, ray);
         passing_[n++] = k;
       }
     }
@@ -117,18 +113,14 @@ void Camera::pass_emitters(RenderCounters& counters) {
     scene_.scene().intersect(beyond_, padded(n) / kBlockLanes, Coherence::kCoherent, counters);
     counters[RayKind::kCamera] += n;
     for (size_t i = 0; i < n; ++i) {
-      const RayHit16& from = beyond_[i / 16];
+      const RayHit from = ray_hit_of(beyond_, i);
       RayHit16& to = rays_[passing_[i] / 16];
-      const size_t lane = i % 16, at = passing_[i] % 16;
-      to.ray.ox[at] = from.ray.ox[lane];
-      to.ray.oy[at] = from.ray.oy[lane];
-      to.ray.oz[at] = from.ray.oz[lane];
-      to.ray.tmin[at] = from.ray.tmin[lane];
-      to.ray.tmax[at] = from.ray.tmax[lane];
-      to.ngx[at] = from.ngx[lane], to.ngy[at] = from.ngy[lane], to.ngz[at] = from.ngz[lane];
-      to.u[at] = from.u[lane], to.v[at] = from.v[lane];
-      to.primitive[at] = from.primitive[lane];
-      to.shape[at] = from.shape[lane], to.instance[at] = from.instance[lane];
+      const size_t at = passing_[i] % 16;
+      set_ray(to.ray, at, from.ray);
+      to.ngx[at] = from.hit.ng.x, to.ngy[at] = from.hit.ng.y, to.ngz[at] = from.hit.ng.z;
+      to.u[at] = from.hit.u, to.v[at] = from.hit.v;
+      to.primitive[at] = from.hit.primitive;
+      to.shape[at] = from.hit.shape, to.instance[at] = from.hit.instance;
     }
   }
 }

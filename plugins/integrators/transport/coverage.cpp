@@ -87,13 +87,8 @@ size_t Coverage::pass(const SurfaceBlock& points, const Surfaces::Range& range,
     }
     const Frame frame{points.s.at(i), points.t.at(i), points.sn.at(i)};
     const kinome::Vec3 d = frame.to_world(answer_.wo.at(i));
-    Ray16& to = rays_[rays / kBlockLanes].ray;
-    const size_t lane = rays % kBlockLanes;
-    Columns3{to.ox, to.oy, to.oz}.set(
-        lane, origin_off_surface(points.p.at(i), points.n.at(i), points.p_error[i], d));
-    Columns3{to.dx, to.dy, to.dz}.set(lane, d);
-    to.tmin[lane] = 0;
-    to.tmax[lane] = kInfinity;
+    const Ray ray(origin_off_surface(points.p.at(i), points.n.at(i), points.p_error[i], d), d);
+    set_ray(rays_[rays / kBlockLanes].ray, rays % kBlockLanes, ray);
     ray_owner_[rays++] = owner[i];
   }
   return rays;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kinome/integrator.h"
-#include "render_paths.h"
+#include "path_parameters.h"
 #include "stages.h"
 
 namespace kinome::transport {
@@ -15,9 +15,7 @@ class PathIntegrator : public Integrator {
     return {kPrimaryStage, kBounceStage, kShadeStage, kShadowStage, kFilmStage};
   }
 
-  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    render_paths(settings_, scene, sensor, context);
-  }
+  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override;
 
  private:
   PathSettings settings_;

@@ -97,15 +97,14 @@ size_t StraightShadows::pass(const Ray16* rays, const float* max_passes, float p
       next.from[count] = k;
       next.transmittance.set(count, transmittance);
       next.probability[count] = wave.probability[before] * through_.probability[i];
-      const Ray from = ray_of(rays, k);
+      Ray ray = ray_of(rays, k);
       const float distance =
-          distance_behind(from, points.p.at(i), points.n.at(i), points.p_error[i]);
-      Ray16& to = rays_[count / kBlockLanes].ray;
-      const size_t lane = count++ % kBlockLanes;
-      Columns3{to.ox, to.oy, to.oz}.set(lane, from.o + distance * from.d);
-      Columns3{to.dx, to.dy, to.dz}.set(lane, from.d);
+          distance_behind(ray, points.p.at(i), points.n.at(i), points.p_error[i]);
+      ray.o += distance * ray.d;
       // Ends where the whole ray ends.
-      to.tmax[lane] = std::max(from.tmax - distance, 0.f);
+      ray.tmax = std::max(ray.tmax - distance, 0.f);
+      set_ray(rays_[count / kBlockLanes].ray, count % kBlockLanes, ray);
+      ++count;
     }
   }
   disable_padding(rays_, count);

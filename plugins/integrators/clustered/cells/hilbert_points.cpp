@@ -35,23 +35,6 @@ std::vector<IntegerPoint> ordered_points(uint32_t count) {
   return points;
 }
 
-/// Returns lists of the first 0, 1, 2, ... `count` points.
-std::vector<std::vector<IntegerPoint>> all_first_points(uint32_t count) {
-  std::vector<std::vector<IntegerPoint>> lists(1);
-  std::vector<KeyedPoint> keyed;
-  for (uint32_t i = 0; i < count; ++i) {
-    const IntegerPoint point = sobol_point(i);
-    const KeyedPoint next{hilbert_index(point.x >> 16, point.y >> 16), point};
-    const auto at =
-        std::upper_bound(keyed.begin(), keyed.end(), next,
-                         [](const KeyedPoint& a, const KeyedPoint& b) { return a.key < b.key; });
-    keyed.insert(at, next);
-    auto& list = lists.emplace_back();
-    for (const KeyedPoint& k : keyed) list.push_back(k.point);
-  }
-  return lists;
-}
-
 }  // namespace
 
 uint32_t HilbertPoints::log2_near(double count) {
@@ -94,7 +77,7 @@ HilbertPoints::HilbertPoints() {
       y.push_back(point.y);
     }
   }
-  firsts_ = all_first_points(kMaxCount);
+  for (uint32_t n = 0; n <= kMaxCount; ++n) firsts_.push_back(ordered_points(n));
 }
 
 }  // namespace kinome

@@ -1,23 +1,21 @@
-#include "render_paths.h"
+#include "path_integrator.h"
 
 #include "camera_block.h"
 #include "paths.h"
 
 namespace kinome::transport {
 
-void render_paths(const PathSettings& settings, const Scene& scene, const Sensor& sensor,
-                  RenderContext& context) {
+void PathIntegrator::render(const Scene& scene, const Sensor& sensor,
+                            RenderContext& context) const {
   if (scene.emitters().empty()) context.skip("paths", "the scene has no emitters");
-  if (settings.length.max_depth == 0) {
+  if (settings_.length.max_depth == 0) {
     context.skip("paths", "max_depth is 0: the image is black");
     return;
   }
   const SceneTable table(scene);
   render_blocks<Paths>(
-      table, sensor, context, settings,
-      [&] {
-        return std::make_unique<Paths>(table, sensor.sampler(), settings, kBlockSamples);
-      },
+      table, sensor, context, settings_,
+      [&] { return std::make_unique<Paths>(table, sensor.sampler(), settings_, kBlockSamples); },
       [](Paths& paths, const CameraBlock& block, const PixelSamples& samples,
          RenderCounters& counters) {
         paths.add(samples, block.seen(), {block.radiance(), block.radiance()}, counters);
