@@ -23,7 +23,6 @@
 #include <string>
 
 #include "clustered/clustered_stages.h"
-#include "clustered/point_light_parameters.h"
 #include "clustered/points/thesis_method.h"
 #include "clustered/product/method/product_method.h"
 #include "kinome/plugin.h"
@@ -88,35 +87,8 @@ constexpr Parameter kParameters[] = {
 
 constexpr double kMaxRaysPerPixel = 1e12;
 
-/// The thesis's method, with the light points of all emitters that have some.
-class PointMethod final : public ClusteredMethod {
- public:
-  /// `lacks_diagnostics`: diagnostics were requested, but only another method has them.
-  PointMethod(const PointLightSettings& points, const ThesisSettings& settings,
-              bool lacks_diagnostics)
-      : points_(points), thesis_(settings), lacks_diagnostics_(lacks_diagnostics) {}
-  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    if (lacks_diagnostics_) {
-      context.skip("diagnostics", "the scene isn't rendered by importance 'product'");
-    }
-    if (render_without_surfaces(points_, scene, sensor, context)) return;
-    thesis_.render(gather(points_, scene, context), scene, sensor, context);
-  }
-  std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                                  int x, int y) const override {
-    return thesis_.inspect(gather(points_, scene, context), scene, sensor, context, x, y);
-  }
-
- private:
-  PointLightSettings points_;
-  ThesisMethod thesis_;
-  bool lacks_diagnostics_;
-};
-
-ThesisSettings read_thesis_settings(const Properties& props, const PointLightOptions& options,
-                                    MakeClusterImportance* importance) {
+ThesisSettings read_thesis_settings(const Properties& props, MakeClusterImportance* importance) {
   ThesisSettings settings;
-  settings.options = options;
   settings.importance = importance;
   settings.cut_size = props.integer("cut_size", 1, 1 << 20);
   settings.emitter_samples = props.integer("emitter_samples", 1, 1 << 20);
@@ -158,9 +130,8 @@ class Clustered final : public Integrator {
   explicit Clustered(const Properties& props) : points_(read_point_light_parameters(props)) {
     const auto importance = static_cast<size_t>(props.choice("importance"));
     const bool is_product = importance == std::size(kThesisImportances);
-    thesis_ =
-        read_thesis_settings(props, points_.options,
-                             is_product ? make_joint_importance : kThesisImportances[importance]);
+    thesis_ = read_thesis_settings(
+        props, is_product ? make_joint_importance : kThesisImportances[importance]);
     const ProductMethod::Settings product = read_product_settings(props, points_.options);
     if (product.sampling.diagnostics && !is_product) {
       throw props.error("diagnostics", "requires importance 'product'");
@@ -219,7 +190,7 @@ class Clustered final : public Integrator {
       auto product = ProductMethod::make(*product_, scene, sensor, context, is_progressive);
       if (product) return product;
     }
-    return std::make_unique<PointMethod>(points_, thesis_, has_diagnostics());
+    return std::make_unique<ThesisMethod>(points_, thesis_, has_diagnostics());
   }
 
   PointLightSettings points_;

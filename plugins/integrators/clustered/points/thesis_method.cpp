@@ -260,19 +260,23 @@ std::shared_ptr<Sampler> ThesisMethod::lobe_sampler(const Scene& scene, const Se
   return nullptr;
 }
 
-void ThesisMethod::render(ScenePointLights lights, const Scene& scene, const Sensor& sensor,
-                          RenderContext& context) const {
+void ThesisMethod::render(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
+  if (lacks_diagnostics_) {
+    context.skip("diagnostics", "the scene isn't rendered by importance 'product'");
+  }
+  if (render_without_surfaces(points_, scene, sensor, context)) return;
+  ScenePointLights lights = gather(points_, scene, context);
   std::deque<ClusterChooser> choosers = make_choosers(lights, scene, sensor, context);
   for (size_t i = 0; i < choosers.size(); ++i) lights.sets[i].choose = std::ref(choosers[i]);
-  render_point_lights(scene, sensor, context, lights, settings_.options);
+  render_point_lights(scene, sensor, context, lights, points_.options);
 }
 
-std::vector<Inspection> ThesisMethod::inspect(ScenePointLights lights, const Scene& scene,
-                                              const Sensor& sensor, RenderContext& context, int x,
-                                              int y) const {
+std::vector<Inspection> ThesisMethod::inspect(const Scene& scene, const Sensor& sensor,
+                                              RenderContext& context, int x, int y) const {
+  ScenePointLights lights = gather(points_, scene, context);
   RenderCounters counters;
   const transport::SceneTable table(scene);
-  transport::Camera camera(table, sensor, 1, settings_.options.hide_emitters);
+  transport::Camera camera(table, sensor, 1, points_.options.hide_emitters);
   const auto column = static_cast<uint32_t>(x), row = static_cast<uint32_t>(y);
   const PixelSamples samples{&column, &row, 1, 0, 1, key_seed(context, sensor.sampler())};
   camera.trace(samples, counters);
