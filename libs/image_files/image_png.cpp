@@ -26,17 +26,11 @@ png_byte quantise_alpha(float alpha) {
   return static_cast<png_byte>(std::lround(255 * std::min(alpha, 1.f)));
 }
 
-/// Returns the index of a channel, or -1.
-int find_channel(const Image& image, const std::string& name) {
-  const auto it = std::find(image.channels.begin(), image.channels.end(), name);
-  return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
-}
-
 }  // namespace
 
 void write_png(const std::string& path, const Image& image, float exposure) {
   check_not_empty(path, image);
-  const int alpha = find_channel(image, "A");
+  const int alpha = image.find_channel("A");
   const int colors = color_channel_count(image);
   const int stride = colors + (alpha >= 0 ? 1 : 0);
   const float factor = std::exp2(exposure);

@@ -83,7 +83,7 @@ void mark_gaps(const Film& film, Image& image) {
   const std::vector<bool> gaps = film.gaps(0);
   const auto& names = image.channels;
   if (std::find(gaps.begin(), gaps.end(), true) == gaps.end()) return;
-  if (std::find(names.begin(), names.end(), "A") != names.end()) return;  // 0 at gaps already
+  if (image.find_channel("A") >= 0) return;  // 0 at gaps already
   const size_t before = names.size();
   const size_t colors = names.at(0) == "Y" ? 1 : 3;
   std::vector<float> data;

@@ -18,13 +18,10 @@ namespace {
 
 /// Returns R, G and B, or a single channel, of a float image.
 StoredImage pick_channels(const Image& image, const Location& source) {
-  const auto index = [&](const char* name) {
-    const auto it = std::find(image.channels.begin(), image.channels.end(), name);
-    return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
-  };
-  std::vector<int> picked{index("R"), index("G"), index("B")};
+  std::vector<int> picked{image.find_channel("R"), image.find_channel("G"),
+                          image.find_channel("B")};
   if (picked[0] < 0 || picked[1] < 0 || picked[2] < 0) {
-    const int grey = image.channel_count() == 1 ? 0 : index("Y");
+    const int grey = image.channel_count() == 1 ? 0 : image.find_channel("Y");
     if (grey < 0) {
       std::string names;
       for (const std::string& name : image.channels) names += (names.empty() ? "" : ", ") + name;

@@ -8,17 +8,12 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kSuffixes = {"RGB", "XYZ", "UV"};
 
-int find(const Image& image, const std::string& name) {
-  const auto at = std::find(image.channels.begin(), image.channels.end(), name);
-  return at == image.channels.end() ? -1 : static_cast<int>(at - image.channels.begin());
-}
-
 /// Adds the channels `prefix` + letter as a group, if all of them exist.
 void add_group(const Image& image, const std::string& name, const std::string& prefix,
                std::string_view letters, std::vector<ChannelGroup>& groups) {
   ChannelGroup group{name, {-1, -1, -1}, static_cast<int>(letters.size())};
   for (size_t i = 0; i < letters.size(); ++i) {
-    group.index[i] = find(image, prefix + letters[i]);
+    group.index[i] = image.find_channel(prefix + letters[i]);
     if (group.index[i] < 0) return;
   }
   groups.push_back(std::move(group));

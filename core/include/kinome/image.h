@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <utility>
@@ -26,6 +27,11 @@ struct Image {
         data(std::move(values)) {}
 
   int channel_count() const { return static_cast<int>(channels.size()); }
+  /// Returns the index of a channel, or -1.
+  int find_channel(const std::string& name) const {
+    const auto found = std::find(channels.begin(), channels.end(), name);
+    return found == channels.end() ? -1 : static_cast<int>(found - channels.begin());
+  }
   float& at(int x, int y, int c) {
     return data[(static_cast<size_t>(y) * width + x) * channels.size() + c];
   }
