@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -60,100 +61,71 @@ class ScratchColumns {
   std::vector<Lanes> memory_;
 };
 
-/// Texture read as a colour. Uniform textures are evaluated only once.
-class ColorInput {
+/// Texture of which some of Texture's functions are called, for values of type V and their Block.
+/// Uniform textures are evaluated only once.
+template <class V, class Block, auto eval, auto eval_at, auto eval_block, auto eval_block_at>
+class TextureInput {
+  static constexpr bool kIsColor = std::is_same_v<Block, Columns3>;
+
  public:
-  explicit ColorInput(std::shared_ptr<const Texture> texture)
+  explicit TextureInput(std::shared_ptr<const Texture> texture)
       : texture_(std::move(texture)),
         is_uniform_(texture_->is_uniform()),
-        value_(is_uniform_ ? texture_->eval(glm::vec2(0.f)) : glm::vec3(0.f)) {}
+        value_(is_uniform_ ? ((*texture_).*eval)(glm::vec2(0.f)) : V(0.f)) {}
 
   bool is_uniform() const { return is_uniform_; }
-  glm::vec3 at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval(uv); }
-  glm::vec3 at(const SurfaceInteraction& si) const {
-    return is_uniform_ ? value_ : texture_->eval_at(si);
+  V at(const glm::vec2& uv) const { return is_uniform_ ? value_ : ((*texture_).*eval)(uv); }
+  V at(const SurfaceInteraction& si) const {
+    return is_uniform_ ? value_ : ((*texture_).*eval_at)(si);
   }
   const Texture& operator*() const { return *texture_; }
   const Texture* operator->() const { return texture_.get(); }
   const std::shared_ptr<const Texture>& texture() const { return texture_; }
 
-  /// Colours at the points of a block.
+  /// Values at the points of a block.
   class Columns {
    public:
-    Columns(const ColorInput& input, const Columns2& uv, size_t count)
-        : value_(input.value_), columns_(3, input.is_uniform_ ? 0 : count) {
-      if (input.is_uniform_) return;
-      values_ = columns_.three();
-      input.texture_->eval_block(uv, count, values_);
+    Columns(const TextureInput& input, const Columns2& uv, size_t count) : Columns(input, count) {
+      if (!input.is_uniform_) ((*input.texture_).*eval_block)(uv, count, values_);
     }
-    Columns(const ColorInput& input, const SurfaceBlock& points)
-        : value_(input.value_), columns_(3, input.is_uniform_ ? 0 : points.count) {
-      if (input.is_uniform_) return;
-      values_ = columns_.three();
-      input.texture_->eval_block_at(points, values_);
+    Columns(const TextureInput& input, const SurfaceBlock& points) : Columns(input, points.count) {
+      if (!input.is_uniform_) ((*input.texture_).*eval_block_at)(points, values_);
     }
-    KINOME_WIDE Rgb operator[](size_t i) const {
-      return values_.x ? Rgb::load(values_, i) : Rgb(value_);
+    KINOME_WIDE auto operator[](size_t i) const {
+      if constexpr (kIsColor) {
+        return values_.x ? Rgb::load(values_, i) : Rgb(value_);
+      } else {
+        return values_ ? Float::load(values_ + i) : Float(value_);
+      }
     }
 
    private:
-    glm::vec3 value_;
+    Columns(const TextureInput& input, size_t count)
+        : value_(input.value_), columns_(kIsColor ? 3 : 1, input.is_uniform_ ? 0 : count) {
+      if (input.is_uniform_) return;
+      if constexpr (kIsColor) {
+        values_ = columns_.three();
+      } else {
+        values_ = columns_[0];
+      }
+    }
+
+    V value_;
     ScratchColumns columns_;
-    Columns3 values_;
+    Block values_{};
   };
 
  private:
   std::shared_ptr<const Texture> texture_;
   bool is_uniform_;
-  glm::vec3 value_;
+  V value_;
 };
 
-/// Texture read as a scalar. Uniform textures are evaluated only once.
-class NumberInput {
- public:
-  explicit NumberInput(std::shared_ptr<const Texture> texture)
-      : texture_(std::move(texture)),
-        is_uniform_(texture_->is_uniform()),
-        value_(is_uniform_ ? texture_->eval_1(glm::vec2(0.f)) : 0.f) {}
-
-  float at(const glm::vec2& uv) const { return is_uniform_ ? value_ : texture_->eval_1(uv); }
-  float at(const SurfaceInteraction& si) const {
-    return is_uniform_ ? value_ : texture_->eval_1_at(si);
-  }
-  const Texture& operator*() const { return *texture_; }
-  const Texture* operator->() const { return texture_.get(); }
-  const std::shared_ptr<const Texture>& texture() const { return texture_; }
-
-  /// Scalars at the points of a block.
-  class Columns {
-   public:
-    Columns(const NumberInput& input, const Columns2& uv, size_t count)
-        : value_(input.value_), columns_(1, input.is_uniform_ ? 0 : count) {
-      if (input.is_uniform_) return;
-      values_ = columns_[0];
-      input.texture_->eval_1_block(uv, count, values_);
-    }
-    Columns(const NumberInput& input, const SurfaceBlock& points)
-        : value_(input.value_), columns_(1, input.is_uniform_ ? 0 : points.count) {
-      if (input.is_uniform_) return;
-      values_ = columns_[0];
-      input.texture_->eval_1_block_at(points, values_);
-    }
-    KINOME_WIDE Float operator[](size_t i) const {
-      return values_ ? Float::load(values_ + i) : Float(value_);
-    }
-
-   private:
-    float value_;
-    ScratchColumns columns_;
-    float* values_ = nullptr;
-  };
-
- private:
-  std::shared_ptr<const Texture> texture_;
-  bool is_uniform_;
-  float value_;
-};
+/// Texture read as a colour, and as a scalar.
+using ColorInput = TextureInput<glm::vec3, Columns3, &Texture::eval, &Texture::eval_at,
+                                &Texture::eval_block, &Texture::eval_block_at>;
+using NumberInput = TextureInput<float, float*, &Texture::eval_1, &Texture::eval_1_at,
+                                 &Texture::eval_1_block, &Texture::eval_1_block_at>;
 
 }  // namespace HWY_NAMESPACE
 }  // namespace kinome::wide
