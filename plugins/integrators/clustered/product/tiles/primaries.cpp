@@ -13,9 +13,6 @@ namespace {
 /// enough for full packets and blocks of each material.
 constexpr size_t kRaysAtOnce = 2048;
 
-Columns2 two(Column<float> (&columns)[2]) {
-  return {columns[0].data(), columns[1].data()};
-}
 Columns3 three(Column<float> (&columns)[3]) {
   return {columns[0].data(), columns[1].data(), columns[2].data()};
 }
@@ -31,18 +28,18 @@ Primaries::Primaries(const View& view)
 Primaries::~Primaries() = default;
 
 void Primaries::make_room(size_t rays) {
-  room_ = rays;
+  arena_.emplace(rays);
   camera_ = std::make_unique<transport::Camera>(view_.scene, view_.sensor, rays,
                                                 view_.paths.hide_emitters);
   if (view_.sensor.film().has_alpha()) {
     coverage_.emplace(view_.scene, numbers_, view_.paths, rays);
-    for (auto& column : key_) column.resize(padded(rays));
+    for (auto& column : key_) column = arena_->indices();
   }
-  alpha_.resize(padded(rays));
-  for (auto& column : position_) column.resize(padded(rays));
-  for (auto& column : aperture_) column.resize(padded(rays));
-  for (auto& column : emitted_) column.resize(padded(rays));
-  point_.resize(padded(rays));
+  alpha_ = arena_->floats();
+  position_ = arena_->two();
+  aperture_ = arena_->two();
+  emitted_ = arena_->three();
+  point_ = arena_->of<int32_t>();
   const size_t points = padded(transport::Surfaces::most_points(view_.scene, rays));
   patch_.resize(points);
   kind_.resize(points);
@@ -80,13 +77,13 @@ void Primaries::place_pixel(int x, int y, size_t begin, size_t end, uint64_t see
       const size_t i = begin + first + k;
       const Vec2 u =
           points[k].shifted(static_cast<uint32_t>(shift), static_cast<uint32_t>(shift >> 32));
-      two(position_).set(i, film_position(x, y, u));
+      position_.set(i, film_position(x, y, u));
       if (coverage_) {
         const uint64_t own = hash_words(key, 5, first + k);
         key_[0][i] = static_cast<uint32_t>(own), key_[1][i] = static_cast<uint32_t>(own >> 32);
       }
       if (has_aperture) {
-        two(aperture_).set(i, owen_sobol_point(first + k, aperture_x, aperture_y));
+        aperture_.set(i, owen_sobol_point(first + k, aperture_x, aperture_y));
       }
     }
   }
@@ -103,7 +100,9 @@ void Primaries::find_width(Tile& tile) const {
 
 void Primaries::place(uint64_t seed) {
   if (!view_.sensor.needs_aperture_sample()) {
-    for (auto& column : aperture_) std::fill(column.begin(), column.end(), 0.5f);
+    for (float* const column : {aperture_.x, aperture_.y}) {
+      std::fill_n(column, padded(first_.back()), 0.5f);
+    }
   }
   for (Tile& tile : tiles_) {
     find_width(tile);
@@ -118,15 +117,15 @@ void Primaries::place(uint64_t seed) {
 
 void Primaries::trace(uint64_t seed, RenderCounters& counters) {
   const size_t rays = first_.back();
-  if (rays > room_) make_room(rays);
+  if (rays > arena_->capacity()) make_room(padded(rays));
   place(seed);
-  camera_->trace(two(position_), two(aperture_), rays, counters);
-  camera_->set_seen_light(three(emitted_));
+  camera_->trace(position_, aperture_, rays, counters);
+  camera_->set_seen_light(emitted_);
   if (coverage_) {
-    const PixelSamples samples{key_[0].data(), key_[1].data(), rays, 0, 1, 0};
-    coverage_->find(samples, *camera_, alpha_.data(), counters);
+    const PixelSamples samples{key_[0], key_[1], rays, 0, 1, 0};
+    coverage_->find(samples, *camera_, alpha_, counters);
   }
-  std::fill_n(point_.begin(), rays, -1);
+  std::fill_n(point_, rays, -1);
   for (const transport::Surfaces::Range& range : camera_->surfaces().ranges()) {
     for (size_t i = range.first; i < range.first + range.count; ++i) {
       point_[points().ray[i]] = static_cast<int32_t>(i);

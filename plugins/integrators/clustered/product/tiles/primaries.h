@@ -64,12 +64,6 @@ class Primaries {
   /// Tiles are in the order in which they were added; valid until clear().
   TilePrimaries tile(size_t index);
 
-  /// The following functions return data of all points.
-  const SurfaceBlock& points() const { return camera_->surfaces().points(); }
-  const simd::PointFrames& frames() const { return frames_; }
-  const simd::MicrofacetPoints& microfacets() const { return microfacets_; }
-  const simd::TurnedPoints& turned() const { return turned_; }
-
  private:
   friend class TilePrimaries;
   struct Tile {
@@ -80,6 +74,7 @@ class Primaries {
     float origin_width, direction_width;  ///< see TilePrimaries::width_at
   };
 
+  const SurfaceBlock& points() const { return camera_->surfaces().points(); }
   void make_room(size_t rays);
   void place(uint64_t seed);
   void place_pixel(int x, int y, size_t begin, size_t end, uint64_t seed);
@@ -88,16 +83,18 @@ class Primaries {
   void find_viewers();
 
   const View view_;
-  size_t room_ = 0;  ///< number of rays that fit the memory
+  std::optional<transport::Arena> arena_;  ///< columns of rays
   std::unique_ptr<transport::Camera> camera_;
   bool hides_environment_;
   PathNumbers numbers_;                          ///< random numbers of coverage_
   std::optional<transport::Coverage> coverage_;  ///< nullopt if the film has no alpha
-  Column<uint32_t> key_[2];                      ///< halves of the seed of each ray's numbers
-  Column<float> position_[2], aperture_[2], emitted_[3], alpha_;
+  uint32_t* key_[2] = {};                        ///< halves of the seed of each ray's numbers
+  Columns2 position_, aperture_;
+  Columns3 emitted_;
+  float* alpha_ = nullptr;
   std::vector<Tile> tiles_;
   std::vector<uint32_t> first_;  ///< first ray of each pixel, and the end
-  std::vector<int32_t> point_;   ///< point of each ray; -1 if it hit nothing
+  int32_t* point_ = nullptr;     ///< point of each ray; -1 if it hit nothing
   std::vector<int32_t> patch_;   ///< patch of each point
   std::vector<uint32_t> kind_;   ///< index in kinds_ of each point
   BsdfFormKinds kinds_;
@@ -117,10 +114,7 @@ class TilePrimaries {
     return all_->first_[tile_->first_pixel + pixel] - static_cast<uint32_t>(tile_->first_ray);
   }
   /// Position in pixels of the full film.
-  Vec2 film_position(size_t ray) const {
-    const size_t i = tile_->first_ray + ray;
-    return {all_->position_[0][i], all_->position_[1][i]};
-  }
+  Vec2 film_position(size_t ray) const { return all_->position_.at(tile_->first_ray + ray); }
   bool hit(size_t ray) const { return point(ray) >= 0; }
   /// See transport::Coverage; 0 if the film has no alpha.
   float alpha(size_t ray) const { return all_->alpha_[tile_->first_ray + ray]; }
@@ -132,10 +126,7 @@ class TilePrimaries {
            (all_->view_.follows_mirrors && has_deltas_alone(bsdf));
   }
   /// Emitted light that the ray sees directly.
-  Rgb emitted(size_t ray) const {
-    const size_t i = tile_->first_ray + ray;
-    return {all_->emitted_[0][i], all_->emitted_[1][i], all_->emitted_[2][i]};
-  }
+  Rgb emitted(size_t ray) const { return all_->emitted_.at(tile_->first_ray + ray); }
   float distance(size_t ray) const {
     const size_t i = tile_->first_ray + ray;
     return all_->camera_->rays()[i / kBlockLanes].ray.tmax[i % kBlockLanes];
