@@ -159,8 +159,7 @@ Verdict mean_squares_test(const std::vector<Estimate>& a, const std::vector<Esti
     if (!std::isfinite(d) || !std::isfinite(variance)) return fail("a mean is not finite");
     if (d != 0) statistic += d * d / variance;
   }
-  const auto degrees = static_cast<double>(a.size());
-  const double p = chi2_tail(statistic, degrees);
+  const double p = chi2_tail(statistic, static_cast<int>(a.size()));
   return {p >= alpha, p,
           fmt::format("chi2 {:.1f} for {} cells, p {:.2g}, bound {:.1g}", statistic, a.size(), p,
                       alpha)};

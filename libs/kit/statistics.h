@@ -19,7 +19,7 @@ struct Verdict {
 };
 
 /// Returns P(X >= statistic) for a chi² distribution.
-KINOME_EXPORT double chi2_tail(double statistic, double degrees_of_freedom);
+KINOME_EXPORT double chi2_tail(double statistic, int degrees_of_freedom);
 /// Returns P(|Z| >= |z|) for the standard normal distribution.
 KINOME_EXPORT double normal_two_sided(double z);
 
