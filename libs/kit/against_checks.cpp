@@ -137,8 +137,7 @@ Outcome emitter_light(const Subject& subject, double alpha) {
 
 void add_against_check(const Subject& subject, Plan& plan) {
   if (subject.request().against.empty()) return;
-  const auto other = std::dynamic_pointer_cast<Emitter>(load_object_from_string(
-      subject.xml_against(), Subject::kFile, {}, subject.registry()));
+  const auto other = std::dynamic_pointer_cast<Emitter>(subject.load(subject.xml_against()));
   if (other->is_surface() != subject.make<Emitter>()->is_surface()) {
     throw Error(
         fmt::format("--against: {} and {} can't be compared, because only one of them is "

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "kinome/columns.h"
+#include "kinome/blocks.h"
 #include "kinome/math.h"
 
 /// Memory for block functions, with poisoned padding.
@@ -37,6 +37,16 @@ class BlockMemory {
     auto* const values = reinterpret_cast<uint32_t*>(one());
     std::memset(values, 0, length_ * sizeof(uint32_t));
     return values;
+  }
+  /// Returns columns for all fields of `count` surface points, with these shapes.
+  SurfaceBlock surface(size_t count, const Shape** shapes) {
+    SurfaceBlock block;
+    block.count = count;
+    block.p = three(), block.n = three(), block.s = three(), block.t = three();
+    block.sn = three(), block.dp_du = three(), block.dp_dv = three(), block.wi = three();
+    block.uv = two(), block.p_error = one();
+    block.primitive = indices(), block.ray = indices(), block.shape = shapes;
+    return block;
   }
   /// Returns true if a function wrote beyond a column's padding.
   bool is_overrun() const {

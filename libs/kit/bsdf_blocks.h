@@ -29,16 +29,8 @@ struct BsdfReply {
 class BsdfBlock {
  public:
   explicit BsdfBlock(const std::vector<BsdfQuestion>& questions)
-      : columns_(questions.size()),
-        primitive_(padded(questions.size()), 0u),
-        ray_(padded(questions.size()), 0u),
-        shape_(padded(questions.size()), nullptr) {
-    points.count = questions.size();
-    points.p = columns_.three(), points.n = columns_.three();
-    points.s = columns_.three(), points.t = columns_.three(), points.sn = columns_.three();
-    points.dp_du = columns_.three(), points.dp_dv = columns_.three();
-    points.wi = columns_.three(), points.uv = columns_.two(), points.p_error = columns_.one();
-    points.primitive = primitive_.data(), points.ray = ray_.data(), points.shape = shape_.data();
+      : columns_(questions.size()), shape_(padded(questions.size()), nullptr) {
+    points = columns_.surface(questions.size(), shape_.data());
     query = {columns_.three(), columns_.one(), columns_.two()};
     answer = {columns_.three(), columns_.one(), columns_.three(),
               columns_.three(), columns_.one(), columns_.one()};
@@ -74,7 +66,6 @@ class BsdfBlock {
   }
 
   BlockMemory columns_;
-  std::vector<uint32_t> primitive_, ray_;
   std::vector<const Shape*> shape_;
 };
 

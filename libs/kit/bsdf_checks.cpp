@@ -111,17 +111,14 @@ Outcome bsdf_density(const Subject& subject) {
     outcome.measured = "only delta lobes, or no lobes";
     return outcome;
   }
-  const float density = median_of(densities), weight = median_of(weights);
+  const float density = check_ratios(
+      densities, "sample() returns densities {:.4g} times those of eval_pdf()", outcome);
+  const float weight =
+      check_ratios(weights, "sample() returns weights {:.4g} times f / pdf of eval_pdf()", outcome);
   outcome.measured = fmt::format(
       "samples have {:.5g} times the densities of eval_pdf(), and {:.5g} "
       "times the weights f / pdf; bound 1 ± 0.002",
       density, weight);
-  if (!(std::abs(density - 1) <= 2e-3f)) {
-    outcome.fail(fmt::format("sample() returns densities {:.4g} times those of eval_pdf()", density));
-  } else if (!(std::abs(weight - 1) <= 2e-3f)) {
-    outcome.fail(
-        fmt::format("sample() returns weights {:.4g} times f / pdf of eval_pdf()", weight));
-  }
   return outcome;
 }
 
@@ -384,18 +381,11 @@ Outcome bsdf_blocks(const Subject& subject) {
     const std::string name = to_string(std::max(set, least_instruction_set()));
     sets += (sets.empty() ? "" : ", ") + name;
     const BsdfDifferences differences = differences_of(*bsdf, questions, outcome);
-    if (differences.values * 500 > count) {
-      outcome.fail(
-          fmt::format("shade_block() differs from eval_pdf() at {} of {} points "
-                      "({})",
-                      differences.values, count, name));
-    }
-    if (differences.samples * 100 > count) {
-      outcome.fail(
-          fmt::format("shade_block() differs from sample() at {} of {} points "
-                      "({})",
-                      differences.samples, count, name));
-    }
+    const std::string where = " at {} of {} points (" + name + ")";
+    outcome.fail_if_many(differences.values, count, 500,
+                         "shade_block() differs from eval_pdf()" + where);
+    outcome.fail_if_many(differences.samples, count, 100,
+                         "shade_block() differs from sample()" + where);
   }
   outcome.measured =
       fmt::format("blocks of {} points compared with single points ({})", count, sets);

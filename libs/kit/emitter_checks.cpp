@@ -98,13 +98,12 @@ Outcome emitter_density(const Subject& subject) {
     outcome.measured = "no samples to check";
     return outcome;
   }
-  const float ratio = median_of(ratios);
+  const float ratio = check_ratios(
+      ratios,
+      std::string("sample_direct() returns densities {:.4g} times those of ") + at.pdf_name(),
+      outcome);
   outcome.measured = fmt::format("samples have {:.5g} times the densities of {}, bound 1 ± 0.002",
                                  ratio, at.pdf_name());
-  if (!(std::abs(ratio - 1) <= 2e-3f)) {
-    outcome.fail(fmt::format("sample_direct() returns densities {:.4g} times those of {}", ratio,
-                             at.pdf_name()));
-  }
   return outcome;
 }
 
@@ -212,12 +211,9 @@ Outcome emitter_blocks(const Subject& subject) {
     u.set(i, random.unit2());
     d.set(i, random.direction());
   }
-  const auto judge = [&](const EmitterDifferences& differences, const char* what) {
-    // Some points may differ, because rounding decides at edges.
-    if (differences.different * 100 > differences.count) {
-      outcome.fail(
-          fmt::format("{} at {} of {} points", what, differences.different, differences.count));
-    }
+  const auto judge = [&](const EmitterDifferences& differences, const std::string& what) {
+    outcome.fail_if_many(differences.different, differences.count, 100,
+                         what + " at {} of {} points");
   };
   const DirectBlock direct{memory.three(), memory.one(), memory.one(), memory.three(),
                            memory.one()};

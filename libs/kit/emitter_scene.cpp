@@ -16,7 +16,7 @@ EmitterScene::EmitterScene(const Subject& subject, int index)
 
 EmitterScene::EmitterScene(const Subject& subject, const std::string& xml, int index)
     : scene_(subject.scene(surroundings(subject, xml))) {
-  const auto object = load_object_from_string(xml, Subject::kFile, {}, subject.registry());
+  const auto object = subject.load(xml);
   for (const Emitter* emitter : scene_->emitters()) {
     if (emitter->plugin() == object->plugin() && index-- == 0) emitter_ = emitter;
   }
@@ -33,8 +33,7 @@ Vec3 EmitterScene::random_point(Random& random) const {
   const Vec3 anywhere(x, y, random.between(0, 0.4f));
   // Half of the points are on the emitter's rays, because others would miss a narrow beam.
   if (!emitter_->is_delta() || random.unit() < 0.5f) return anywhere;
-  const Vec2 position = random.unit2();
-  const auto ray = emitter_->sample_emission(position, random.unit2());
+  const auto ray = random_emission(*emitter_, random);
   if (!ray || ray->pdf_position > 0 || !is_finite(ray->o) || !is_finite(ray->d)) return anywhere;
   return ray->o + random.between(0.2f, 2) * ray->d;
 }
@@ -48,10 +47,7 @@ double EmitterScene::pdf_along(const Vec3& p, const Vec3& d) const {
 
 std::optional<float> EmitterScene::pdf_of(const Vec3& p, const DirectSample& sample) const {
   if (!is_surface_) return emitter_->pdf_environment(sample.d);
-  RayHit ray = ray_hit(p, sample.d);
-  ray.ray.tmin = sample.distance * 0.999f;
-  RenderCounters counters;
-  scene_->intersect({&ray, 1}, Coherence::kIncoherent, counters);
+  const RayHit ray = trace(*scene_, p, sample.d, sample.distance * 0.999f);
   if (!ray.hit.valid()) return std::nullopt;
   const SurfaceInteraction si = scene_->interaction(ray);
   if (si.shape != emitter_->shape()) return std::nullopt;
@@ -95,8 +91,7 @@ EmitterScene::Beam::Beam(const Emitter& emitter) {
   std::vector<Vec3> directions;
   Vec3 sum(0.f);
   for (int i = 0; i < 4000; ++i) {
-    const Vec2 position = random.unit2();
-    const auto ray = emitter.sample_emission(position, random.unit2());
+    const auto ray = random_emission(emitter, random);
     if (!ray || !is_finite(ray->d)) continue;
     directions.push_back(ray->d);
     sum += ray->d;
@@ -124,15 +119,22 @@ float EmitterScene::Beam::pdf(const Vec3& d) const {
   return height_of(d) <= height_ ? 1 / (2 * kPi * height_) : 0;
 }
 
+std::optional<EmissionSample> random_emission(const Emitter& emitter, Random& random) {
+  const Vec2 position = random.unit2();
+  return emitter.sample_emission(position, random.unit2());
+}
+
 float ratio_of(float a, float b) {
   const float ratio = a / b;
   return std::isnan(ratio) ? kInfinity : ratio;
 }
 
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+float check_ratios(std::vector<float>& ratios, const std::string& what, Outcome& outcome) {
+  const auto middle = ratios.begin() + static_cast<long>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  const float ratio = *middle;
+  if (!(std::abs(ratio - 1) <= 2e-3f)) outcome.fail(fmt::format(fmt::runtime(what), ratio));
+  return ratio;
 }
 
 std::string cause_of(const DensityVerdict& verdict, const std::string& pdf_name) {

@@ -62,10 +62,14 @@ class EmitterScene {
   std::optional<Beam> beam_;  ///< for reference_emission()
 };
 
+/// Returns sample_emission() for random numbers.
+std::optional<EmissionSample> random_emission(const Emitter& emitter, Random& random);
+
 /// Returns a / b, or infinity instead of NaN, so that ratios can be sorted.
 float ratio_of(float a, float b);
-/// Returns the median of at least one value. Reorders the values.
-float median_of(std::vector<float>& values);
+/// Makes the check fail if the median of the ratios isn't 1 to within 0.002. There must be at least
+/// one; reorders them. `what` is a format for the median, which is returned.
+float check_ratios(std::vector<float>& ratios, const std::string& what, Outcome& outcome);
 
 /// Describes how samples differ from a density.
 std::string cause_of(const DensityVerdict& verdict, const std::string& pdf_name);

@@ -7,15 +7,12 @@
 namespace kinome::check {
 namespace {
 
-void create(const Subject& subject) {
-  load_object_from_string(subject.xml(), Subject::kFile, {}, subject.registry());
-}
-
 bool works_without_parameters(const Subject& subject) {
   Request request = subject.request();
   request.parameters.clear();
   try {
-    create(Subject(request));
+    const Subject without(request);
+    without.load(without.xml());
     return true;
   } catch (const Error&) {
     return false;
@@ -57,7 +54,7 @@ bool can_be_created(const Subject& subject) {
   const Outcome made = run_in_process([&] {
     Outcome outcome;
     try {
-      create(subject);
+      subject.load(subject.xml());
     } catch (const Error& error) {
       outcome.measured = command_line_error(subject, error);
       if (outcome.measured.empty()) outcome.fail(error.what());

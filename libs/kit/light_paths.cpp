@@ -24,8 +24,7 @@ ProbeRays::ProbeRays(const EmitterScene& at, int count, uint64_t seed) : tries(c
   Vec3 sum_of_directions(0.f);
   glm::dvec3 sum_of_origins(0.);
   for (int i = 0; i < count; ++i) {
-    const Vec2 position = random.unit2();
-    const auto ray = at.emitter().sample_emission(position, random.unit2());
+    const auto ray = random_emission(at.emitter(), random);
     if (!ray || is_black(ray->power) || !is_finite(ray->o) || !is_finite(ray->d)) continue;
     rays.push_back(*ray);
     sum_of_directions += ray->d;
@@ -113,8 +112,7 @@ CellFlux flux_by_emission(const Emitter& emitter, const Receiver& receiver,
   Random random(seed);
   CellFlux flux(cells.count());
   for (int i = 0; i < count; ++i) {
-    const Vec2 position = random.unit2();
-    const auto ray = emitter.sample_emission(position, random.unit2());
+    const auto ray = random_emission(emitter, random);
     if (ray && is_finite(ray->power)) {
       receiver.for_each_crossing(ray->o, ray->d, [&](const Vec2& uv, bool is_front) {
         flux.add(cells.cell_of(uv, is_front), ray->power);

@@ -86,8 +86,7 @@ Verdict positions_test(const EmitterScene& at, int count, uint64_t seed, double 
   Moments parts[8], all;
   int emitted = 0;
   for (int i = 0; i < count; ++i) {
-    const Vec2 position = random.unit2();
-    const auto ray = at.emitter().sample_emission(position, random.unit2());
+    const auto ray = random_emission(at.emitter(), random);
     size_t hit = 8;
     double value = 0;
     if (ray && ray->pdf_position > 0) {
@@ -165,10 +164,7 @@ Outcome emitter_origins(const Subject& subject, double alpha) {
 
 /// Returns true if the emitter's surface is at this distance from p.
 bool has_surface_at(const EmitterScene& at, const Vec3& p, const Vec3& d, float distance) {
-  RayHit ray = ray_hit(p, d);
-  ray.ray.tmin = 0.99f * distance;
-  RenderCounters counters;
-  at.scene().intersect({&ray, 1}, Coherence::kIncoherent, counters);
+  const RayHit ray = trace(at.scene(), p, d, 0.99f * distance);
   return ray.hit.valid() && ray.ray.tmax < 1.01f * distance &&
          at.scene().interaction(ray).shape == at.emitter().shape();
 }

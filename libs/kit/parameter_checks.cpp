@@ -74,7 +74,7 @@ const char* fault_of(const Error& error) {
 std::string find_invalid_result(const Subject& subject, const std::string& xml) {
   const std::string elements = surroundings(subject, xml);
   if (elements.empty()) {
-    load_object_from_string(xml, Subject::kFile, {}, subject.registry());
+    subject.load(xml);
     return "";
   }
   const auto scene = subject.scene(elements);
@@ -123,8 +123,7 @@ void check_table(const Subject& subject, Outcome& outcome) {
     const std::string written = parameter.default_value;
     const std::string element = parameter_xml(parameter, written);
     try {
-      load_object_from_string(subject.xml("", parameter.name, element), Subject::kFile, {},
-                              subject.registry());
+      subject.load(subject.xml("", parameter.name, element));
     } catch (const Error& error) {
       if (is_unread(error) && is_read_beside_another(subject, parameter.name, element)) continue;
       outcome.fail(fmt::format("the default of '{}', \"{}\", can't be written in a scene: {}",
@@ -138,8 +137,7 @@ void check_table(const Subject& subject, Outcome& outcome) {
 void add_parameter_checks(const Subject& subject, Plan& plan) {
   plan.add("defaults", 0, [&subject](double) {
     Outcome outcome;
-    const auto object =
-        load_object_from_string(subject.xml(), Subject::kFile, {}, subject.registry());
+    subject.load(subject.xml());
     check_table(subject, outcome);
     outcome.measured = fmt::format("{} parameters", subject.plugin().parameters.size());
     return outcome;

@@ -78,6 +78,10 @@ Outcome ended_by(int signal) {
 
 }  // namespace
 
+void Outcome::fail_if_many(int wrong, int count, int one_of, const std::string& what) {
+  if (wrong * one_of > count) fail(fmt::format(fmt::runtime(what), wrong, count));
+}
+
 void note_attempt(const std::string& what) {
   if (shared) copy(what, shared->attempt);
 }

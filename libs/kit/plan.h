@@ -20,6 +20,9 @@ struct Outcome {
     if (passed) cause = std::move(what);
     passed = false;
   }
+  /// Makes the check fail if more than one of `one_of` of `count` results is wrong. A few may be,
+  /// because rounding decides at edges. `what` is a format for `wrong` and `count`.
+  void fail_if_many(int wrong, int count, int one_of, const std::string& what);
 };
 
 /// Records the current attempt, which is reported if the plugin crashes.

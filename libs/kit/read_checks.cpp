@@ -46,8 +46,7 @@ std::vector<std::string> elements_of(const Parameter& parameter) {
 Reading load_with(const Subject& subject, const std::string& name, const std::string& element,
                   const std::string& beside = "") {
   try {
-    load_object_from_string(subject.xml(beside, name, element), Subject::kFile, {},
-                            subject.registry());
+    subject.load(subject.xml(beside, name, element));
     return Reading::kRead;
   } catch (const Error& error) {
     return is_unread(error) ? Reading::kUnread : Reading::kRefused;

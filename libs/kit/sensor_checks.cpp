@@ -22,18 +22,27 @@ std::unique_ptr<Scene> scene_of_sensor(const Subject& subject) {
   return subject.scene_of("<integrator type='direct'/>" + std::string(kLitScene) + nested);
 }
 
+/// Returns a random position in the crop window of the film.
+Vec2 position_on_film(const Sensor& sensor, Random& random) {
+  const Rect& crop = sensor.film().crop();
+  return Vec2(crop.x0, crop.y0) + random.unit2() * Vec2(crop.width(), crop.height());
+}
+
+/// Clamps a distance to the clip range of a ray.
+float distance_on(const Ray& ray, float distance) {
+  return std::max(1.5f * ray.tmin, std::min(0.5f * ray.tmax, distance));
+}
+
 Outcome sensor_rays(const Subject& subject) {
   Outcome outcome;
   const auto scene = scene_of_sensor(subject);
   const Sensor& sensor = *scene->sensors().at(0);
   Random random(subject.request().seed + 1);
-  const Rect& crop = sensor.film().crop();
   const auto count = static_cast<size_t>(subject.samples(2001));
   BlockMemory memory(count);
   const Columns2 film = memory.two(), lens = memory.two();
   for (size_t i = 0; i < count; ++i) {
-    const Vec2 share = random.unit2();
-    film.set(i, Vec2(crop.x0, crop.y0) + share * Vec2(crop.width(), crop.height()));
+    film.set(i, position_on_film(sensor, random));
     lens.set(i, random.unit2());
   }
   std::vector<RayHit16> blocks(padded(count) / 16);
@@ -59,10 +68,8 @@ Outcome sensor_rays(const Subject& subject) {
     aperture +=
         glm::length(ray.o - central.o) > 1e-5f * size || glm::length(ray.d - central.d) > 1e-5f;
   }
-  if (different * 200 > static_cast<int>(count)) {
-    outcome.fail(fmt::format("sample_ray_block() differs from sample_ray() for {} of {} rays",
-                             different, count));
-  }
+  outcome.fail_if_many(different, static_cast<int>(count), 200,
+                       "sample_ray_block() differs from sample_ray() for {} of {} rays");
   if (aperture > 0 && !sensor.needs_aperture_sample()) {
     outcome.fail("rays depend on `aperture`, but needs_aperture_sample() is false");
   }
@@ -80,12 +87,10 @@ Outcome sensor_connect(const Subject& subject) {
   int seen = 0, lost = 0;
   const int count = subject.samples(2000);
   for (int i = 0; i < count; ++i) {
-    const Vec2 film = Vec2(crop.x0, crop.y0) +
-                      random.unit2() * Vec2(crop.width(), crop.height());
+    const Vec2 film = position_on_film(sensor, random);
     const Vec2 aperture = random.unit2();
     const Ray ray = sensor.sample_ray(film, aperture);
-    const float distance = std::max(1.5f * ray.tmin, std::min(0.5f * ray.tmax, random.between(1, 8)));
-    const auto found = sensor.connect(ray.at(distance), aperture);
+    const auto found = sensor.connect(ray.at(distance_on(ray, random.between(1, 8))), aperture);
     lost += !found;
     if (!found) continue;
     ++seen;
@@ -103,24 +108,13 @@ Outcome sensor_connect(const Subject& subject) {
       outcome.fail(fmt::format("connect() returns the weight {}", found->weight));
     }
   }
-  if (seen > 0 && lost * 50 > count) {
-    outcome.fail(
-        fmt::format("connect() returns nothing for {} of {} points of its rays", lost, count));
+  if (seen > 0) {
+    outcome.fail_if_many(lost, count, 50,
+                         "connect() returns nothing for {} of {} points of its rays");
   }
   outcome.measured =
       seen > 0 ? fmt::format("{} points of rays", seen) : "not implemented: ptracer renders black";
   return outcome;
-}
-
-/// Returns a random position in the crop window of the film.
-Vec2 position_on_film(const Sensor& sensor, Random& random) {
-  const Rect& crop = sensor.film().crop();
-  return Vec2(crop.x0, crop.y0) + random.unit2() * Vec2(crop.width(), crop.height());
-}
-
-/// Clamps a distance to the clip range of a ray.
-float distance_on(const Ray& ray, float distance) {
-  return std::max(1.5f * ray.tmin, std::min(0.5f * ray.tmax, distance));
 }
 
 Outcome sensor_connect_blocks(const Subject& subject) {
@@ -152,10 +146,8 @@ Outcome sensor_connect_blocks(const Subject& subject) {
                    std::abs(found->distance - out.distance[i]) < 1e-4f * size &&
                    std::abs(found->weight - out.weight[i]) < 2e-3f * found->weight);
   }
-  if (different * 100 > static_cast<int>(count)) {
-    outcome.fail(fmt::format("connect_block() differs from connect() at {} of {} points", different,
-                             count));
-  }
+  outcome.fail_if_many(different, static_cast<int>(count), 100,
+                       "connect_block() differs from connect() at {} of {} points");
   if (memory.is_overrun()) outcome.fail("connect_block() writes beyond its columns");
   outcome.measured =
       fmt::format("blocks of {} points compared with single points, bound 1 of 100", count);

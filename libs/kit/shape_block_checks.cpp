@@ -24,14 +24,8 @@ Outcome shape_blocks(const Subject& subject) {
   Random random(subject.request().seed + 8);
   constexpr size_t kRays = 16;
   BlockMemory memory(kRays);
-  SurfaceBlock block;
-  block.count = kRays;
-  block.p = memory.three(), block.n = memory.three(), block.s = memory.three();
-  block.t = memory.three(), block.sn = memory.three(), block.dp_du = memory.three();
-  block.dp_dv = memory.three(), block.wi = memory.three(), block.uv = memory.two();
-  block.p_error = memory.one(), block.primitive = memory.indices(), block.ray = memory.indices();
   std::vector<const Shape*> shapes(kRays, nullptr);
-  block.shape = shapes.data();
+  const SurfaceBlock block = memory.surface(kRays, shapes.data());
   int tried = 0, other_hits = 0, other_points = 0;
   for (int round = 0; round < subject.samples(200); ++round) {
     RayHit16 rays{};
@@ -78,14 +72,10 @@ Outcome shape_blocks(const Subject& subject) {
                         std::abs(a.uv.x - points.uv.at(k).x) < 1e-2f);
     }
   }
-  if (other_hits * 200 > tried) {
-    outcome.fail(fmt::format("intersect_block() differs from intersect() for {} of {} rays",
-                             other_hits, tried));
-  }
-  if (other_points * 100 > tried) {
-    outcome.fail(fmt::format("interaction_block() differs from interaction() at {} of {} points",
-                             other_points, tried));
-  }
+  outcome.fail_if_many(other_hits, tried, 200,
+                       "intersect_block() differs from intersect() for {} of {} rays");
+  outcome.fail_if_many(other_points, tried, 100,
+                       "interaction_block() differs from interaction() at {} of {} points");
   if (memory.is_overrun()) outcome.fail("a block function writes beyond its columns");
   outcome.measured = fmt::format("{} rays in blocks of 16 compared with single rays", tried);
   return outcome;
@@ -115,11 +105,9 @@ Outcome shape_sample_blocks(const Subject& subject) {
                  (has && !(is_near(a->si.p, samples.p.at(i), at_shape) &&
                            std::abs(samples.pdf[i] - a->pdf) <= 1e-2f * a->pdf));
   }
-  if (different * 100 > static_cast<int>(count)) {
-    outcome.fail(fmt::format("sample_solid_angle_block() differs from sample_solid_angle() at {} of "
-                             "{} points",
-                             different, count));
-  }
+  outcome.fail_if_many(
+      different, static_cast<int>(count), 100,
+      "sample_solid_angle_block() differs from sample_solid_angle() at {} of {} points");
   if (memory.is_overrun()) outcome.fail("a block function writes beyond its columns");
   outcome.measured = fmt::format("{} samples in a block compared with single samples", count);
   return outcome;

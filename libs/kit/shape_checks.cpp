@@ -89,27 +89,17 @@ Outcome shape_segments(const Subject& subject) {
     if (!hit.hit.valid()) continue;
     ++tried;
     const float t = hit.ray.tmax;
-    const auto trace_segment = [&](const Vec3& d, float tmin, float tmax) {
-      RayHit ray = ray_hit(line.o, d);
-      ray.ray.tmin = tmin;
-      ray.ray.tmax = tmax;
-      RenderCounters counters;
-      at_shape.scene->intersect({&ray, 1}, Coherence::kIncoherent, counters);
-      return ray;
-    };
-    other_end += trace_segment(line.d, 0, 0.999f * t).hit.valid();
-    const RayHit next = trace_segment(line.d, 1.001f * t, kInfinity);
+    other_end += trace(*at_shape.scene, line.o, line.d, 0, 0.999f * t).hit.valid();
+    const RayHit next = trace(*at_shape.scene, line.o, line.d, 1.001f * t);
     other_begin += next.hit.valid() && next.ray.tmax < 1.001f * t;
-    const RayHit twice = trace_segment(2.f * line.d, 0, kInfinity);
+    const RayHit twice = trace(*at_shape.scene, line.o, 2.f * line.d);
     other_length += !twice.hit.valid() || std::abs(2 * twice.ray.tmax - t) > 1e-3f * t;
   }
-  const auto judge = [&](int wrong, const char* what) {
-    // Some rays may differ, because rounding decides at edges.
-    if (wrong * 200 > tried) outcome.fail(fmt::format("{} ({} of {})", what, wrong, tried));
-  };
-  judge(other_end, "intersect() returns a hit beyond tmax");
-  judge(other_begin, "intersect() returns a hit before tmin");
-  judge(other_length, "intersect() returns a wrong t for a direction of twice the length");
+  outcome.fail_if_many(other_end, tried, 200, "intersect() returns a hit beyond tmax ({} of {})");
+  outcome.fail_if_many(other_begin, tried, 200, "intersect() returns a hit before tmin ({} of {})");
+  outcome.fail_if_many(
+      other_length, tried, 200,
+      "intersect() returns a wrong t for a direction of twice the length ({} of {})");
   outcome.measured = fmt::format("{} rays with other tmin, tmax and lengths", tried);
   return outcome;
 }
@@ -258,14 +248,9 @@ Outcome shape_points(const Subject& subject) {
       lost += !hit.hit.valid() || hit.ray.tmax > off * 1.01f + 4 * si.p_error;
     }
   }
-  if (outside * 1000 > tried) {
-    outcome.fail(fmt::format("bounds() leaves out {} of {} points of sample_surface()", outside,
-                             tried));
-  }
-  if (lost * 100 > tried) {
-    outcome.fail(
-        fmt::format("{} of {} points of sample_surface() are not hit by rays", lost, tried));
-  }
+  outcome.fail_if_many(outside, tried, 1000,
+                       "bounds() leaves out {} of {} points of sample_surface()");
+  outcome.fail_if_many(lost, tried, 100, "{} of {} points of sample_surface() are not hit by rays");
   outcome.measured = fmt::format(
       "{} points: {} outside the bounds, {} not hit by rays, bound 1 of "
       "100",
@@ -294,13 +279,10 @@ Outcome shape_solid_angle(const Subject& subject, double alpha) {
       ratios.push_back(ratio_of(sample->pdf, shape.pdf_solid_angle(p, si)));
     }
     if (!ratios.empty()) {
-      const float ratio = median_of(ratios);
-      if (!(std::abs(ratio - 1) < 2e-3f)) {
-        outcome.fail(fmt::format("sample_solid_angle() returns densities {:.4g} times those of "
-                                 "pdf_solid_angle()",
-                                 ratio));
-        return outcome;
-      }
+      check_ratios(ratios,
+                   "sample_solid_angle() returns densities {:.4g} times those of pdf_solid_angle()",
+                   outcome);
+      if (!outcome.passed) return outcome;
     }
     DensityCells test;
     test.sample = [&](Random& random) -> std::optional<Vec3> {

@@ -34,16 +34,7 @@ struct ShapeScene {
   template <class Use>
   int crossings(const Ray& line, const Use& use) const {
     constexpr int kMaxHits = 200;
-    int count = 0;
-    Vec3 o = line.o;
-    for (; count < kMaxHits; ++count) {
-      const RayHit hit = trace(*scene, o, line.d);
-      if (!hit.hit.valid()) break;
-      const SurfaceInteraction si = scene->interaction(hit);
-      use(hit, si);
-      o = si.ray_origin(line.d);
-    }
-    return count;
+    return for_each_hit(*scene, line.o, line.d, kMaxHits, use);
   }
 
   std::unique_ptr<Scene> scene;

@@ -126,10 +126,9 @@ Outcome texture_blocks(const Subject& subject) {
     difference += !(glm::length(gradient - by_values) <=
                     0.1f * glm::length(gradient) + 10 * slack + 1e-4f / step * std::abs(texture->max()));
   }
-  const auto judge = [&](int wrong, int accepted_one_of, const char* what) {
-    if (wrong * accepted_one_of > static_cast<int>(count)) {
-      outcome.fail(fmt::format("{} at {} of {} points", what, wrong, count));
-    }
+  const auto judge = [&](int wrong, int accepted_one_of, const std::string& what) {
+    outcome.fail_if_many(wrong, static_cast<int>(count), accepted_one_of,
+                         what + " at {} of {} points");
   };
   judge(colour, 100, "eval_block() differs from eval()");
   judge(number, 100, "eval_1_block() differs from eval_1()");

@@ -157,7 +157,7 @@ void Subject::read_against() {
     throw Error(fmt::format("--against: {} is neither an integrator nor an emitter", title()));
   }
   try {
-    const auto other = load_object_from_string(xml_against(), kFile, {}, *registry_);
+    const auto other = load(xml_against());
     if (!other->plugin().starts_with(std::string(to_string(category_)) + "/")) {
       throw Error(fmt::format("{} can't be compared with {}", title(), other->plugin()));
     }

@@ -35,10 +35,13 @@ class Subject {
   /// parameters of the request that it also has.
   std::string xml_against() const;
 
+  /// Returns the object of an XML element.
+  std::shared_ptr<Object> load(const std::string& element) const {
+    return load_object_from_string(element, kFile, {}, *registry_);
+  }
   template <class T>
   std::shared_ptr<T> make() const {
-    return std::dynamic_pointer_cast<T>(
-        load_object_from_string(xml(), kFile, {}, *registry_));
+    return std::dynamic_pointer_cast<T>(load(xml()));
   }
   /// The same with the plugins of another registry, for another instruction set.
   template <class T>

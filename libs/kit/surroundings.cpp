@@ -33,7 +33,7 @@ std::string surroundings(const Subject& subject, const std::string& xml) {
   switch (subject.category()) {
     case Category::kBsdf: return surfaces_of(xml);
     case Category::kEmitter: {
-      const auto object = load_object_from_string(xml, Subject::kFile, {}, subject.registry());
+      const auto object = subject.load(xml);
       const auto& emitter = dynamic_cast<const Emitter&>(*object);
       if (emitter.is_surface()) return emitters_of(xml);
       return kFloor + ("<shape type='sphere'><point name='center' x='0' y='0' z='0.5'/><float "
