@@ -16,18 +16,9 @@
 namespace kinome {
 namespace {
 
+/// Returns spdlog's level: err, warn, info or debug, which have descending numbers.
 spdlog::level::level_enum spdlog_level(LogLevel level) {
-  switch (level) {
-    case LogLevel::kQuiet:
-      return spdlog::level::err;
-    case LogLevel::kWarn:
-      return spdlog::level::warn;
-    case LogLevel::kInfo:
-      return spdlog::level::info;
-    case LogLevel::kDebug:
-      return spdlog::level::debug;
-  }
-  return spdlog::level::warn;
+  return static_cast<spdlog::level::level_enum>(spdlog::level::err - static_cast<int>(level));
 }
 
 /// Never destroyed, because threads and static destructors may log until the process ends.
@@ -104,16 +95,7 @@ void set_log_level(LogLevel level) {
 }
 
 LogLevel log_level() {
-  switch (logger().level()) {
-    case spdlog::level::warn:
-      return LogLevel::kWarn;
-    case spdlog::level::info:
-      return LogLevel::kInfo;
-    case spdlog::level::debug:
-      return LogLevel::kDebug;
-    default:
-      return LogLevel::kQuiet;
-  }
+  return static_cast<LogLevel>(spdlog::level::err - logger().level());
 }
 
 void log_warn(const std::string& message) {

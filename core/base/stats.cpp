@@ -8,19 +8,8 @@
 namespace kinome {
 
 const char* to_string(RayKind kind) {
-  switch (kind) {
-    case RayKind::kCamera:
-      return "camera";
-    case RayKind::kShadow:
-      return "shadow";
-    case RayKind::kBsdf:
-      return "bsdf";
-    case RayKind::kLobe:
-      return "lobe";
-    case RayKind::kLight:
-      return "light";
-  }
-  return "unknown";
+  constexpr const char* kKindNames[kRayKindCount] = {"camera", "shadow", "bsdf", "lobe", "light"};
+  return kKindNames[static_cast<size_t>(kind)];
 }
 
 void RenderCounters::add(const RenderCounters& other) {

@@ -1,41 +1,27 @@
 #include "kinome/parameter.h"
 
+#include <iterator>
+
 namespace kinome {
 
 const char* to_string(ParameterType type) {
-  switch (type) {
-    case ParameterType::kBoolean:
-      return "boolean";
-    case ParameterType::kInteger:
-      return "integer";
-    case ParameterType::kFloat:
-      return "float";
-    case ParameterType::kString:
-      return "string";
-    case ParameterType::kFloatOrName:
-      return "float or name";
-    case ParameterType::kFile:
-      return "file";
-    case ParameterType::kVector:
-      return "vector";
-    case ParameterType::kEmission:
-      return "emission";
-    case ParameterType::kEmissionTexture:
-      return "emission texture";
-    case ParameterType::kReflectanceTexture:
-      return "reflectance texture";
-    case ParameterType::kUnitlessTexture:
-      return "unitless texture";
-    case ParameterType::kColorTexture:
-      return "color texture";
-    case ParameterType::kTransform:
-      return "transform";
-    case ParameterType::kImage:
-      return "pixels";
-    case ParameterType::kObject:
-      return "object";
-  }
-  return "";
+  constexpr const char* kTypeNames[] = {"boolean",
+                                        "integer",
+                                        "float",
+                                        "string",
+                                        "float or name",
+                                        "file",
+                                        "vector",
+                                        "emission",
+                                        "emission texture",
+                                        "reflectance texture",
+                                        "unitless texture",
+                                        "color texture",
+                                        "transform",
+                                        "pixels",
+                                        "object"};
+  static_assert(std::size(kTypeNames) == static_cast<size_t>(ParameterType::kObject) + 1);
+  return kTypeNames[static_cast<size_t>(type)];
 }
 
 Quantity quantity_of(ParameterType type) {
