@@ -15,50 +15,6 @@
 namespace kinome::check {
 namespace {
 
-struct Values {
-  std::vector<std::string> extreme;  ///< the plugin may accept or refuse these
-  std::vector<std::string> invalid;  ///< the plugin must refuse these
-};
-
-const std::vector<std::string>& extreme_numbers() {
-  static const std::vector<std::string> numbers = {"0",     "1",    "-1",   "0.5",  "1e-10",
-                                                   "-1e-10", "1e10", "-1e10", "1e30", "-1e30"};
-  return numbers;
-}
-
-Values values_of(const Parameter& parameter) {
-  switch (parameter.type) {
-    case ParameterType::kBoolean: return {{"true", "false"}, {"maybe", ""}};
-    case ParameterType::kInteger:
-      return {{"0", "1", "-1", "2", "1000003", "2147483647", "-2147483648"},
-              {"1.5", "one", "", "99999999999999999999"}};
-    case ParameterType::kFloat: return {extreme_numbers(), {"nan", "one", "", "1 2"}};
-    case ParameterType::kString: return {{"", "there is no such thing", "0"}, {}};
-    case ParameterType::kFloatOrName: return {extreme_numbers(), {"there is no such thing"}};
-    case ParameterType::kFile: return {{}, {"", "no/such/file", "/", "/dev/null"}};
-    case ParameterType::kVector:
-      return {{"0, 0, 0", "1, 0, 0", "0, 0, -1", "1e10, 1e10, 1e10", "1e-10, 0, 0"},
-              {"1 2", "nan, 0, 0", "up"}};
-    case ParameterType::kEmission:
-    case ParameterType::kEmissionTexture:
-    case ParameterType::kReflectanceTexture:
-    case ParameterType::kUnitlessTexture:
-    case ParameterType::kColorTexture: {
-      Values values{extreme_numbers(), {"nan", "red", "1, 2"}};
-      values.extreme.insert(values.extreme.end(), {"0, 0.5, 1", "1e10, 0, 0"});
-      return values;
-    }
-    case ParameterType::kTransform:
-      return {{"1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1", "0 1 0 3  1 0 0 4  0 0 1 5  0 0 0 1",
-               "1e5 0 0 0  0 1e5 0 0  0 0 1e5 0  0 0 0 1", "2 1 0 0  0 -1 0 0  0 0 1 1e4  0 0 0 1",
-               "0 0 0 0  0 0 0 0  0 0 0 0  0 0 0 1"},
-              {"1 2 3", "nan"}};
-    case ParameterType::kImage:
-    case ParameterType::kObject: return {};
-  }
-  return {};
-}
-
 /// Returns what is wrong with an error, or nullptr.
 const char* fault_of(const Error& error) {
   if (error.message().empty()) return "an error without a message";
@@ -147,7 +103,7 @@ void add_parameter_checks(const Subject& subject, Plan& plan) {
     Counts counts;
     for (const Parameter& parameter : subject.plugin().parameters) {
       if (parameter.ignored) continue;
-      const Values values = values_of(parameter);
+      const TypeValues values = values_of(parameter.type);
       for (const std::string& value : values.extreme) {
         try_value(subject, parameter, value, true, counts, outcome);
       }

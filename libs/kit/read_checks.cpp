@@ -12,30 +12,17 @@ enum class Reading { kRead, kUnread, kRefused };
 
 /// Returns XML elements for the parameter. Those that are most likely to be accepted come first.
 std::vector<std::string> elements_of(const Parameter& parameter) {
-  std::vector<std::string> values;
-  if (parameter.default_value) values.emplace_back(parameter.default_value);
-  switch (parameter.type) {
-    case ParameterType::kBoolean: values.insert(values.end(), {"true", "false"}); break;
-    case ParameterType::kInteger: values.insert(values.end(), {"1", "2", "7"}); break;
-    case ParameterType::kFloat:
-    case ParameterType::kFloatOrName:
-    case ParameterType::kEmission:
-    case ParameterType::kEmissionTexture:
-    case ParameterType::kReflectanceTexture:
-    case ParameterType::kUnitlessTexture:
-    case ParameterType::kColorTexture: values.insert(values.end(), {"0.5", "1", "2"}); break;
-    case ParameterType::kVector: values.insert(values.end(), {"0, 0, 1", "1, 0, 0"}); break;
-    case ParameterType::kTransform: values.emplace_back("identity"); break;
-    case ParameterType::kString:
-      values.insert(values.end(), parameter.choices.begin(), parameter.choices.end());
-      break;
-    case ParameterType::kObject:
-      if (parameter.category == Category::kSensor) {
-        return {needed_xml(parameter), "<sensor type=\"irradiancemeter\"/>"};
-      }
-      return {needed_xml(parameter)};
-    case ParameterType::kFile:
-    case ParameterType::kImage: break;
+  if (parameter.type == ParameterType::kObject) {
+    std::vector<std::string> objects = {needed_xml(parameter)};
+    if (parameter.category == Category::kSensor) {
+      objects.emplace_back("<sensor type=\"irradiancemeter\"/>");
+    }
+    return objects;
+  }
+  std::vector<std::string> values = values_of(parameter.type).usual;
+  if (parameter.default_value) values.insert(values.begin(), parameter.default_value);
+  if (parameter.type == ParameterType::kString) {
+    values.insert(values.end(), parameter.choices.begin(), parameter.choices.end());
   }
   std::vector<std::string> elements;
   for (const std::string& value : values) elements.push_back(parameter_xml(parameter, value));

@@ -31,25 +31,17 @@ bool is_number(const std::string& value) {
   return !value.empty() && *end == 0;
 }
 
-const char* tag_of(const Parameter& parameter, const std::string& value) {
-  switch (parameter.type) {
-    case ParameterType::kBoolean: return "boolean";
-    case ParameterType::kInteger: return "integer";
-    case ParameterType::kFloat: return "float";
-    case ParameterType::kString:
-    case ParameterType::kFile: return "string";
-    case ParameterType::kFloatOrName: return is_number(value) ? "float" : "string";
-    case ParameterType::kVector: return "vector";
-    case ParameterType::kEmission:
-    case ParameterType::kEmissionTexture:
-    case ParameterType::kReflectanceTexture:
-    case ParameterType::kUnitlessTexture:
-    case ParameterType::kColorTexture: return is_vector(value) ? "rgb" : "float";
-    case ParameterType::kTransform:
-    case ParameterType::kImage:
-    case ParameterType::kObject: break;
+const Parameter* row_of(const PluginDescriptor& plugin, const std::string& name) {
+  for (const Parameter& row : plugin.parameters) {
+    if (row.name == name) return &row;
   }
-  return "";
+  return nullptr;
+}
+
+const char* tag_of(const Parameter& parameter, const std::string& value) {
+  if (parameter.type == ParameterType::kFloatOrName && !is_number(value)) return "string";
+  if (takes_texture(parameter.type) && is_vector(value)) return "rgb";
+  return values_of(parameter.type).tag;
 }
 
 /// Camera for the scenes of the checks.
@@ -83,6 +75,56 @@ const char* object_xml(Category category) {
 
 }  // namespace
 
+TypeValues values_of(ParameterType type) {
+  const std::vector<std::string> numbers = {"0",      "1",    "-1",    "0.5",  "1e-10",
+                                            "-1e-10", "1e10", "-1e10", "1e30", "-1e30"};
+  switch (type) {
+    case ParameterType::kBoolean:
+      return {"boolean", "false", {"true", "false"}, {"true", "false"}, {"maybe", ""}};
+    case ParameterType::kInteger:
+      return {"integer",
+              "1",
+              {"1", "2", "7"},
+              {"0", "1", "-1", "2", "1000003", "2147483647", "-2147483648"},
+              {"1.5", "one", "", "99999999999999999999"}};
+    case ParameterType::kFloat:
+      return {"float", "0.5", {"0.5", "1", "2"}, numbers, {"nan", "one", "", "1 2"}};
+    case ParameterType::kFloatOrName:
+      return {"float", "0.5", {"0.5", "1", "2"}, numbers, {"there is no such thing"}};
+    case ParameterType::kString:
+      return {"string", "", {}, {"", "there is no such thing", "0"}, {}};
+    case ParameterType::kFile:
+      return {"string", "", {}, {}, {"", "no/such/file", "/", "/dev/null"}};
+    case ParameterType::kVector:
+      return {"vector",
+              "0.5",
+              {"0, 0, 1", "1, 0, 0"},
+              {"0, 0, 0", "1, 0, 0", "0, 0, -1", "1e10, 1e10, 1e10", "1e-10, 0, 0"},
+              {"1 2", "nan, 0, 0", "up"}};
+    case ParameterType::kEmission:
+    case ParameterType::kEmissionTexture:
+    case ParameterType::kReflectanceTexture:
+    case ParameterType::kUnitlessTexture:
+    case ParameterType::kColorTexture: {
+      TypeValues values{"float", "0.5", {"0.5", "1", "2"}, numbers, {"nan", "red", "1, 2"}};
+      values.extreme.insert(values.extreme.end(), {"0, 0.5, 1", "1e10, 0, 0"});
+      return values;
+    }
+    case ParameterType::kTransform:
+      return {"transform",
+              "",
+              {"identity"},
+              {"1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1", "0 1 0 3  1 0 0 4  0 0 1 5  0 0 0 1",
+               "1e5 0 0 0  0 1e5 0 0  0 0 1e5 0  0 0 0 1", "2 1 0 0  0 -1 0 0  0 0 1 1e4  0 0 0 1",
+               "0 0 0 0  0 0 0 0  0 0 0 0  0 0 0 1"},
+              {"1 2 3", "nan"}};
+    case ParameterType::kImage:
+    case ParameterType::kObject:
+      break;
+  }
+  return {};
+}
+
 std::string parameter_xml(const Parameter& parameter, const std::string& value) {
   if (value.starts_with('<')) return value;
   const std::string name = escaped(parameter.name), text = escaped(value);
@@ -98,16 +140,11 @@ std::string parameter_xml(const Parameter& parameter, const std::string& value) 
 }
 
 std::string needed_xml(const Parameter& parameter) {
-  switch (parameter.type) {
-    case ParameterType::kFile:
-    case ParameterType::kString:
-    case ParameterType::kImage:
-    case ParameterType::kTransform: return "";
-    case ParameterType::kBoolean: return parameter_xml(parameter, "false");
-    case ParameterType::kInteger: return parameter_xml(parameter, "1");
-    case ParameterType::kObject: return named_xml(parameter, object_xml(parameter.category));
-    default: return parameter_xml(parameter, "0.5");
+  if (parameter.type == ParameterType::kObject) {
+    return named_xml(parameter, object_xml(parameter.category));
   }
+  const std::string needed = values_of(parameter.type).needed;
+  return needed.empty() ? "" : parameter_xml(parameter, needed);
 }
 
 Subject::Subject(const Request& request) : request_(request) {
@@ -131,12 +168,7 @@ Subject::Subject(const Request& request) : request_(request) {
   find(wanted);
   plugin_ = &registry_->find(category_, name_);
   for (const auto& [name, value] : request.parameters) {
-    const bool is_element = value.starts_with('<');
-    const bool is_known =
-        std::any_of(plugin_->parameters.begin(), plugin_->parameters.end(),
-                    // `&name = name`, because clang 14 can't capture structured bindings.
-                    [&name = name](const Parameter& parameter) { return parameter.name == name; });
-    if (is_element || is_known) continue;
+    if (value.starts_with('<') || row_of(*plugin_, name)) continue;
     std::vector<std::string> names;
     for (const Parameter& parameter : plugin_->parameters) names.emplace_back(parameter.name);
     throw Error(fmt::format("-D: {} has no parameter '{}'{}", title(), name,
@@ -172,9 +204,9 @@ std::string Subject::xml_against() const {
   std::string text =
       fmt::format("<{} type=\"{}\">", to_string(category_), escaped(request_.against));
   for (const auto& [name, value] : request_.parameters) {
-    const auto row = std::find_if(other.parameters.begin(), other.parameters.end(),
-                                  [&name = name](const Parameter& p) { return p.name == name; });
-    if (row != other.parameters.end()) text += '\n' + parameter_xml(*row, value);
+    if (const Parameter* const row = row_of(other, name)) {
+      text += '\n' + parameter_xml(*row, value);
+    }
   }
   return text + fmt::format("</{}>", to_string(category_));
 }
@@ -218,10 +250,8 @@ std::string Subject::xml(const std::string& more, const std::string& changed,
   std::string text = fmt::format("<{} type=\"{}\">", to_string(category_), name_);
   for (const auto& [name, value] : request_.parameters) {
     if (name == changed) continue;
-    const auto row = std::find_if(plugin_->parameters.begin(), plugin_->parameters.end(),
-                                  [&name = name](const Parameter& p) { return p.name == name; });
-    text += '\n';
-    text += row == plugin_->parameters.end() ? value : parameter_xml(*row, value);
+    const Parameter* const row = row_of(*plugin_, name);
+    text += '\n' + (row ? parameter_xml(*row, value) : value);
   }
   if (!request_.parameters.empty()) text += '\n';
   for (const Parameter& parameter : plugin_->parameters) {

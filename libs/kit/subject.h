@@ -72,6 +72,17 @@ class Subject {
   const PluginDescriptor* plugin_ = nullptr;
 };
 
+/// How values of a type are written in XML, and values to try.
+struct TypeValues {
+  const char* tag = "";              ///< of kFloatOrName and of colours: that of single numbers
+  const char* needed = "";           ///< for a required parameter without a value; "": unknown
+  std::vector<std::string> usual;    ///< those most likely to be accepted first
+  std::vector<std::string> extreme;  ///< the plugin may accept or refuse these
+  std::vector<std::string> invalid;  ///< the plugin must refuse these
+};
+/// Has no values for kImage and kObject.
+TypeValues values_of(ParameterType type);
+
 /// Returns a parameter's XML element for a value as written on the command line. A value that
 /// starts with '<' is the element itself.
 std::string parameter_xml(const Parameter& parameter, const std::string& value);
