@@ -1,5 +1,8 @@
 #include "crash.h"
 
+#include <cxxabi.h>
+#include <dlfcn.h>
+#include <execinfo.h>
 #include <unwind.h>
 
 #include <algorithm>
@@ -8,6 +11,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstring>
+#include <mutex>
 
 #include <sys/syscall.h>
 #include <ucontext.h>
@@ -156,6 +160,27 @@ extern "C" void handle_crash(int signal, siginfo_t* info, void* context) {
   raise(signal);
 }
 
+/// Call stack of a throw, which is unwound by the time the exception is reported.
+struct Throw {
+  const void* exception = nullptr;
+  std::array<void*, 48> frames{};
+  int count = 0;
+  const char* being_loaded = nullptr;  ///< plugin whose code isn't registered yet
+};
+std::atomic<bool> is_watching_throws{false};
+std::mutex throws_mutex;
+std::array<Throw, 64> throws;
+size_t next_throw = 0;
+
+void note_throw(const void* exception) {
+  Throw noted;
+  noted.exception = exception;
+  noted.count = backtrace(noted.frames.data(), static_cast<int>(noted.frames.size()));
+  noted.being_loaded = plugin_being_loaded();
+  const std::lock_guard lock(throws_mutex);
+  throws[next_throw++ % throws.size()] = noted;
+}
+
 }  // namespace
 
 void install_crash_handlers() {
@@ -178,4 +203,32 @@ void set_activity(const char* activity) {
   current_activity = activity;
 }
 
+void watch_throws() {
+  is_watching_throws = true;
+}
+
+std::string plugin_that_threw(const void* exception) {
+  const std::lock_guard lock(throws_mutex);
+  for (size_t back = 1; back <= std::min(next_throw, throws.size()); ++back) {
+    const Throw& found = throws[(next_throw - back) % throws.size()];
+    if (exception && found.exception != exception) continue;
+    for (int i = 0; i < found.count; ++i) {
+      const char* const plugin = plugin_at(found.frames[static_cast<size_t>(i)]);
+      if (plugin) return plugin;
+    }
+    return found.being_loaded ? found.being_loaded : "";
+  }
+  return {};
+}
+
 }  // namespace kinome::app
+
+/// Replaces the C++ library's function, which every throw calls, and forwards to it.
+extern "C" void __cxxabiv1::__cxa_throw(void* exception, std::type_info* type,
+                                        void (*destroy)(void*)) {
+  using Throws = void (*)(void*, std::type_info*, void (*)(void*));
+  static const auto next = reinterpret_cast<Throws>(dlsym(RTLD_NEXT, "__cxa_throw"));
+  if (kinome::app::is_watching_throws) kinome::app::note_throw(exception);
+  next(exception, type, destroy);
+  __builtin_unreachable();
+}

@@ -17,7 +17,6 @@
 #include "kinome/error.h"
 #include "kinome/read_files.h"
 #include "options/options.h"
-#include "throw_site.h"
 
 namespace {
 

@@ -20,7 +20,6 @@
 #include "kinome/render.h"
 #include "render/metadata.h"
 #include "say.h"
-#include "options/sensor_index.h"
 #include "signals.h"
 
 namespace kinome::app {
@@ -61,10 +60,6 @@ LoadOptions load_options(const Options& options) {
           .search_paths = options.search_paths,
           .threads = options.threads,
           .lenient = options.lenient};
-}
-
-const Sensor& choose_sensor(const Scene& scene, const std::string& wanted) {
-  return *scene.sensors()[sensor_index(scene, wanted)];
 }
 
 InstructionSet used_instruction_set(const PluginRegistry& registry) {

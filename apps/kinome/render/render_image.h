@@ -18,8 +18,6 @@ void set_up_log(const Options& options);
 /// Sets up the log, signal handlers and threads for files; warns of ignored options and missing folders.
 void set_up_render(const Options& options);
 LoadOptions load_options(const Options& options);
-/// Finds a sensor by index or id. Throws Error if there is none.
-const Sensor& choose_sensor(const Scene& scene, const std::string& wanted);
 /// Returns the best instruction set that a loaded plugin is built for, at most the registry's. The
 /// bits of an image depend on it.
 InstructionSet used_instruction_set(const PluginRegistry& registry);

@@ -16,6 +16,7 @@
 #include "render/metadata.h"
 #include "render/progress.h"
 #include "render/render_image.h"
+#include "options/sensor_index.h"
 #include "say.h"
 #include "signals.h"
 
@@ -153,7 +154,7 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   together(group, [&] {
     scene = load_scene(options.scene, load_options(options), registry, &stats);
     warn_of_unused_instruction_set(options, registry);
-    sensor = &choose_sensor(*scene, options.sensor);
+    sensor = scene->sensors()[sensor_index(*scene, options.sensor)].get();
     identity = identity_of(options, *scene, *sensor, used_instruction_set(registry));
     film_to_write = &sensor->film();
     if (is_root) output = choose_output(options, sensor->film());

@@ -38,7 +38,7 @@ Vec3 CameraControls::right() const {
   return glm::normalize(glm::cross(forward_, up_));
 }
 
-void CameraControls::turn(float right_angle, float up_angle) {
+void CameraControls::look(float right_angle, float up_angle) {
   // Turns up first, but not over a pole.
   const float polar = std::acos(std::clamp(glm::dot(forward_, world_up_), -1.f, 1.f));
   // A camera that is already closer to the pole can be turned away from it.
@@ -56,12 +56,8 @@ void CameraControls::turn(float right_angle, float up_angle) {
 void CameraControls::orbit(float right_angle, float up_angle) {
   const Vec3 centre = target();
   // Moving to the right around the target turns the view to the left.
-  turn(-right_angle, -up_angle);
+  look(-right_angle, -up_angle);
   origin_ = centre - distance_ * forward_;
-}
-
-void CameraControls::look(float right_angle, float up_angle) {
-  turn(right_angle, up_angle);
 }
 
 void CameraControls::move(float right_length, float up_length, float forward_length) {

@@ -45,7 +45,6 @@ class CameraControls {
     float distance = 1;
   };
   CameraControls(const Home& home) : home_(home) { take(home.to_world, home.distance); }
-  void turn(float right, float up);
   Vec3 right() const;
   /// Returns the camera-to-world transform without rest_.
   Mat4 frame() const;

@@ -274,8 +274,8 @@ void RenderSession::take_edited_scene() {
 void RenderSession::begin_anew() {
   live_.reset();
   exact_samples_.reset();
-  is_done_ = !options_.is_live;
-  wants_preview_ = is_coarse_ = options_.is_live;
+  is_done_ = false;
+  wants_preview_ = is_coarse_ = true;
 }
 
 }  // namespace kinome::viewer

@@ -35,7 +35,6 @@ struct SceneInfo {
   std::string own_integrator;            ///< integrator of the scene
   size_t sensor = 0;                     ///< index of the sensor that is rendered
   std::string sensor_path;               ///< prefix of the sensor's parameters; "" if it has none
-  std::string film_path;
   std::string environment;  ///< path of the environment emitter; "" if there is none, or no path
   Aabb bounds;              ///< of all shapes
   Rect crop;                ///< crop window of the sensor's film, in pixels
@@ -117,8 +116,6 @@ class RenderSession {
     double most_samples = 16384;
     /// Time for a preview, including the change that it shows [s].
     double preview_seconds = 0.07;
-    /// Renders previews and passes automatically. If false, only render() renders.
-    bool is_live = true;
     /// Called by the session's thread when a picture, message or status is new. Must not block.
     std::function<void()> on_change;
   };

@@ -367,7 +367,6 @@ void RenderSession::publish_info() {
   info->own_integrator = name_of(editor_->scene()->integrator());
   info->sensor = sensor_;
   info->sensor_path = editor_->path_of(sensor());
-  info->film_path = editor_->path_of(sensor().film());
   info->bounds = scene_->bounds();
   info->crop = sensor().film().crop();
   info->can_undo = history_.can_undo();
