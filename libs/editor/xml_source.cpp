@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "scene_xml/source_locations.h"
+#include "scene_xml/unclosed.h"
 
 namespace kinome::loader {
 namespace {
@@ -20,20 +21,9 @@ class SourceScanner {
   }
 
  private:
-  /// Moves to the next tag, past text, comments and other markup.
   void skip_to_element() {
-    constexpr std::pair<std::string_view, std::string_view> kOthers[] = {
-        {"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<?", "?>"}, {"<!", ">"}};
-    while ((at_ = text_.find('<', at_)) != std::string::npos) {
-      const auto* const other = std::find_if(
-          std::begin(kOthers), std::end(kOthers),
-          [&](const auto& one) { return text_.compare(at_, one.first.size(), one.first) == 0; });
-      if (other == std::end(kOthers)) return;
-      const size_t end = text_.find(other->second, at_ + other->first.size());
-      if (end == std::string::npos) break;
-      at_ = end + other->second.size();
-    }
-    throw Error("a scene's text ends within an element");
+    at_ = next_tag(text_, at_);
+    if (at_ == std::string::npos) throw Error("a scene's text ends within an element");
   }
 
   SourceElement element() {

@@ -1,18 +1,12 @@
 #include "scene_xml/unclosed.h"
 
+#include <algorithm>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace kinome::loader {
 namespace {
-
-/// Returns the offset after the markup that begins at `at` with `begin` and ends with `end`; `at`
-/// if there is no such markup.
-size_t skip(const std::string& text, size_t at, std::string_view begin, std::string_view end) {
-  if (text.compare(at, begin.size(), begin) != 0) return at;
-  const size_t found = text.find(end, at + begin.size());
-  return found == std::string::npos ? text.size() : found + end.size();
-}
 
 /// Returns the offset of the '>' that closes the tag at `at`, past quoted values.
 size_t end_of_tag(const std::string& text, size_t at) {
@@ -26,17 +20,25 @@ size_t end_of_tag(const std::string& text, size_t at) {
 
 }  // namespace
 
+size_t next_tag(const std::string& text, size_t at) {
+  constexpr std::pair<std::string_view, std::string_view> kOthers[] = {
+      {"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<?", "?>"}, {"<!", ">"}};
+  while ((at = text.find('<', at)) != std::string::npos) {
+    const auto* const other = std::ranges::find_if(kOthers, [&](const auto& one) {
+      return text.compare(at, one.first.size(), one.first) == 0;
+    });
+    if (other == std::end(kOthers)) return at;
+    const size_t end = text.find(other->second, at + other->first.size());
+    if (end == std::string::npos) break;
+    at = end + other->second.size();
+  }
+  return std::string::npos;
+}
+
 std::optional<UnclosedElement> innermost_open_element(const std::string& text, size_t end) {
   std::vector<UnclosedElement> open;
-  for (size_t at = text.find('<'); at < end && at != std::string::npos; at = text.find('<', at)) {
-    size_t behind = skip(text, at, "<!--", "-->");
-    if (behind == at) behind = skip(text, at, "<![CDATA[", "]]>");
-    if (behind == at) behind = skip(text, at, "<?", "?>");
-    if (behind == at) behind = skip(text, at, "<!", ">");
-    if (behind != at) {
-      at = behind;
-      continue;
-    }
+  for (size_t at = next_tag(text, 0); at < end && at != std::string::npos;
+       at = next_tag(text, at)) {
     if (text.compare(at, 2, "</") == 0) {
       const size_t name_end = text.find_first_of(" \t\r\n>", at);
       // The end tag at which the parser stopped doesn't close anything.

@@ -5,6 +5,10 @@
 
 namespace kinome::loader {
 
+/// Returns the offset of the first tag from `at` on, past text, comments and other markup; npos if
+/// there is none.
+size_t next_tag(const std::string& text, size_t at);
+
 /// An element whose end tag is missing.
 struct UnclosedElement {
   std::string tag;
