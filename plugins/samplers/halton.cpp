@@ -8,7 +8,6 @@
 //   <sampler type="halton"><integer name="sample_count" value="64"/></sampler>
 
 #include <array>
-#include <memory>
 #include <utility>
 
 #include "kinome/plugin.h"
@@ -98,16 +97,9 @@ KINOME_WIDE auto halton_number(U sample, uint32_t dimension, const PixelKey<U>& 
   return to_unit_float(scrambled_radical_inverse(sample, kBases[dimension], key));
 }
 
-class Halton : public Sampler {
+class Halton : public CountedSampler<Halton> {
  public:
-  explicit Halton(const Properties& props) {
-    sample_count_ = read_sample_count(props);
-    seed_ = static_cast<uint64_t>(props.integer("seed"));
-  }
-  Halton(uint32_t count, uint64_t seed) {
-    sample_count_ = count;
-    seed_ = seed;
-  }
+  using CountedSampler::CountedSampler;
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
     return halton_number(key.sample, dimension, to_key(keys(dimension)(key)[0]));
@@ -124,9 +116,6 @@ class Halton : public Sampler {
                      const Columns2& out) const override {
     fill_1d_block(samples, dimension, out.x);
     fill_1d_block(samples, dimension + 1, out.y);
-  }
-  std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
-    return std::make_shared<Halton>(count, seed_);
   }
 };
 

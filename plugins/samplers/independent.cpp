@@ -3,8 +3,6 @@
 //
 //   <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
 
-#include <memory>
-
 #include "kinome/plugin.h"
 #include "pixel_keys.h"
 
@@ -19,16 +17,9 @@ auto keys(uint32_t dimension) {
   };
 }
 
-class Independent : public Sampler {
+class Independent : public CountedSampler<Independent> {
  public:
-  explicit Independent(const Properties& props) {
-    sample_count_ = read_sample_count(props);
-    seed_ = static_cast<uint64_t>(props.integer("seed"));
-  }
-  Independent(uint32_t count, uint64_t seed) {
-    sample_count_ = count;
-    seed_ = seed;
-  }
+  using CountedSampler::CountedSampler;
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
     return to_unit_float(random_bits(key.sample, to_key(keys(dimension)(key)[0])));
@@ -49,9 +40,6 @@ class Independent : public Sampler {
       to_unit_float(bits.x).store(out.x + i);
       to_unit_float(bits.y).store(out.y + i);
     });
-  }
-  std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
-    return std::make_shared<Independent>(count, seed_);
   }
 };
 

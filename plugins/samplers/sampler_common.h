@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "kinome/properties.h"
@@ -27,6 +28,21 @@ inline uint32_t read_sample_count(const Properties& props) {
 inline void warn_if_rounded(const Properties& props, uint32_t requested, uint32_t count) {
   if (count != requested) props.warn("sample_count", "is rounded up to " + std::to_string(count));
 }
+
+/// Base of samplers with any number of samples. Self has the same constructors.
+template <class Self>
+class CountedSampler : public Sampler {
+ public:
+  explicit CountedSampler(const Properties& props)
+      : CountedSampler(read_sample_count(props), static_cast<uint64_t>(props.integer("seed"))) {}
+  CountedSampler(uint32_t count, uint64_t seed) {
+    sample_count_ = count;
+    seed_ = seed;
+  }
+  std::shared_ptr<Sampler> with_sample_count(uint32_t count) const override {
+    return std::make_shared<Self>(count, seed_);
+  }
+};
 
 /// Returns 64 random bits for a counter: the two halves of the 128-bit product of the counter and a
 /// variation of it, combined by exclusive or.

@@ -46,18 +46,14 @@ auto keys_of_two(uint32_t dimension) {
   };
 }
 
-class Sobol : public Sampler {
+class Sobol : public CountedSampler<Sobol> {
  public:
-  explicit Sobol(const Properties& props) {
-    const uint32_t requested = read_sample_count(props);
+  explicit Sobol(const Properties& props) : CountedSampler(props) {
+    const uint32_t requested = sample_count_;
     sample_count_ = round_to_power_of_four(requested);
     warn_if_rounded(props, requested, sample_count_);
-    seed_ = static_cast<uint64_t>(props.integer("seed"));
   }
-  Sobol(uint32_t count, uint64_t seed) {
-    sample_count_ = count;
-    seed_ = seed;
-  }
+  using CountedSampler::CountedSampler;
 
   float value_1d(const SampleKey& key, uint32_t dimension) const override {
     const auto [order, x] = keys_of_one(dimension)(key);
