@@ -1,8 +1,8 @@
 #include "render/commits.h"
 
-#include "kinome/work_source.h"
-#include "kinome/render_context.h"
+#include "image/film_pixels.h"
 #include "kinome/shared_items.h"
+#include "kinome/work_source.h"
 
 namespace kinome {
 namespace {
@@ -13,16 +13,32 @@ void transfer(FilmTile& tile, SharedBytes& bytes) {
 
 }  // namespace
 
+bool Commits::is_done(size_t item) const {
+  return (item < left_out_.size() && left_out_[item]) || (source_ && source_->is_done(item));
+}
+
+void Commits::add(Film& film, size_t item, const std::vector<FilmTile>& tiles) const {
+  for (const FilmTile& tile : tiles) film.commit(tile);
+  if (on_commit_) {
+    for (const FilmTile& tile : tiles) {
+      const Rect& crop = film.crop();
+      const Rect pixels = tile.has_splats() ? crop : intersection(tile.pixels(), crop);
+      if (pixels.area() > 0) on_commit_(film, pixels);
+    }
+  }
+  if (source_) source_->add(film, item, tiles.size());
+}
+
 void Commits::finish(Film& film, size_t item, std::vector<FilmTile> tiles) {
   const std::lock_guard lock(mutex_);
   film_ = &film;
   waiting_.emplace(item, std::move(tiles));
   while (!waiting_.empty()) {
     // Skip the items that a resumed render has finished before.
-    while (context_.is_committed(next_)) ++next_;
+    while (is_done(next_)) ++next_;
     const auto first = waiting_.begin();
     if (first->first != next_) break;
-    context_.add(film, next_, first->second);
+    add(film, next_, first->second);
     waiting_.erase(first);
     ++next_;
   }
@@ -56,9 +72,9 @@ std::string Commits::pack(size_t item, std::vector<FilmTile> tiles) {
   return bytes.written();
 }
 
-void Commits::save(WorkSource& source) {
+void Commits::save() {
   const std::lock_guard lock(mutex_);
-  if (film_) source.save(*film_);
+  if (film_ && source_) source_->save(*film_);
 }
 
 void Commits::commit_rest() {

@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "kinome/error.h"
+#include "kinome/log.h"
 #include "kinome/primary_rays.h"
+#include "kinome/scene.h"
 #include "kinome/sensor.h"
 
 namespace kinome {
@@ -57,6 +59,12 @@ std::vector<Inspection> Integrator::inspect(const Scene& /*scene*/, const Sensor
                                             RenderContext& /*context*/,
                                             const Vec2& /*film_position*/) const {
   throw Error("the scene's integrator has no clusters to inspect");
+}
+
+void warn_without_emitters(const Scene& scene) {
+  if (!scene.emitters().empty()) return;
+  log_warn(
+      Error(Location{scene.file()}, "the scene has no emitter: the image will be black").what());
 }
 
 }  // namespace kinome

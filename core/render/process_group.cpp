@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "kinome/shared_items.h"
+
 namespace kinome {
 namespace {
 
@@ -49,6 +51,35 @@ void together(ProcessGroup* group, const std::function<void()>& fn) {
   const std::string why = first->substr(1);
   if (by_all || rank == 0) throw AgreedError(why);
   throw AgreedError(fmt::format("rank {} on {}: {}", rank, machines[rank], why));
+}
+
+bool is_root(const ProcessGroup* group) {
+  return !group || group->is_root();
+}
+
+double agree(ProcessGroup* group, double value) {
+  if (!group) return value;
+  SharedBytes own;
+  own.value(value);
+  const std::string said = group->broadcast(own.written(), "decisions");
+  SharedBytes(said).value(value);
+  return value;
+}
+
+void add_up(ProcessGroup* group, std::span<uint64_t> numbers) {
+  if (!group) return;
+  SharedBytes own;
+  own.items(numbers);
+  const std::vector<std::string> all = group->gather(own.written(), "sums");
+  std::fill(numbers.begin(), numbers.end(), 0);
+  for (const std::string& bytes : all) {
+    SharedBytes theirs(bytes);
+    for (uint64_t& number : numbers) {
+      uint64_t more = 0;
+      theirs.value(more);
+      number += more;
+    }
+  }
 }
 
 }  // namespace kinome

@@ -20,7 +20,7 @@ inline constexpr const char* kLitScene =
     "</emitter>";
 
 inline Image render_image(const Scene& scene, uint64_t seed, unsigned threads, uint64_t order = 0) {
-  RenderContext::Options options;
+  RenderOptions options;
   options.threads = threads;
   options.seed = seed;
   options.tile_order_seed = order;

@@ -5,6 +5,7 @@
 
 #include "kinome/error.h"
 #include "kinome/render_context.h"
+#include "kinome/sampler.h"
 #include "kinome/sphere_partition.h"
 
 namespace kinome {
@@ -55,7 +56,7 @@ std::optional<LightPoints> light_points_of(const Emitter& emitter, const Scene& 
     if (auto points = own->light_points(scene, context, count)) return points;
   }
   if (!emitter.is_environment() || count == 0) return std::nullopt;
-  return probed_points(emitter, count, context.seed());
+  return probed_points(emitter, count, context.job.seed());
 }
 
 std::optional<EnvironmentGrid> cell_grid_of(const Emitter& emitter) {

@@ -254,7 +254,7 @@ void Checkpoint::write_file(Film& film) const {
   if (film.commits() != commits_) {
     throw file_error(options_.path,
                      "it can't be written: the integrator adds to the film without "
-                     "RenderContext::commit()");
+                     "Scheduler::commit()");
   }
   FileWriter file(options_.path);
   Writer out(file);

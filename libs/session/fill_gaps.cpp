@@ -4,6 +4,7 @@
 
 #include "kinome/scene.h"
 #include "kinome/sensor.h"
+#include "kinome/work_source.h"
 
 namespace kinome {
 namespace {
@@ -23,6 +24,27 @@ Gaps gaps_of(const Film& film, size_t layers) {
   return gaps;
 }
 
+/// Restricts a render to the tiles that cover a gap.
+class GapsOnly final : public WorkSource {
+ public:
+  /// `gaps`: see Film::gaps(), for each layer, over the window `crop`.
+  GapsOnly(const Rect& crop, Gaps gaps) : crop_(crop), gaps_(std::move(gaps)) {}
+
+  bool is_wanted(const Rect& pixels, int layer) const override {
+    for (int y = std::max(pixels.y0, crop_.y0); y < std::min(pixels.y1, crop_.y1); ++y) {
+      for (int x = std::max(pixels.x0, crop_.x0); x < std::min(pixels.x1, crop_.x1); ++x) {
+        const size_t row = static_cast<size_t>(y - crop_.y0) * crop_.width();
+        if (gaps_[layer][row + (x - crop_.x0)]) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  const Rect crop_;
+  const Gaps gaps_;
+};
+
 /// Number of pixels without samples in at least one layer.
 double count(const Gaps& gaps) {
   double pixels = 0;
@@ -35,13 +57,15 @@ double count(const Gaps& gaps) {
 /// Predicts the time for `rays` camera rays; infinity if there were none so far. Includes the work
 /// before the first tile, which is repeated.
 double predicted_seconds(RenderContext& context, double begun, double rays) {
-  const RenderStats& stats = context.stats();
+  RenderJob& job = context.job;
+  const RenderStats& stats = job.stats();
   const auto so_far = static_cast<double>(stats.counters.rays[static_cast<int>(RayKind::kCamera)]);
   if (!(so_far > 0)) return kInfinity;
   const double first = stats.first_tile_seconds;
   // All processes of a group have rendered, but only one fills the gaps.
-  const double slower = static_cast<double>(context.all_threads()) / context.threads();
-  return (first - begun) + (context.seconds() - first) * slower * rays / so_far;
+  const Scheduler& scheduler = context.scheduler;
+  const double slower = static_cast<double>(scheduler.all_threads()) / scheduler.threads();
+  return (first - begun) + (job.seconds() - first) * slower * rays / so_far;
 }
 
 }  // namespace
@@ -53,7 +77,8 @@ double share_of_gaps(const Integrator& integrator, const Film& film) {
 void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context, double begun) {
   const Integrator& integrator = scene.integrator();
   Film& film = sensor.film();
-  RenderStats& stats = context.stats();
+  RenderJob& job = context.job;
+  RenderStats& stats = job.stats();
   const size_t layers = integrator.layers().size();
   const double pixels = std::max(1, film.crop().area());
   Gaps gaps = gaps_of(film, layers);
@@ -62,18 +87,19 @@ void fill_gaps(const Scene& scene, const Sensor& sensor, RenderContext& context,
   if (missing == 0) return;
   const auto once = sensor.with_sample_count(1);
   const double rays = missing * once->sampler().sample_count();
-  const double max_seconds = context.group() ? kMaxSecondsInGroup : kMaxSeconds;
+  const double max_seconds = job.group() ? kMaxSecondsInGroup : kMaxSeconds;
   if (!(predicted_seconds(context, begun, rays) < max_seconds)) return;
-  RenderContext::Options options;
-  options.threads = context.threads();
-  options.seed = hash_words(context.seed(), kFillSeed);
-  options.clock = [&context] { return context.seconds(); };
+  RenderOptions options;
+  options.threads = context.scheduler.threads();
+  options.seed = hash_words(job.seed(), kFillSeed);
+  options.clock = [&job] { return job.seconds(); };
   RenderContext filler(options);
-  filler.set_deadline(context.seconds() + max_seconds);
-  filler.set_gaps(film.crop(), std::move(gaps));
+  GapsOnly source(film.crop(), std::move(gaps));
+  filler.job.set_work_source(&source);
+  filler.job.set_deadline(job.seconds() + max_seconds);
   film.set_lane(0);
   integrator.render(scene, *once, filler);
-  stats.counters.add(filler.stats().counters);
+  stats.counters.add(filler.job.stats().counters);
   const double left = count(gaps_of(film, layers));
   stats.filled = (missing - left) / pixels;
   stats.missing = left / pixels;

@@ -8,7 +8,7 @@
 #include "kinome/error.h"
 #include "kinome/integrator.h"
 #include "kinome/log.h"
-#include "session/render_job.h"
+#include "session/film_render.h"
 
 namespace kinome {
 namespace {
@@ -19,7 +19,7 @@ std::unique_ptr<Sensor> sensor_of_part(const Sensor& sensor, uint32_t count) {
 }
 
 /// Renders the parts [first, end) of `count` parts, each in a lane of its own. `fills_gaps`: see
-/// RenderJob.
+/// FilmRender.
 Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& context, uint32_t first,
                    uint32_t end, uint32_t count, bool fills_gaps) {
   const std::unique_ptr<Sensor> of_part = sensor_of_part(sensor, count);
@@ -36,20 +36,21 @@ Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& cont
       log_info(text);
     }
   }
-  RenderJob job;
-  job.lanes = end - first;
-  job.fills_gaps = fills_gaps;
-  job.render = [&] {
+  RenderJob& job = context.job;
+  FilmRender how;
+  how.lanes = end - first;
+  how.fills_gaps = fills_gaps;
+  how.render = [&] {
     const auto share = [&](uint32_t part) { return 1. * (part - first) / (end - first); };
-    for (uint32_t part = first; part < end && !context.cancelled(); ++part) {
+    for (uint32_t part = first; part < end && !job.cancelled(); ++part) {
       sensor.film().set_lane(part - first);
-      context.begin_pass(1 + part, share(part), share(part + 1));
+      job.begin_pass(1 + part, share(part), share(part + 1));
       scene.integrator().render(scene, *of_part, context);
-      context.stats().samples += samples;
+      job.stats().samples += samples;
     }
-    context.begin_pass(0, 0, 1);
+    job.begin_pass(0, 0, 1);
   };
-  return run_render_job(job, scene, sensor, context);
+  return run_film_render(how, scene, sensor, context);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "kinome/log.h"
+#include "kinome/process_group.h"
 
 namespace kinome {
 namespace {
@@ -41,41 +42,37 @@ constexpr double kEndFraction = 0.01;
 
 class Progressive {
  public:
-  Progressive(Passes& passes, Film& film, RenderContext& context, const PassCallback& on_pass)
-      : passes_(passes),
-        film_(film),
-        context_(context),
-        budget_(context.budget()),
-        on_pass_(on_pass) {}
+  Progressive(Passes& passes, Film& film, RenderJob& job, const PassCallback& on_pass)
+      : passes_(passes), film_(film), job_(job), budget_(job.budget()), on_pass_(on_pass) {}
 
   void run() {
     const bool has_time = budget_.seconds > 0, has_error = budget_.rel_mse > 0;
     const double min_samples = film_.lanes();
-    double next = has_time    ? context_.agree(first_in_time())
+    double next = has_time    ? agree(job_.group(), first_in_time())
                   : has_error ? min_samples
                               : passes_.samples();
     if (has_error) next = std::min(next, min_samples);
     next = std::max(min_samples, next);
     while (true) {
       round(next);
-      if (context_.cancelled()) break;
+      if (job_.cancelled()) break;
       if (!has_time && !has_error) break;
-      next = context_.decide([&] {
+      next = job_.decide([&] {
         const double in_time = has_time ? next_in_time() : kInfinity;
         return has_error ? std::min(in_time, next_by_error()) : in_time;
       });
       if (next < 1) break;
     }
-    context_.set_deadline(kInfinity);
-    context_.stats().samples = done_;
+    job_.set_deadline(kInfinity);
+    job_.stats().samples = done_;
     const auto error = estimate_rel_mse(film_, samples_);
     if (!error) return;
-    context_.stats().rel_mse = *error;
+    job_.stats().rel_mse = *error;
     if (*error < budget_.rel_mse / kBetterFactor) log_why_better(*error);
   }
 
  private:
-  double now() const { return context_.seconds(); }
+  double now() const { return job_.seconds(); }
 
   void log_why_better(double error) const {
     std::ostringstream text;
@@ -100,18 +97,18 @@ class Progressive {
     for (const uint32_t lane : order) {
       const bool is_first = done_ == before;
       // Stop within half a sample of the target.
-      if (!is_first && (context_.cancelled() || done_ > target - 0.5)) break;
+      if (!is_first && (job_.cancelled() || done_ > target - 0.5)) break;
       const double own = target / film_.lanes() - samples_[lane];
       film_.set_lane(lane);
       const double done = (done_ - before) / samples;
       const double after = std::min(1., done + std::max(1., own) / samples);
-      context_.begin_pass(++pass_, begin + (end - begin) * done, begin + (end - begin) * after);
+      job_.begin_pass(++pass_, begin + (end - begin) * done, begin + (end - begin) * after);
       const double rendered = passes_.render(std::max(1., own));
       samples_[lane] += rendered;
       done_ += rendered;
       show();
     }
-    context_.begin_pass(0, 0, 1);
+    job_.begin_pass(0, 0, 1);
     ++rounds_;
     last_ = done_ - before;
     last_seconds_ = now() - start - showing_seconds_;
@@ -119,10 +116,10 @@ class Progressive {
 
   /// Calls on_pass_. Its time counts as part of the budget, but not for the time per sample.
   void show() {
-    if (!on_pass_ || context_.cancelled()) return;
+    if (!on_pass_ || job_.cancelled()) return;
     const double start = now();
-    context_.stats().samples = done_;
-    on_pass_(develop(film_, budget_, context_.stats()), context_.stats());
+    job_.stats().samples = done_;
+    on_pass_(develop(film_, budget_, job_.stats()), job_.stats());
     showing_seconds_ += now() - start;
   }
 
@@ -152,10 +149,10 @@ class Progressive {
     if (!deadline_) {
       // All pixels have samples now, so later rounds may be cut off.
       const double start = now();
-      const Image image = develop(film_, budget_, context_.stats());
+      const Image image = develop(film_, budget_, job_.stats());
       const double after = budget_.seconds_after ? budget_.seconds_after(image) : 0;
       deadline_ = budget_.seconds - after - (now() - start);
-      context_.set_deadline(*deadline_);
+      job_.set_deadline(*deadline_);
     }
     const double left = *deadline_ - now() - showing_seconds_;
     if (left < kEndFraction * budget_.seconds) return 0;
@@ -180,7 +177,7 @@ class Progressive {
 
   Passes& passes_;
   Film& film_;
-  RenderContext& context_;
+  RenderJob& job_;
   const RenderBudget& budget_;
   const PassCallback& on_pass_;
   uint64_t pass_ = 0;
@@ -265,9 +262,8 @@ Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats) 
   return image;
 }
 
-void render_passes(Passes& passes, Film& film, RenderContext& context,
-                   const PassCallback& on_pass) {
-  Progressive(passes, film, context, on_pass).run();
+void render_passes(Passes& passes, Film& film, RenderJob& job, const PassCallback& on_pass) {
+  Progressive(passes, film, job, on_pass).run();
 }
 
 }  // namespace kinome

@@ -8,7 +8,7 @@ namespace kinome {
 /// Returns the number of lanes that a film needs for a budget.
 KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 
-/// Renders passes into the film, which is prepared with lanes_for() lanes, until the context's
+/// Renders passes into the film, which is prepared with lanes_for() lanes, until the job's
 /// budget is spent. Sets RenderStats::samples and rel_mse. The budget determines the rounds:
 ///
 /// - Neither time nor error: one round with the scene's samples, divided among the lanes.
@@ -20,7 +20,7 @@ KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 ///   the target by a factor of 1.5.
 /// - Time: each round has as many samples as fit the remaining time at the speed of the previous
 ///   round; rounds become smaller toward the end. At the deadline, no more tiles are started.
-KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderContext& context,
+KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderJob& job,
                                  const PassCallback& on_pass = nullptr);
 
 /// Develops the film's image. If the budget requests lanes, appends the channels of Film::noise()

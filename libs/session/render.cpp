@@ -14,7 +14,7 @@
 #include "kinome/shared_items.h"
 #include "kinome/work_source.h"
 #include "session/progressive.h"
-#include "session/render_job.h"
+#include "session/film_render.h"
 
 namespace kinome {
 namespace {
@@ -53,30 +53,32 @@ Image render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
 
 Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
              const PassCallback& on_pass) {
-  const RenderBudget& budget = context.budget();
-  RenderJob job;
-  job.lanes = lanes_for(budget, sensor.film());
-  job.render = [&] {
+  RenderJob& job = context.job;
+  const RenderBudget& budget = job.budget();
+  FilmRender how;
+  how.lanes = lanes_for(budget, sensor.film());
+  how.render = [&] {
     const Integrator& integrator = scene.integrator();
-    RenderStats& stats = context.stats();
+    RenderStats& stats = job.stats();
     Film& film = sensor.film();
     if (budget.any()) {
       const double left =
-          budget.seconds > 0 ? context.agree(budget.seconds - context.seconds()) : kInfinity;
-      render_passes(*integrator.begin(scene, sensor, context, left), film, context, on_pass);
+          budget.seconds > 0 ? agree(job.group(), budget.seconds - job.seconds()) : kInfinity;
+      render_passes(*integrator.begin(scene, sensor, context, left), film, job, on_pass);
     } else {
       integrator.render(scene, sensor, context);
       stats.samples = sensor.sampler().sample_count();
-      if (on_pass && !context.interrupted()) on_pass(develop(film, budget, stats), stats);
+      if (on_pass && !job.interrupted()) on_pass(develop(film, budget, stats), stats);
     }
   };
-  return run_render_job(job, scene, sensor, context);
+  return run_film_render(how, scene, sensor, context);
 }
 
-Image run_render_job(const RenderJob& job, const Scene& scene, const Sensor& sensor,
-                     RenderContext& context) {
+Image run_film_render(const FilmRender& how, const Scene& scene, const Sensor& sensor,
+                      RenderContext& context) {
   const WarningsOnce once;
-  RenderStats& stats = context.stats();
+  RenderJob& job = context.job;
+  RenderStats& stats = job.stats();
   Image image;
   bool interrupted = false;
   {
@@ -84,34 +86,34 @@ Image run_render_job(const RenderJob& job, const Scene& scene, const Sensor& sen
     const Integrator& integrator = scene.integrator();
     stats.stages = integrator.stages();
     Film& film = sensor.film();
-    const RenderBudget& budget = context.budget();
-    film.prepare(integrator.layers(), integrator.channels(), job.lanes);
-    WorkSource* const source = context.work_source();
-    context.set_film(film);
-    if (context.is_root()) integrator.warn_of_light_left_out(scene, sensor, context);
-    const double begun = context.seconds();
-    together(context.group(), [&] {
+    const RenderBudget& budget = job.budget();
+    film.prepare(integrator.layers(), integrator.channels(), how.lanes);
+    WorkSource* const source = job.work_source();
+    context.scheduler.set_film(film);
+    if (is_root(job.group())) integrator.warn_of_light_left_out(scene, sensor, context);
+    const double begun = job.seconds();
+    together(job.group(), [&] {
       if (source) source->begin(film);
     });
-    if (source && source->resumes() && context.commit_callback()) {
-      context.commit_callback()(film, film.crop());
+    if (source && source->resumes() && context.scheduler.commit_callback()) {
+      context.scheduler.commit_callback()(film, film.crop());
     }
-    job.render();
-    interrupted = context.interrupted();
-    stats.threads = context.threads();
+    how.render();
+    interrupted = job.interrupted();
+    stats.threads = context.scheduler.threads();
     stats.complete = !interrupted;
-    if (ProcessGroup* const group = context.group()) add_traffic(*group, stats);
-    if (!context.is_root()) {
+    if (ProcessGroup* const group = job.group()) add_traffic(*group, stats);
+    if (!is_root(job.group())) {
       if (film.commits() == 0) return image;
       throw Error(
-          "the integrator adds to the film without RenderContext::commit(), which groups of "
+          "the integrator adds to the film without Scheduler::commit(), which groups of "
           "processes don't support");
     }
     if (source && interrupted) source->close(film);
-    if (interrupted && job.fills_gaps) fill_gaps(scene, sensor, context, begun);
-    if (interrupted && !job.fills_gaps) stats.missing = share_of_gaps(integrator, film);
+    if (interrupted && how.fills_gaps) fill_gaps(scene, sensor, context, begun);
+    if (interrupted && !how.fills_gaps) stats.missing = share_of_gaps(integrator, film);
     image = develop(film, budget, stats);
-    if (interrupted && job.fills_gaps) mark_gaps(film, image);
+    if (interrupted && how.fills_gaps) mark_gaps(film, image);
     stats.non_finite_samples += film.non_finite();
   }
   stats.peak_memory_bytes = peak_memory_bytes();

@@ -20,6 +20,7 @@
 #include "kinome/wide/owen.h"
 #include "kinome/plugin.h"
 #include "kinome/render_context.h"
+#include "kinome/scene.h"
 
 namespace kinome {
 namespace {
@@ -299,15 +300,16 @@ class VirtualPointLights final : public Emitter, public ClusteredLight {
     for (const auto& child : children_) emitters.push_back(child.get());
     if (emitters.empty()) emitters = scene.emitters();
     if (emitters.empty()) {
-      context.skip("indirect light", "the scene has no emitters");
+      context.job.skip("indirect light", "the scene has no emitters");
       return std::nullopt;
     }
     const uint32_t count = count_ > 0 ? count_ : requested;
     LightPoints points;
     if (traced_) {
-      points = light_all(TracedPlacement(scene, emitters, count, context.seed()), count, context);
+      points =
+          light_all(TracedPlacement(scene, emitters, count, context.job.seed()), count, context);
     } else {
-      const SurfacePlacement placement(scene, emitters, count, context.seed());
+      const SurfacePlacement placement(scene, emitters, count, context.job.seed());
       if (placement.empty()) {
         return warn_no_points("no surface has a diffuse or glossy lobe", context);
       }
@@ -324,23 +326,23 @@ class VirtualPointLights final : public Emitter, public ClusteredLight {
   /// doing.
   std::optional<LightPoints> warn_no_points(const std::string& why, RenderContext& context) const {
     log_warn(Error(where_, why + ": the image shows direct light only").what());
-    context.skip("indirect light", why);
+    context.job.skip("indirect light", why);
     return std::nullopt;
   }
 
   template <class Placement>
   LightPoints light_all(const Placement& placement, uint32_t count, RenderContext& context) const {
     std::vector<Points> chunks((count + kChunk - 1) / kChunk);
-    context.parallel_for(chunks.size(), [&](size_t c) {
+    context.scheduler.parallel_for(chunks.size(), [&](size_t c) {
       const auto begin = static_cast<uint32_t>(c) * kChunk;
       placement.light(begin, std::min(begin + kChunk, count), chunks[c]);
     });
     uint64_t tries = 0;
     for (const Points& chunk : chunks) tries += chunk.tries;
-    LightPoints points = join(chunks, context.stats().counters);
+    LightPoints points = join(chunks, context.job.stats().counters);
     if (points.size() < tries) {
-      context.skip("unlit light points",
-                   std::to_string(tries - points.size()) + " of " + std::to_string(tries));
+      context.job.skip("unlit light points",
+                       std::to_string(tries - points.size()) + " of " + std::to_string(tries));
     }
     return points;
   }

@@ -54,7 +54,7 @@ class DepthIntegrator final : public Integrator {
   explicit DepthIntegrator(const Properties&) {}
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    context.skip("shading", "only distances are needed");
+    context.job.skip("shading", "only distances are needed");
     const transport::SceneTable table(scene);
     transport::render_tiles<DepthWorker>(
         sensor, context, 0, [&] { return std::make_unique<DepthWorker>(table, sensor); },

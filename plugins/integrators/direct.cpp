@@ -100,9 +100,9 @@ class DirectIntegrator final : public Integrator {
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    if (scene.emitters().empty()) context.skip("shading", "the scene has no emitters");
+    if (scene.emitters().empty()) context.job.skip("shading", "the scene has no emitters");
     if (!scene.has_surface_emitters()) {
-      context.skip("nearest hits of BSDF rays", "no surface emits: occlusion is enough");
+      context.job.skip("nearest hits of BSDF rays", "no surface emits: occlusion is enough");
     }
     const transport::SceneTable table(scene);
     const PathSettings settings{{2, 5}, hide_emitters_};

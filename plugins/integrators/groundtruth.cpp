@@ -36,7 +36,7 @@ class GroundTruth final : public Integrator {
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (render_without_surfaces(settings_, scene, sensor, context)) return;
     ScenePointLights lights = gather(settings_, scene, context);
-    if (lights.sets.empty()) context.skip("light points", "no emitter offers any");
+    if (lights.sets.empty()) context.job.skip("light points", "no emitter offers any");
     for (PointLightSet& set : lights.sets) {
       PointSelection all;
       all.points.resize(set.points.size());

@@ -75,11 +75,11 @@ class LightTracingIntegrator final : public Integrator {
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (scene.emitters().empty()) {
       warn_without_emitters(scene);
-      context.skip("light paths", "the scene has no emitters");
+      context.job.skip("light paths", "the scene has no emitters");
       return;
     }
     if (length_.max_depth == 0) {
-      context.skip("light paths", "max_depth is 0: the image is black");
+      context.job.skip("light paths", "max_depth is 0: the image is black");
       return;
     }
     const transport::SceneTable table(scene);
@@ -88,31 +88,30 @@ class LightTracingIntegrator final : public Integrator {
       return std::make_unique<LightTracingWorker>(table, sensor,
                                                   PathSettings{length_, hide_emitters_});
     };
-    const uint64_t seed = key_seed(context, sensor.sampler());
+    const uint64_t seed = key_seed(context.job, sensor.sampler());
     const uint32_t count = sensor.sampler().sample_count();
     Film& film = sensor.film();
     const auto pixels = static_cast<uint64_t>(std::max(1, film.crop().area()));
     const auto step =
         static_cast<uint32_t>(std::clamp<uint64_t>(kMaxPathsPerPass / pixels, 1, count));
-    for (uint32_t done = 0; done < count && !context.cancelled(); done += step) {
+    for (uint32_t done = 0; done < count && !context.job.cancelled(); done += step) {
       const uint32_t of_pass = std::min(step, count - done);
-      context.set_progress_range(static_cast<double>(done) / count,
-                                 static_cast<double>(done + of_pass) / count);
-      context.for_each_tile(film, [&](Tile& tile) {
+      context.job.set_progress_range(static_cast<double>(done) / count,
+                                     static_cast<double>(done + of_pass) / count);
+      context.scheduler.for_each_tile(film, [&](Tile& tile) {
         workers.with_one(make, [&](LightTracingWorker& worker) {
-          transport::for_each_block(
-              tile.pixels, done, of_pass, seed,
-              [&](const PixelSamples& samples) {
-                context.give_up_if_asked();
-                worker.trace(samples, tile);
-              });
+          transport::for_each_block(tile.pixels, done, of_pass, seed,
+                                    [&](const PixelSamples& samples) {
+                                      context.job.check_interrupt();
+                                      worker.trace(samples, tile);
+                                    });
         });
         // Counted for each tile, so that a cancelled render has the right brightness for the paths
         // traced so far.
         tile.film.add_light_paths(static_cast<double>(tile.pixels.area()) * of_pass);
       });
     }
-    context.set_progress_range(0, 1);
+    context.job.set_progress_range(0, 1);
   }
 
  private:

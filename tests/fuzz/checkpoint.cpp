@@ -28,12 +28,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     checkpoint.begin(*film);
     // Resume a render from the checkpoint.
     RenderContext context({.threads = 1});
-    context.set_work_source(&checkpoint);
+    context.job.set_work_source(&checkpoint);
     for (int pass = 0; pass < 2; ++pass) {
-      context.for_each_tile(*film, [](Tile& tile) {
+      context.scheduler.for_each_tile(*film, [](Tile& tile) {
         tile.film.add_pixel(0, 0, std::array{1.f, 1.f, 1.f});
       });
-      context.decide([] { return 1.; });
+      context.job.decide([] { return 1.; });
     }
     film->develop();
   } catch (const Error& error) {

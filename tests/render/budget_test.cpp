@@ -55,7 +55,7 @@ Rendered render_with(const Scene& scene, const RenderBudget& budget, uint64_t se
                          .tile_order_seed = order,
                          .budget = budget});
   Rendered result{render(scene, *scene.sensors()[0], context), {}};
-  result.stats = context.stats();
+  result.stats = context.job.stats();
   return result;
 }
 
@@ -127,10 +127,10 @@ TEST(Budget, TimedRendersAreUnbiased) {
                  const auto& rays = stats->counters.rays;
                  return 1e-6 * std::accumulate(rays.begin(), rays.end(), 0.);
                }});
-          stats = &context.stats();
+          stats = &context.job.stats();
           Image image = render(*scene, *scene->sensors()[0], context);
-          least = std::min(least, context.stats().samples);
-          EXPECT_LE(context.seconds(), 0.022);
+          least = std::min(least, context.job.stats().samples);
+          EXPECT_LE(context.job.seconds(), 0.022);
           return image;
         },
         kRenders);

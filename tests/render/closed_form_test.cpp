@@ -201,9 +201,9 @@ TEST(ClosedForm, NoLightIsBlack) {
     RenderContext context({});
     const Image image = render(*scene, *scene->sensors()[0], context);
     for (const float value : image.data) EXPECT_EQ(value, 0);
-    EXPECT_EQ(context.stats().counters[RayKind::kShadow], 0u);
-    EXPECT_EQ(context.stats().counters[RayKind::kBsdf], 0u);
-    EXPECT_EQ(context.stats().non_finite_samples, 0u);
+    EXPECT_EQ(context.job.stats().counters[RayKind::kShadow], 0u);
+    EXPECT_EQ(context.job.stats().counters[RayKind::kBsdf], 0u);
+    EXPECT_EQ(context.job.stats().non_finite_samples, 0u);
   }
 }
 

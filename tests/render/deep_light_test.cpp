@@ -170,7 +170,7 @@ TEST(DeepLightPaths, AreThoseOfPathWhereLightComesThroughGlass) {
   const auto scene = make_scene(s, integrator_xml("clustered", -1), 64);
   RenderContext context({.threads = 2, .seed = 6});
   render(*scene, *scene->sensors()[0], context);
-  const auto& skipped = context.stats().skipped;
+  const auto& skipped = context.job.stats().skipped;
   EXPECT_TRUE(std::any_of(skipped.begin(), skipped.end(),
                           [](const Skipped& entry) { return entry.what == "product"; }));
 }

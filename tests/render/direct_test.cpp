@@ -131,7 +131,7 @@ TEST(Direct, CountsItsRays) {
                                 direct_xml(samples_xml(3, 2)));
   RenderContext context({});
   render(*scene, *scene->sensors()[0], context);
-  const RenderCounters& counters = context.stats().counters;
+  const RenderCounters& counters = context.job.stats().counters;
   const uint64_t primaries = 6 * 6 * 16;
   EXPECT_EQ(counters.rays[static_cast<int>(RayKind::kCamera)], primaries);
   const uint64_t shadow = counters.rays[static_cast<int>(RayKind::kShadow)];
@@ -143,7 +143,7 @@ TEST(Direct, CountsItsRays) {
   for (const char* stage : {"primary", "shade", "shadow", "film"}) {
     EXPECT_GT(counters.stage_seconds.at(stage), 0) << stage;
   }
-  EXPECT_FALSE(context.stats().skipped.empty());
+  EXPECT_FALSE(context.job.stats().skipped.empty());
 }
 
 std::string error_of(const std::string& parameters) {

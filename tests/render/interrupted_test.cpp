@@ -33,7 +33,7 @@ Image interrupted(const Scene& scene, int end, RenderStats& stats) {
                          .progress = [&](double) { cancel = ++num_reports == end; },
                          .clock = [] { return 1.; }});
   Image image = render(scene, *scene.sensors()[0], context);
-  stats = context.stats();
+  stats = context.job.stats();
   return image;
 }
 

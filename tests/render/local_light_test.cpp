@@ -40,9 +40,9 @@ double rendered_irradiance(const std::string& light, float x, float z) {
   const auto scene = scene_from(floor_at(x, z) + light + direct_xml());
   RenderContext context({});
   const Image image = render(*scene, *scene->sensors()[0], context);
-  EXPECT_EQ(context.stats().non_finite_samples, 0u);
+  EXPECT_EQ(context.job.stats().non_finite_samples, 0u);
   // There is nothing that a BSDF sample could meet, and none is drawn.
-  EXPECT_EQ(context.stats().counters.rays[static_cast<int>(RayKind::kBsdf)], 0u);
+  EXPECT_EQ(context.job.stats().counters.rays[static_cast<int>(RayKind::kBsdf)], 0u);
   return static_cast<double>(image.at(1, 1, 1)) * kPiD / kAlbedo;
 }
 

@@ -69,7 +69,7 @@ std::string reason_for_path(const SeedScene& s) {
   const auto scene = scene_from(SeedSceneXml(s)("clustered", "", {64, 48}, 100));
   RenderContext context({.threads = 2});
   render(*scene, *scene->sensors().front(), context);
-  for (const Skipped& skipped : context.stats().skipped) {
+  for (const Skipped& skipped : context.job.stats().skipped) {
     if (skipped.what == "product") return skipped.why;
   }
   return {};
@@ -89,7 +89,8 @@ TEST(MethodChoice, ShortRendersPrepareNothing) {
     const auto scene = scene_from(SeedSceneXml(court)("clustered", "", {64, 48}, samples));
     RenderContext context({.threads = 2});
     render(*scene, *scene->sensors().front(), context);
-    EXPECT_EQ(context.stats().counters.stage_seconds.contains("cells"), samples > 16) << samples;
+    EXPECT_EQ(context.job.stats().counters.stage_seconds.contains("cells"), samples > 16)
+        << samples;
   }
 }
 
@@ -109,7 +110,8 @@ Image mixed(const Arrangement& s, uint64_t seed, int threads) {
   settings.hide_emitters = s.hide;
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();
-  auto cells = std::make_shared<const DistantCells>(sky, *cell_grid_of(sky), 128, context);
+  auto cells =
+      std::make_shared<const DistantCells>(sky, *cell_grid_of(sky), 128, context.scheduler);
   const ProductTask task(*scene, sensor, context, settings);
   const int last = task.grid.tiles_x() - 1;
   const std::vector<MethodMap::Trial> trials = {{0, nullptr, 2, 1}, {last, nullptr, 1, 2}};

@@ -212,7 +212,7 @@ TEST(Path, TracesNoRayInVain) {
     RenderContext context({});
     const Image image = render(*loaded, *loaded->sensors()[0], context);
     for (const float value : image.data) EXPECT_TRUE(std::isfinite(value));
-    return context.stats().counters;
+    return context.job.stats().counters;
   };
   const uint64_t primaries = 6 * 6 * 16;
   const auto dark = counters_of(still_life() + view() + integrator_xml("path", -1));
@@ -362,7 +362,8 @@ TEST(LightLeftOut, IsMeasuredBesideTheRender) {
     RenderContext context({.threads = threads, .seed = seed, .budget = {.lanes = lanes}});
     testing::internal::CaptureStderr();
     const Image image = render(*scene, *scene->sensors()[0], context);
-    return Seen{image.data, testing::internal::GetCapturedStderr(), context.stats().counters.rays};
+    return Seen{image.data, testing::internal::GetCapturedStderr(),
+                context.job.stats().counters.rays};
   };
   const Seen seen = render_with(-1, 1);
   EXPECT_NE(seen.text.find("is left out"), std::string::npos) << seen.text;

@@ -30,7 +30,7 @@ TEST(ProductExtremes, VastRoughnessIsFinite) {
                      shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-3\"/>", kGrey)));
     RenderContext context({});
     const Image image = render(*scene, *scene->sensors().at(0), context);
-    EXPECT_EQ(context.stats().non_finite_samples, 0u) << alpha;
+    EXPECT_EQ(context.job.stats().non_finite_samples, 0u) << alpha;
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) EXPECT_TRUE(std::isfinite(image.at(x, y, 1))) << alpha;
     }

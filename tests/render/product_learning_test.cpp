@@ -69,9 +69,10 @@ class LyingRenderer {
         sensor_(*scene.sensors().front()),
         crop_(sensor_.film().crop()),
         primaries_({table_, sensor_, PathSettings{{}, true}}),
-        cells_(scene.environment() ? DistantCells(*scene.environment(),
-                                                  *cell_grid_of(*scene.environment()), 128, context_)
-                                   : DistantCells()),
+        cells_(scene.environment()
+                   ? DistantCells(*scene.environment(), *cell_grid_of(*scene.environment()), 128,
+                                  context_.scheduler)
+                   : DistantCells()),
         lie_(lie) {
     LocalLight::Settings settings;
     settings.length.max_depth = max_depth;
@@ -118,7 +119,7 @@ class LyingRenderer {
   }
   CellLight make_light(uint64_t seed) {
     CellPoints points;
-    if (cells_.size() > 0) points = cells_.draw_points(1 << 13, seed, context_);
+    if (cells_.size() > 0) points = cells_.draw_points(1 << 13, seed, context_.scheduler);
     LocalPoints local_points;
     if (local_) local_points = local_->draw(hash_words(seed, 8), context_);
     return {cells_, scene_.environment(), std::move(points), local_.get(), std::move(local_points)};
@@ -200,7 +201,7 @@ class LyingRenderer {
 
   const Scene& scene_;
   const Sensor& sensor_;
-  RenderContext context_{RenderContext::Options{.threads = 1}};
+  RenderContext context_{RenderOptions{.threads = 1}};
   const Rect crop_;
   const transport::SceneTable table_{scene_};
   Primaries primaries_;

@@ -23,7 +23,8 @@ Image rendered(int remembered_pixels) {
   settings.trial = false;
   sensor.film().prepare(scene->integrator().layers());
   const Emitter& sky = *scene->environment();
-  auto cells = std::make_shared<const DistantCells>(sky, *cell_grid_of(sky), 128, context);
+  auto cells =
+      std::make_shared<const DistantCells>(sky, *cell_grid_of(sky), 128, context.scheduler);
   ProductMethod(settings, [&] { return cells; }).render(*scene, sensor, context);
   return sensor.film().develop();
 }

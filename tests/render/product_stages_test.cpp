@@ -42,19 +42,19 @@ TEST(ProductStages, PilotIsNoPartOfTheMainPass) {
   RenderContext context(
       {.threads = 1, .cancel = &cancel, .progress = [&](double) { cancel = true; }});
   render_by(context);
-  const auto& seconds = context.stats().counters.stage_seconds;
-  ASSERT_TRUE(context.cancelled());
+  const auto& seconds = context.job.stats().counters.stage_seconds;
+  ASSERT_TRUE(context.job.cancelled());
   EXPECT_GT(seconds.at("pilot"), 0);
   EXPECT_FALSE(seconds.contains("main"));
-  EXPECT_EQ(seconds_of_parts(context.stats()), 0);
+  EXPECT_EQ(seconds_of_parts(context.job.stats()), 0);
 }
 
 TEST(ProductStages, PartsAreNoMoreThanTheWhole) {
   RenderContext context({.threads = 1});
   render_by(context);
-  const auto& seconds = context.stats().counters.stage_seconds;
+  const auto& seconds = context.job.stats().counters.stage_seconds;
   for (const char* part : kPartsOfMain) EXPECT_GT(seconds.at(part), 0) << part;
-  EXPECT_LE(seconds_of_parts(context.stats()), seconds.at("main") * (1 + 1e-9));
+  EXPECT_LE(seconds_of_parts(context.job.stats()), seconds.at("main") * (1 + 1e-9));
 }
 
 }  // namespace

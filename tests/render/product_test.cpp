@@ -347,7 +347,7 @@ TEST(Product, NothingToShadeIsExact) {
   const auto scene = product_scene(s);
   RenderContext context({.threads = 1});
   render(*scene, *scene->sensors()[0], context);
-  const auto& rays = context.stats().counters.rays;
+  const auto& rays = context.job.stats().counters.rays;
   EXPECT_LE(std::accumulate(rays.begin(), rays.end(), 0.), 1.1 * s.rays * 16 * 12);
 }
 
@@ -400,7 +400,7 @@ TEST(Product, CropsOfAHugeFilmTakeLittle) {
   RenderContext context({.threads = 1, .seed = 4});
   const Image image = render(*scene, *scene->sensors()[0], context);
   EXPECT_EQ(std::pair(image.width, image.height), std::pair(9, 7));
-  const auto& rays = context.stats().counters.rays;
+  const auto& rays = context.job.stats().counters.rays;
   EXPECT_LE(std::accumulate(rays.begin(), rays.end(), 0.), 1.5 * s.rays * 9 * 7);
 }
 
@@ -418,7 +418,7 @@ TEST(Product, IsFiniteOnExtremes) {
       const auto scene = product_scene(s);
       RenderContext context({.threads = 1, .seed = 4});
       const Image image = render(*scene, *scene->sensors()[0], context);
-      EXPECT_EQ(context.stats().non_finite_samples, 0u) << material << light;
+      EXPECT_EQ(context.job.stats().non_finite_samples, 0u) << material << light;
       for (const float v : image.data) EXPECT_TRUE(std::isfinite(v));
     }
   }

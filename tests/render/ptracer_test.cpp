@@ -338,7 +338,7 @@ TEST(LightTracing, CutShortKeepsItsBrightness) {
                              cancel = fraction > 0.1 * static_cast<double>(seed);
                            }});
     cut.add(mean_of(render(*scene, *scene->sensors()[0], context)));
-    EXPECT_FALSE(context.stats().complete);
+    EXPECT_FALSE(context.job.stats().complete);
   }
   // There are 10^6 paths in total. One in four is visible, and its values vary by about as much as
   // their mean: .2 %, 5 sigma.
@@ -350,7 +350,7 @@ TEST(LightTracing, WithoutLightIsBlack) {
   RenderContext context({});
   const Image image = render(*scene, *scene->sensors()[0], context);
   for (const float value : image.data) EXPECT_EQ(value, 0);
-  EXPECT_FALSE(context.stats().skipped.empty());
+  EXPECT_FALSE(context.job.stats().skipped.empty());
 }
 
 }  // namespace

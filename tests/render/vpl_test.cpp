@@ -72,7 +72,7 @@ std::string skipped(const std::string& scene_xml) {
   RenderContext context({.threads = 1});
   render(*scene, *scene->sensors()[0], context);
   std::string all;
-  for (const Skipped& s : context.stats().skipped) all += s.what + ": " + s.why + "\n";
+  for (const Skipped& s : context.job.stats().skipped) all += s.what + ": " + s.why + "\n";
   return all;
 }
 
@@ -81,7 +81,7 @@ Image render_finite(const std::string& scene_xml, unsigned threads = 0, float le
   const auto scene = scene_from(scene_xml);
   RenderContext context({.threads = threads, .seed = 3});
   const Image image = render(*scene, *scene->sensors()[0], context);
-  EXPECT_EQ(context.stats().non_finite_samples, 0u);
+  EXPECT_EQ(context.job.stats().non_finite_samples, 0u);
   for (const float v : image.data) EXPECT_TRUE(std::isfinite(v) && v >= least) << v;
   return image;
 }

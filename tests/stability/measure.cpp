@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinome/render.h"
 #include "kinome/render_context.h"
 #include "kit/verdicts.h"
 
@@ -121,14 +122,14 @@ std::vector<double> Renders::sums(size_t i, int tiles) const {
 Renders render_often(const Scene& scene, int renders, uint64_t first_seed, unsigned threads) {
   Renders result;
   for (int i = 0; i < renders; ++i) {
-    RenderContext::Options options;
+    RenderOptions options;
     options.seed = first_seed + static_cast<uint64_t>(i);
     options.threads = threads;
     RenderContext context(options);
     const Image image = render(scene, *scene.sensors().at(0), context);
     result.width = image.width;
     result.height = image.height;
-    result.non_finite += context.stats().non_finite_samples;
+    result.non_finite += context.job.stats().non_finite_samples;
     std::vector<float> pixels;
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) {

@@ -56,12 +56,12 @@ std::vector<Case> cases() {
   return all;
 }
 
-const RenderContext& context() {
+const Scheduler& scheduler() {
   static const RenderContext instance({.threads = 2});
-  return instance;
+  return instance.scheduler;
 }
 DistantCells make_cells(const Emitter& emitter, uint32_t count) {
-  return {emitter, cell_grid_of(emitter).value(), count, context()};
+  return {emitter, cell_grid_of(emitter).value(), count, scheduler()};
 }
 
 /// A cell's rectangle in its own space, computed from its edges.
@@ -259,7 +259,7 @@ TEST(DistantCells, PointsAreDrawnByTheirDensity) {
              std::min(static_cast<int>(at.u * kColumns), kColumns - 1);
     };
     for (int draw = 0; draw < kDraws; ++draw) {
-      const CellPoints points = cells.draw_points(1 << 14, 100 + draw, context());
+      const CellPoints points = cells.draw_points(1 << 14, 100 + draw, scheduler());
       ASSERT_EQ(points.first.size(), cells.size() + 1u);
       Found found;
       for (const CellPoint& point : points.points) {
@@ -335,7 +335,7 @@ TEST(DistantCells, SumsOfPointsAreTheCellsWhereQuadsAreNotSmooth) {
   EXPECT_FALSE(cells.has_exact_flux());
   std::vector<Moments> sums(9);
   for (uint64_t seed = 0; seed < 24; ++seed) {
-    const CellPoints points = cells.draw_points(1 << 14, seed, context());
+    const CellPoints points = cells.draw_points(1 << 14, seed, scheduler());
     for (int k = 0; k < 9; ++k) {
       double all = 0;
       for (uint32_t i = 0; i < cells.size(); ++i) {
@@ -384,7 +384,7 @@ TEST(DistantCells, AreNoMoreThanThereCanBe) {
   const EnvironmentGrid grid = cell_grid_of(*small).value();
   const uint32_t quads = std::max(grid.columns, 32) * std::max(grid.rows, 16);
   EXPECT_LE(make_cells(*small, 100000).size(), 4 * quads);
-  const CellPoints points = make_cells(disc, 100000).draw_points(1 << 15, 1, context());
+  const CellPoints points = make_cells(disc, 100000).draw_points(1 << 15, 1, scheduler());
   EXPECT_LE(points.points.size(), 6u * kMaxCells);
   for (uint32_t c = 0; c < kMaxCells; ++c) EXPECT_GE(points.first[c + 1] - points.first[c], 4u);
 }
@@ -393,9 +393,9 @@ TEST(DistantCells, SameSeedSamePoints) {
   const auto map = envmap(maps()[1]);
   const auto draw = [&](unsigned threads, uint64_t seed) {
     const RenderContext own({.threads = threads});
-    const DistantCells cells(*map, *cell_grid_of(*map), 64, own);
+    const DistantCells cells(*map, *cell_grid_of(*map), 64, own.scheduler);
     std::vector<float> values;
-    for (const CellPoint& p : cells.draw_points(1 << 12, seed, own).points) {
+    for (const CellPoint& p : cells.draw_points(1 << 12, seed, own.scheduler).points) {
       values.insert(values.end(), {p.d.x, p.d.y, p.d.z, p.weight.x, p.density});
     }
     return values;

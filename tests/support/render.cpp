@@ -94,7 +94,7 @@ std::unique_ptr<Scene> scene_from(const std::string& xml) {
 }
 
 Image render_scene(const Scene& scene, uint64_t seed, unsigned threads) {
-  RenderContext::Options options;
+  RenderOptions options;
   options.seed = seed;
   options.threads = threads;
   RenderContext context(options);

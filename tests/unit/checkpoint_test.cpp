@@ -66,7 +66,7 @@ struct Interruptible {
                                  if (calls == cancel_at) cancel = true;
                                },
                            .budget = budget});
-    context.set_work_source(checkpoint);
+    context.job.set_work_source(checkpoint);
     return kinome::render(scene, *scene.sensors()[0], context);
   }
 };

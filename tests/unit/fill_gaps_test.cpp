@@ -32,7 +32,7 @@ class PacedIntegrator : public Integrator {
   void render(const Scene&, const Sensor& sensor, RenderContext& context) const override {
     const uint32_t samples = sensor.sampler().sample_count();
     now_ += samples == 1 ? pace_.set_up_to_fill : pace_.set_up;
-    context.for_each_tile(sensor.film(), [&](Tile& tile) {
+    context.scheduler.for_each_tile(sensor.film(), [&](Tile& tile) {
       for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
         for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
           tile.film.add({x + 0.5f, y + 0.5f}, std::vector<float>{1, 1, 1});
@@ -65,7 +65,7 @@ RenderStats interrupted(const Pace& pace) {
                          .progress = [&](double) { cancel = true; },
                          .clock = [&] { return now; }});
   const Image image = render(scene, *scene.sensors()[0], context);
-  const RenderStats& stats = context.stats();
+  const RenderStats& stats = context.job.stats();
   EXPECT_FALSE(stats.complete);
   EXPECT_EQ(stats.first_tile_seconds, pace.light_left_out + pace.set_up);
   // Missing pixels are marked, and no others.

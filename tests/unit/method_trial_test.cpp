@@ -21,7 +21,7 @@ MethodTrial::Way noise(uint64_t seed, float deviation, double rays, RenderContex
       const bool is_high = random_float(hash_words(seed, index, i), 0) < 0.5f;
       picture[i] = Rgb(is_high ? mean + deviation : mean - deviation);
     }
-    context.stats().counters[RayKind::kBsdf] += static_cast<uint64_t>(rays);
+    context.job.stats().counters[RayKind::kBsdf] += static_cast<uint64_t>(rays);
   };
   return {render, cost_of_ray};
 }
@@ -117,7 +117,7 @@ TEST(MethodTrial, MeasuresFilteredNoise) {
           const size_t tile = i % 320 / kTileSide + i / 320 / kTileSide * grid.tiles_x();
           picture[i] = Rgb(random_float(hash_words(1, index, tile), 0) < 0.5f ? 1.02f : 0.98f);
         }
-        context.stats().counters[RayKind::kBsdf] += 1000;
+        context.job.stats().counters[RayKind::kBsdf] += 1000;
       },
       1};
   const double work = work_of(trial.compare(noise(2, 0.02f, 1000, context), tiles, context));
@@ -206,7 +206,7 @@ TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
     const auto render = [=, &context](const MethodTrial&, uint64_t index,
                                       std::vector<Rgb>& picture) {
       std::fill(picture.begin(), picture.end(), Rgb(first + (index == 0 ? 1 : -1) * of_render));
-      context.stats().counters[RayKind::kBsdf] += 1000;
+      context.job.stats().counters[RayKind::kBsdf] += 1000;
     };
     MethodTrial::Way way{render, 1};
     way.common_share = common_share;

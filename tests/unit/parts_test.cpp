@@ -112,7 +112,7 @@ TEST_F(Parts, MergedHaveTheBitsOfTheWhole) {
     const auto scene = scene_with(integrator, film);
     RenderContext own = context();
     const Image whole = render_all_parts(*scene, *scene->sensors()[0], own, 3);
-    EXPECT_EQ(own.stats().samples, 9);
+    EXPECT_EQ(own.job.stats().samples, 9);
     const MergedParts merged = merge({part(*scene, 3, 3), part(*scene, 1, 3), part(*scene, 2, 3)});
     EXPECT_EQ(merged.image.channels, whole.channels);
     EXPECT_EQ(merged.image.data, whole.data);
@@ -193,8 +193,8 @@ TEST_F(Parts, InterruptedOnesCountAsFarAsTheyGo) {
   RenderContext own(
       {.threads = 1, .seed = kSeed, .cancel = &cancel, .progress = [&](double) { cancel = true; }});
   const Image image = second.render(own);
-  EXPECT_GT(own.stats().missing, 0.01);
-  EXPECT_EQ(own.stats().filled, 0);
+  EXPECT_GT(own.job.stats().missing, 0.01);
+  EXPECT_EQ(own.job.stats().filled, 0);
   ImageMetadata says = metadata();
   says["kinome:complete"] = "false";
   const std::string path = folder_.path("interrupted.exr");

@@ -62,8 +62,8 @@ void add_samples(FilmTile& tile) {
 }
 
 std::vector<float> render_tiles(RenderContext& context, Film& film) {
-  context.set_film(film);
-  context.for_each_tile(film, [](Tile& tile) {
+  context.scheduler.set_film(film);
+  context.scheduler.for_each_tile(film, [](Tile& tile) {
     dawdle(static_cast<size_t>(tile.pixels.x0 + tile.pixels.y0));
     add_samples(tile.film);
     ++tile.counters[RayKind::kCamera];
@@ -82,13 +82,13 @@ TEST(ProcessGroup, TilesHaveTheSameBits) {
     ThreadGroups::run(size, [&](ProcessGroup& group) {
       const auto film = make_film();
       RenderContext context({.threads = 2, .group = &group});
-      EXPECT_EQ(context.all_threads(), 2u * static_cast<unsigned>(size));
+      EXPECT_EQ(context.scheduler.all_threads(), 2u * static_cast<unsigned>(size));
       const std::vector<float> together = render_tiles(context, *film);
       if (group.is_root()) {
         EXPECT_EQ(together, alone) << size;
       }
       // All processes have the counters of the whole group.
-      EXPECT_EQ(context.stats().counters[RayKind::kCamera], 5u * 4u);
+      EXPECT_EQ(context.job.stats().counters[RayKind::kCamera], 5u * 4u);
     });
   }
 }
@@ -100,7 +100,7 @@ TEST(ProcessGroup, SharedItemsComeToAll) {
     std::vector<std::vector<float>> found(kItems);
     std::vector<int> kept(kItems, -1);
     SharedItems first([&](size_t item, SharedBytes& bytes) { bytes.vector(found[item]); });
-    context.for_each(
+    context.scheduler.for_each(
         kItems,
         [&](size_t item, RenderCounters&) {
           dawdle(item);
@@ -115,7 +115,7 @@ TEST(ProcessGroup, SharedItemsComeToAll) {
     std::vector<int> planned(kItems, -1);
     SharedItems second([&](size_t item, SharedBytes& bytes) { bytes.value(planned[item]); });
     second.stay_with(first.makers());
-    context.for_each(
+    context.scheduler.for_each(
         kItems, [&](size_t item, RenderCounters&) { planned[item] = kept[item]; }, &second);
     EXPECT_EQ(planned, first.makers());
     EXPECT_EQ(second.makers(), first.makers());
@@ -125,10 +125,10 @@ TEST(ProcessGroup, SharedItemsComeToAll) {
 TEST(ProcessGroup, AllAgree) {
   ThreadGroups::run(3, [&](ProcessGroup& group) {
     RenderContext context({.threads = 1, .group = &group});
-    EXPECT_EQ(context.agree(10 + group.rank()), 10);
-    EXPECT_EQ(context.decide([&] { return 20. + group.rank(); }), 20);
+    EXPECT_EQ(agree(context.job.group(), 10 + group.rank()), 10);
+    EXPECT_EQ(context.job.decide([&] { return 20. + group.rank(); }), 20);
     uint64_t sums[] = {1, static_cast<uint64_t>(group.rank())};
-    context.add_up(sums);
+    add_up(context.job.group(), sums);
     EXPECT_EQ(sums[0], 3u);
     EXPECT_EQ(sums[1], 3u);
   });
@@ -138,7 +138,7 @@ TEST(ProcessGroup, OneMistakeIsAllOfTheirs) {
   ThreadGroups::run(3, [&](ProcessGroup& group) {
     RenderContext context({.threads = 1, .group = &group});
     try {
-      context.for_each(30, [&](size_t item, RenderCounters&) {
+      context.scheduler.for_each(30, [&](size_t item, RenderCounters&) {
         dawdle(item);
         if (item == 7) throw std::runtime_error("item 7");
       });
@@ -147,7 +147,7 @@ TEST(ProcessGroup, OneMistakeIsAllOfTheirs) {
       EXPECT_STREQ(error.what(), "item 7");
     }
     // The group can continue after the error.
-    EXPECT_EQ(context.agree(group.rank()), 0);
+    EXPECT_EQ(agree(context.job.group(), group.rank()), 0);
     const auto fails_at_one = [&] {
       if (group.rank() == 1) throw Error("no such file");
     };
@@ -165,12 +165,12 @@ TEST(ProcessGroup, OneInterruptEndsAll) {
   ThreadGroups::run(3, [&](ProcessGroup& group) {
     std::atomic<bool> cancel{false};
     RenderContext context({.threads = 1, .cancel = &cancel, .group = &group});
-    context.for_each(10000, [&](size_t item, RenderCounters&) {
+    context.scheduler.for_each(10000, [&](size_t item, RenderCounters&) {
       dawdle(item);
       if (++made >= 30 && group.rank() == 2) cancel = true;
     });
-    EXPECT_TRUE(context.interrupted());
-    EXPECT_TRUE(context.cancelled());
+    EXPECT_TRUE(context.job.interrupted());
+    EXPECT_TRUE(context.job.cancelled());
   });
   EXPECT_LT(made, 10000u);
 }
@@ -178,12 +178,12 @@ TEST(ProcessGroup, OneInterruptEndsAll) {
 TEST(ProcessGroup, OneDeadlineEndsAll) {
   ThreadGroups::run(2, [&](ProcessGroup& group) {
     RenderContext context({.threads = 1, .group = &group});
-    context.set_deadline(group.rank() == 1 ? 0 : kInfinity);
-    context.for_each(10000, [&](size_t item, RenderCounters&) { dawdle(item); });
-    EXPECT_TRUE(context.cancelled());
-    EXPECT_FALSE(context.interrupted());
-    context.set_deadline(kInfinity);
-    EXPECT_FALSE(context.cancelled());
+    context.job.set_deadline(group.rank() == 1 ? 0 : kInfinity);
+    context.scheduler.for_each(10000, [&](size_t item, RenderCounters&) { dawdle(item); });
+    EXPECT_TRUE(context.job.cancelled());
+    EXPECT_FALSE(context.job.interrupted());
+    context.job.set_deadline(kInfinity);
+    EXPECT_FALSE(context.job.cancelled());
   });
 }
 
@@ -228,7 +228,7 @@ TEST(ProcessGroup, WhatWasLearnedGivesTheSameBits) {
       if (group.is_root()) {
         EXPECT_EQ(image.data, alone) << size;
       }
-      EXPECT_GT(context.stats().traffic["ends"].messages, 0u);
+      EXPECT_GT(context.job.stats().traffic["ends"].messages, 0u);
     });
   }
 }
@@ -254,16 +254,16 @@ TEST(ProcessGroup, CheckpointsDoNotDependOnIt) {
       if (group.is_root()) {
         checkpoint.emplace(Checkpoint::Options{path, 0, !is_first});
         checkpoint->begin(*film);
-        context.set_work_source(&*checkpoint);
+        context.job.set_work_source(&*checkpoint);
       }
-      context.set_film(*film);
-      context.for_each_tile(*film, [&](Tile& tile) {
+      context.scheduler.set_film(*film);
+      context.scheduler.for_each_tile(*film, [&](Tile& tile) {
         dawdle(static_cast<size_t>(tile.pixels.x0 + tile.pixels.y0));
         add_samples(tile.film);
         if (++made == 2) cancel = is_first;
         if (!is_first) ++made_again;
       });
-      EXPECT_EQ(context.interrupted(), is_first);
+      EXPECT_EQ(context.job.interrupted(), is_first);
       if (group.is_root() && !is_first) {
         EXPECT_EQ(film->develop().data, alone);
       }

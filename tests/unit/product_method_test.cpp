@@ -13,7 +13,7 @@ bool is_served(const std::string& lights, uint32_t max_depth = 2, float max_geom
       "<integrator type=\"clustered\"><integer name=\"max_depth\" value=\"" +
       std::to_string(max_depth) +
       "\"/></integrator><sensor type=\"perspective\"/><shape type=\"sphere\"/>" + lights);
-  RenderContext context(RenderContext::Options{.threads = 1});
+  RenderContext context(RenderOptions{.threads = 1});
   ProductMethod::Settings settings;
   settings.sampling.length.max_depth = max_depth;
   settings.cells = 32;

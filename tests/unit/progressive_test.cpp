@@ -36,7 +36,7 @@ class FakePasses final : public Passes {
     if (speed_.unsteady > 0) seconds *= std::max(0.1, 1 + speed_.unsteady * normal(random_));
     constexpr int kBlocks = 20;
     int done = 0;
-    context->for_each(kBlocks, [&](size_t, RenderCounters&) {
+    context->scheduler.for_each(kBlocks, [&](size_t, RenderCounters&) {
       now += seconds / kBlocks;
       ++done;
     });
@@ -100,7 +100,7 @@ struct MadeUp {
         passes.now += showing;
       };
     }
-    render_passes(passes, *film, context, on_pass);
+    render_passes(passes, *film, context.job, on_pass);
   }
   double samples() const { return std::accumulate(passes.sizes.begin(), passes.sizes.end(), 0.); }
   double rel_mse() const {
@@ -162,7 +162,7 @@ TEST(Time, ThereIsAlwaysAPicture) {
   MadeUp run(4, {.seconds = 0.001}, 0.1, {0.05}, 1, 0.3);
   EXPECT_EQ(run.passes.sizes, std::vector<double>{1});
   EXPECT_NEAR(run.film->develop().at(0, 0, 0), 1, 0.5);
-  EXPECT_EQ(run.context.stats().samples, 1);
+  EXPECT_EQ(run.context.job.stats().samples, 1);
 }
 
 /// The ratio of the estimate to the truth. With at least 2048 squares, the estimate has a standard
@@ -172,7 +172,7 @@ TEST(Error, IsEstimatedWithinAFactor) {
   for (const double target : {0.03, 1e-3, 4e-5}) {
     for (uint64_t seed = 1; seed <= 5; ++seed) {
       MadeUp run(16, {.rel_mse = target}, 0.5, {}, seed);
-      const double estimate = run.context.stats().rel_mse;
+      const double estimate = run.context.job.stats().rel_mse;
       EXPECT_LE(estimate, target);
       EXPECT_GT(estimate, 0);
       EXPECT_LT(estimate, 1.5 * run.rel_mse()) << target << " " << seed;
@@ -194,7 +194,7 @@ TEST(Error, EndsWhenItIsReached) {
       testing::internal::CaptureStderr();
       MadeUp run(64, {.rel_mse = target}, 0.5, {}, seed);
       const std::string messages = testing::internal::GetCapturedStderr();
-      const double estimate = run.context.stats().rel_mse;
+      const double estimate = run.context.job.stats().rel_mse;
       EXPECT_LE(estimate, target) << seed;
       EXPECT_TRUE(std::is_sorted(run.progress.begin(), run.progress.end()));
       EXPECT_LE(run.progress.back(), 1);
@@ -240,7 +240,7 @@ TEST(Error, IsEstimatedOfLanesOfDifferentLength) {
 TEST(Error, RoundsGrowAndEndAtTheLimit) {
   MadeUp run(8, {.rel_mse = 1e-30}, 0.5);
   EXPECT_NEAR(run.samples(), RenderBudget::kMaxSamples, 1);
-  EXPECT_NEAR(run.context.stats().samples, run.samples(), 1e-9);
+  EXPECT_NEAR(run.context.job.stats().samples, run.samples(), 1e-9);
   const uint32_t lanes = run.film->lanes();
   EXPECT_EQ(run.passes.sizes.size() % lanes, 0u);
   for (size_t i = lanes; i + lanes < run.passes.sizes.size(); ++i) {
@@ -251,7 +251,7 @@ TEST(Error, RoundsGrowAndEndAtTheLimit) {
 TEST(Error, NoNoiseEndsAtOnce) {
   MadeUp run(8, {.rel_mse = 1e-30}, 0);
   EXPECT_LE(run.samples(), 16);
-  EXPECT_EQ(run.context.stats().rel_mse, 0);
+  EXPECT_EQ(run.context.job.stats().rel_mse, 0);
 }
 
 TEST(Error, TimeEndsItToo) {
@@ -274,12 +274,12 @@ TEST(Lanes, AsManyAsAnEstimateNeeds) {
 TEST(Lanes, DivideTheScenesSamples) {
   MadeUp run(16, {.lanes = 8}, 0.5);
   EXPECT_EQ(run.passes.sizes, std::vector<double>(8, 8));
-  const Image image = develop(*run.film, run.context.budget(), run.context.stats());
+  const Image image = develop(*run.film, run.context.job.budget(), run.context.job.stats());
   ASSERT_EQ(image.channels,
             (std::vector<std::string>{"R", "G", "B", "variance.R", "variance.G", "variance.B",
                                       "tile_variance.R", "tile_variance.G", "tile_variance.B"}));
-  EXPECT_EQ(run.context.stats().renders, 8u);
-  EXPECT_EQ(run.context.stats().variance_of_mean.size(), 3u);
+  EXPECT_EQ(run.context.job.stats().renders, 8u);
+  EXPECT_EQ(run.context.job.stats().variance_of_mean.size(), 3u);
   // The ratio to the true variance, 0.5² r² / 64, is the mean of 256 chi² of 7 degrees of freedom.
   // The tolerance is 5 standard deviations.
   double sum = 0;
@@ -303,7 +303,7 @@ TEST(Callback, ChangesNothing) {
       sum += seen.passes.sizes[i];
       EXPECT_EQ(seen.seen[i], sum);
     }
-    EXPECT_EQ(seen.context.stats().samples, sum);
+    EXPECT_EQ(seen.context.job.stats().samples, sum);
   }
 }
 

@@ -44,8 +44,8 @@ Image render_random(unsigned threads, uint64_t order, RenderStats* stats = nullp
   const auto film = make_film();
   film->prepare({{}});
   RenderContext context({.threads = threads, .tile_order_seed = order});
-  context.for_each_tile(*film, random_tile);
-  if (stats) *stats = context.stats();
+  context.scheduler.for_each_tile(*film, random_tile);
+  if (stats) *stats = context.job.stats();
   return film->develop();
 }
 
@@ -68,7 +68,8 @@ TEST(RenderContext, TileOrderIsShuffled) {
     film->prepare({{}});
     std::vector<std::pair<int, int>> places;
     RenderContext context({.threads = 1, .tile_order_seed = seed});
-    context.for_each_tile(*film, [&](Tile& t) { places.emplace_back(t.pixels.x0, t.pixels.y0); });
+    context.scheduler.for_each_tile(
+        *film, [&](Tile& t) { places.emplace_back(t.pixels.x0, t.pixels.y0); });
     return places;
   };
   const auto plain = order(0);
@@ -88,7 +89,7 @@ TEST(RenderContext, TilesCoverTheCropOnce) {
     std::mutex mutex;
     std::map<std::pair<int, int>, int> visits;
     RenderContext context({.threads = 3});
-    context.for_each_tile(*film, [&](Tile& tile) {
+    context.scheduler.for_each_tile(*film, [&](Tile& tile) {
       EXPECT_LE(tile.pixels.width(), kTileSize);
       EXPECT_LE(tile.pixels.height(), kTileSize);
       const std::lock_guard lock(mutex);
@@ -114,7 +115,7 @@ TEST(RenderContext, CancelKeepsFinishedTiles) {
       std::mutex mutex;
       std::vector<Rect> finished;
       RenderContext context({.threads = threads, .cancel = &cancel, .tile_order_seed = order});
-      context.for_each_tile(*film, [&](Tile& tile) {
+      context.scheduler.for_each_tile(*film, [&](Tile& tile) {
         if (++begun >= 6) cancel = true;
         for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
           for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
@@ -124,7 +125,7 @@ TEST(RenderContext, CancelKeepsFinishedTiles) {
         const std::lock_guard lock(mutex);
         finished.push_back(tile.pixels);
       });
-      EXPECT_TRUE(context.cancelled());
+      EXPECT_TRUE(context.job.cancelled());
       EXPECT_GE(finished.size(), 6u);
       EXPECT_LT(finished.size(), 6u + threads);
       int pixels = 0;
@@ -144,7 +145,7 @@ TEST(RenderContext, ExceptionsPass) {
     RenderContext context({.threads = threads});
     std::atomic<int> calls{0};
     try {
-      context.for_each_tile(*film, [&](Tile& tile) {
+      context.scheduler.for_each_tile(*film, [&](Tile& tile) {
         ++calls;
         if (tile.pixels.x0 == 32) throw Error("tile at " + std::to_string(tile.pixels.y0));
       });
@@ -153,10 +154,10 @@ TEST(RenderContext, ExceptionsPass) {
       EXPECT_STREQ(e.what(), "tile at 0");
     }
     EXPECT_LT(calls, 20);
-    EXPECT_THROW(context.parallel_for(1000,
-                                      [](size_t i) {
-                                        if (i == 500) throw std::runtime_error("index");
-                                      }),
+    EXPECT_THROW(context.scheduler.parallel_for(1000,
+                                                [](size_t i) {
+                                                  if (i == 500) throw std::runtime_error("index");
+                                                }),
                  std::runtime_error);
   }
 }
@@ -167,15 +168,16 @@ TEST(RenderContext, ForEachVisitsEachIndexOnce) {
       for (const size_t count : {0u, 1u, 2u, 1000u}) {
         RenderContext context({.threads = threads, .tile_order_seed = order});
         std::vector<std::atomic<int>> visits(count);
-        context.for_each(count, [&](size_t i, RenderCounters& counters) {
+        context.scheduler.for_each(count, [&](size_t i, RenderCounters& counters) {
           ++visits.at(i);
           ++counters[RayKind::kShadow];
           counters.stage_seconds["stage"] += 1;
         });
         for (const auto& v : visits) EXPECT_EQ(v, 1);
-        EXPECT_EQ(context.stats().counters[RayKind::kShadow], count);
+        EXPECT_EQ(context.job.stats().counters[RayKind::kShadow], count);
         if (count > 0) {
-          EXPECT_EQ(context.stats().counters.stage_seconds["stage"], static_cast<double>(count));
+          EXPECT_EQ(context.job.stats().counters.stage_seconds["stage"],
+                    static_cast<double>(count));
         }
       }
     }
@@ -186,16 +188,16 @@ TEST(RenderContext, ForEachStopsAtExceptionsAndWhenCancelled) {
   for (const unsigned threads : {1u, 3u}) {
     std::atomic<int> done{0};
     RenderContext throwing({.threads = threads});
-    EXPECT_THROW(throwing.for_each(100000,
-                                   [&](size_t i, RenderCounters&) {
-                                     if (i == 10) throw std::runtime_error("ten");
-                                     ++done;
-                                   }),
+    EXPECT_THROW(throwing.scheduler.for_each(100000,
+                                             [&](size_t i, RenderCounters&) {
+                                               if (i == 10) throw std::runtime_error("ten");
+                                               ++done;
+                                             }),
                  std::runtime_error);
     EXPECT_LT(done, 99999);
     // The context is usable after the exception.
     done = 0;
-    throwing.for_each(20, [&](size_t, RenderCounters&) { ++done; });
+    throwing.scheduler.for_each(20, [&](size_t, RenderCounters&) { ++done; });
     EXPECT_EQ(done, 20);
 
     std::atomic<bool> cancel{false};
@@ -203,13 +205,13 @@ TEST(RenderContext, ForEachStopsAtExceptionsAndWhenCancelled) {
     done = 0;
     // The thread that finds 7 done cancels before it takes another index. Each other thread may
     // finish at most one more, however long it is suspended.
-    cancelled.for_each(100000, [&](size_t, RenderCounters&) {
+    cancelled.scheduler.for_each(100000, [&](size_t, RenderCounters&) {
       if (++done >= 7) cancel = true;
     });
     EXPECT_GE(done, 7);
     EXPECT_LE(done, 6 + static_cast<int>(threads));
     const int before = done;
-    cancelled.for_each(10, [&](size_t, RenderCounters&) { ++done; });
+    cancelled.scheduler.for_each(10, [&](size_t, RenderCounters&) { ++done; });
     EXPECT_EQ(done, before);
   }
 }
@@ -218,10 +220,10 @@ TEST(RenderContext, ProgressOfParts) {
   std::vector<double> progress;
   RenderContext context(
       {.threads = 1, .progress = [&](double share) { progress.push_back(share); }});
-  context.set_progress_range(0.2, 0.6);
-  context.for_each(50, [](size_t, RenderCounters&) {});
-  context.set_progress_range(0.6, 1);
-  context.for_each(50, [](size_t, RenderCounters&) {});
+  context.job.set_progress_range(0.2, 0.6);
+  context.scheduler.for_each(50, [](size_t, RenderCounters&) {});
+  context.job.set_progress_range(0.6, 1);
+  context.scheduler.for_each(50, [](size_t, RenderCounters&) {});
   ASSERT_FALSE(progress.empty());
   EXPECT_TRUE(std::is_sorted(progress.begin(), progress.end()));
   EXPECT_GE(progress.front(), 0.2);
@@ -233,7 +235,7 @@ TEST(RenderContext, ParallelForVisitsEachIndexOnce) {
     const RenderContext context({.threads = threads});
     for (const size_t count : {size_t{0}, size_t{1}, size_t{7}, size_t{100000}}) {
       std::vector<std::atomic<int>> visits(count);
-      context.parallel_for(count, [&](size_t i) { ++visits[i]; });
+      context.scheduler.parallel_for(count, [&](size_t i) { ++visits[i]; });
       for (const auto& v : visits) ASSERT_EQ(v, 1);
     }
   }
@@ -245,7 +247,7 @@ TEST(RenderContext, ThreadsServeOneCallAfterAnother) {
   std::set<std::thread::id> threads;
   for (size_t count = 0; count < 300; ++count) {
     std::atomic<size_t> visits{0};
-    context.parallel_for(count, [&](size_t) {
+    context.scheduler.parallel_for(count, [&](size_t) {
       ++visits;
       const std::lock_guard lock(mutex);
       threads.insert(std::this_thread::get_id());
@@ -259,9 +261,9 @@ TEST(RenderContext, ThreadsServeOneCallAfterAnother) {
 TEST(RenderContext, ParallelForWithinOne) {
   const RenderContext context({.threads = 3});
   std::vector<std::atomic<int>> visits(60 * 50);
-  context.parallel_for(60, [&](size_t i) {
+  context.scheduler.parallel_for(60, [&](size_t i) {
     const auto thread = std::this_thread::get_id();
-    context.parallel_for(50, [&](size_t k) {
+    context.scheduler.parallel_for(50, [&](size_t k) {
       EXPECT_EQ(std::this_thread::get_id(), thread);
       ++visits[50 * i + k];
     });
@@ -279,7 +281,7 @@ TEST(RenderContext, ProgressRisesToOne) {
                            progress.push_back(fraction);
                            --inside;
                          }});
-  context.for_each_tile(*film, [](Tile&) {});
+  context.scheduler.for_each_tile(*film, [](Tile&) {});
   ASSERT_FALSE(progress.empty());
   for (size_t i = 1; i < progress.size(); ++i) EXPECT_GT(progress[i], progress[i - 1]);
   EXPECT_EQ(progress.back(), 1);
@@ -297,24 +299,24 @@ TEST(RenderContext, DenormalsAreFlushedInEveryThreadAndOnlyThere) {
   RenderContext context({.threads = 4});
   std::mutex mutex;
   std::set<std::thread::id> threads;
-  context.for_each_tile(*film, [&](Tile&) {
+  context.scheduler.for_each_tile(*film, [&](Tile&) {
     EXPECT_TRUE(is_flushed());
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
     const std::lock_guard lock(mutex);
     threads.insert(std::this_thread::get_id());
   });
   EXPECT_GT(threads.size(), 1u);
-  context.parallel_for(64, [&](size_t) { EXPECT_TRUE(is_flushed()); });
+  context.scheduler.parallel_for(64, [&](size_t) { EXPECT_TRUE(is_flushed()); });
   EXPECT_FALSE(is_flushed());
 }
 #endif
 
 TEST(RenderContext, SkippedWorkIsNotedOnce) {
   RenderContext context({.threads = 1});
-  context.skip("light tree", "no light points");
-  context.skip("light tree", "no light points");
-  context.skip("lobe rays", "all surfaces are diffuse");
-  EXPECT_EQ(context.stats().skipped.size(), 2u);
+  context.job.skip("light tree", "no light points");
+  context.job.skip("light tree", "no light points");
+  context.job.skip("lobe rays", "all surfaces are diffuse");
+  EXPECT_EQ(context.job.stats().skipped.size(), 2u);
 }
 
 class CountingIntegrator : public Integrator {
@@ -328,10 +330,10 @@ class CountingIntegrator : public Integrator {
         }
       }
     };
-    context.for_each_tile(sensor.film(), [&](Tile& t) { add(t, {1, 2, 3, 4}); });
-    context.for_each_tile(
+    context.scheduler.for_each_tile(sensor.film(), [&](Tile& t) { add(t, {1, 2, 3, 4}); });
+    context.scheduler.for_each_tile(
         sensor.film(), [&](Tile& t) { add(t, {5}); }, 1);
-    context.for_each_tile(
+    context.scheduler.for_each_tile(
         sensor.film(), [&](Tile& t) { add(t, {kInfinity}); }, 1);
   }
 };
@@ -349,7 +351,7 @@ TEST(Render, PreparesDevelopsAndFillsStats) {
     ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "index", "second"}));
     for (int c = 0; c < 5; ++c) EXPECT_NEAR(image.at(20, 4, c), c + 1.f, 1e-5f);
   }
-  const RenderStats& stats = context.stats();
+  const RenderStats& stats = context.job.stats();
   EXPECT_EQ(stats.threads, 2u);
   EXPECT_GT(stats.render_seconds, 0);
   EXPECT_GT(stats.peak_memory_bytes, 1u << 20);

@@ -92,8 +92,8 @@ class StageTile {
         primaries_(trace(rays_of_pixel)) {
     make_patches(primaries_, patches_);
     if (scene_->environment()) {
-      cells_ =
-          DistantCells(*scene_->environment(), *cell_grid_of(*scene_->environment()), 64, context_);
+      cells_ = DistantCells(*scene_->environment(), *cell_grid_of(*scene_->environment()), 64,
+                            context_.scheduler);
     }
     LocalLight::Settings settings;
     settings.points = LocalLight::kMinPoints;
@@ -125,7 +125,7 @@ class StageTile {
   /// Draws new points on the light.
   CellLight light(uint64_t seed) {
     CellPoints points;
-    if (cells_.size() > 0) points = cells_.draw_points(1 << 10, seed, context_);
+    if (cells_.size() > 0) points = cells_.draw_points(1 << 10, seed, context_.scheduler);
     LocalPoints local_points;
     if (local_) local_points = local_->draw(hash_words(seed, 1), context_);
     return {cells_, scene_->environment(), std::move(points), local_.get(),
@@ -173,7 +173,7 @@ class StageTile {
     return all_.tile(0);
   }
 
-  RenderContext context_{RenderContext::Options{.threads = 1}};
+  RenderContext context_{RenderOptions{.threads = 1}};
   RenderCounters counters_;
   std::unique_ptr<Scene> scene_;
   transport::SceneTable table_;

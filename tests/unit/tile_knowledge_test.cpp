@@ -46,7 +46,7 @@ class Row {
         grid_(Rect{0, 0, tiles * kTileSide, kTileSide}),
         shape_(make<Shape>("<shape type=\"rectangle\">" + material + "</shape>")),
         sky_(make<Emitter>("<emitter type=\"constant\"/>")),
-        cells_(*sky_, *cell_grid_of(*sky_), 64, context_),
+        cells_(*sky_, *cell_grid_of(*sky_), 64, context_.scheduler),
         knowledge_(grid_, cells_, nullptr, settings_),
         learner_(knowledge_.padded_cells()),
         scratch_(knowledge_.padded_cells()) {
@@ -91,7 +91,7 @@ class Row {
   static constexpr float kAlpha = 0.02f;  // sharp, if there is no diffuse lobe
   const ProductSettings settings_;
   const TileGrid grid_;
-  RenderContext context_{RenderContext::Options{.threads = 1}};
+  RenderContext context_{RenderOptions{.threads = 1}};
   std::shared_ptr<Shape> shape_;
   std::shared_ptr<Emitter> sky_;
   DistantCells cells_;

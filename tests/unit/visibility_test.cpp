@@ -180,8 +180,8 @@ class Sky final : public Emitter {
 TEST(VisibilityLearner, LearnsWhatThePatchFaces) {
   RenderContext context({});
   const Sky sky;
-  const DistantCells cells(sky, sky.grid(), 512, context);
-  const CellNeighbours neighbours = find_neighbours(cells, context);
+  const DistantCells cells(sky, sky.grid(), 512, context.scheduler);
+  const CellNeighbours neighbours = find_neighbours(cells, context.scheduler);
   constexpr size_t kLocal = 2 * kBlockLanes;
   const size_t size = cells.padded_size() + kLocal;
   VisibilityLearner learner(size, &neighbours);
@@ -215,8 +215,8 @@ TEST(CellBlocks, LeaveOutNothingThatIsFaced) {
   const auto random = [&state] { return to_unit_float(static_cast<uint32_t>(hash_words(++state))); };
   const auto direction = [&] { return square_to_uniform_sphere(Vec2(random(), random())); };
   for (const uint32_t count : {1u, 40u, 512u, 3000u}) {
-    const DistantCells cells(sky, sky.grid(), count, context);
-    const CellPoints points = cells.draw_points(1u << 14, 1, context);
+    const DistantCells cells(sky, sky.grid(), count, context.scheduler);
+    const CellPoints points = cells.draw_points(1u << 14, 1, context.scheduler);
     size_t left_out = 0, all = 0;
     for (int trial = 0; trial < 60; ++trial) {
       const Vec3 mean = direction();
@@ -251,8 +251,8 @@ TEST(CellNeighbours, AreTheNearestCells) {
   // All neighbours are found if there are few cells. If there are many, only those within reach
   // along the curve are found, which most of the nearest ones are.
   for (const auto& [count, min_found] : {std::pair(64u, 1.), {512u, 1.}, {1500u, 0.9}}) {
-    const DistantCells cells(sky, sky.grid(), count, context);
-    const CellNeighbours neighbours = find_neighbours(cells, context);
+    const DistantCells cells(sky, sky.grid(), count, context.scheduler);
+    const CellNeighbours neighbours = find_neighbours(cells, context.scheduler);
     for (const auto& column : neighbours.of) ASSERT_EQ(column.size(), cells.padded_size());
     const auto cosine = [&](size_t a, size_t b) {
       double sum = 0;
@@ -285,8 +285,8 @@ TEST(CellNeighbours, AreNoneWhereCellsAreFew) {
   RenderContext context({});
   const Sky sky;
   EnvironmentGrid grid = sky.grid();
-  const DistantCells cells(sky, grid, 1, context);
-  const CellNeighbours neighbours = find_neighbours(cells, context);
+  const DistantCells cells(sky, grid, 1, context.scheduler);
+  const CellNeighbours neighbours = find_neighbours(cells, context.scheduler);
   for (const auto& of : neighbours.of) {
     for (const int32_t k : of) EXPECT_LE(static_cast<uint32_t>(k), cells.size());
   }

@@ -62,12 +62,12 @@ class Sky final : public Emitter {
   std::vector<Rgb> texels_;
 };
 
-const RenderContext& context() {
+const Scheduler& scheduler() {
   static const RenderContext instance({.threads = 2});
-  return instance;
+  return instance.scheduler;
 }
 DistantCells make_cells(const Emitter& sky) {
-  return {sky, *sky.cell_grid(), kCells, context()};
+  return {sky, *sky.cell_grid(), kCells, scheduler()};
 }
 
 std::vector<float> random_floats(size_t count, unsigned seed) {
@@ -108,7 +108,7 @@ struct CellFixture {
 };
 CellFixture& cell_fixture() {
   static CellFixture instance;
-  return instance;
+  return instance.scheduler;
 }
 
 void BM_ClassifyCells(benchmark::State& state) {
@@ -195,7 +195,7 @@ struct LobeFixture {
 };
 LobeFixture& lobe_fixture() {
   static LobeFixture instance;
-  return instance;
+  return instance.scheduler;
 }
 void count_candidates(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(kCandidates));
@@ -348,7 +348,7 @@ void BM_DrawPoints(benchmark::State& state) {
   const DistantCells& cells = cell_fixture().cells;
   uint64_t seed = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(cells.draw_points(1u << 15, ++seed, context()).points.data());
+    benchmark::DoNotOptimize(cells.draw_points(1u << 15, ++seed, scheduler()).points.data());
   }
   state.SetItemsProcessed(state.iterations() << 15);
 }

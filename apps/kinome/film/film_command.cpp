@@ -160,7 +160,7 @@ class FilmCommand {
                                       .rel_mse = options_.rel_mse,
                                       .lanes = options_.renders,
                                       .seconds_after = seconds_to_write}});
-    RenderStats& stats = context.stats();
+    RenderStats& stats = context.job.stats();
     stats.left_out = load_stats_.left_out;
     stats.skipped = load_stats_.skipped;
     // The scene is loaded once, for the first frame; each frame adds the time of its update.
@@ -175,7 +175,7 @@ class FilmCommand {
     stats.total_seconds = seconds_since(start);
     stats.peak_memory_bytes = peak_memory_bytes();
     log_info(fmt::format("wrote {} ({:.2f} s)", files.name(), stats.total_seconds));
-    report(stats, summary, context.budget());
+    report(stats, summary, context.job.budget());
     return true;
   }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "kinome/render_context.h"
+#include "kinome/scene.h"
 
 namespace kinome::app {
 

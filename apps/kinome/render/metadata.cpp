@@ -29,15 +29,15 @@ Checkpoint::Identity identity_of(const Options& options, const Scene& scene, con
           {"--isa", to_string(instruction_set)}};
 }
 
-ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
-                          const std::string& integrator, const RenderStats& stats) {
+ImageMetadata metadata_of(const Scene& scene, const RenderJob& job, const std::string& integrator,
+                          const RenderStats& stats) {
   ImageMetadata metadata = {
       {"kinome:version", KINOME_VERSION},
       {"kinome:scene", scene.file()},
       {"kinome:scene_hash", scene.hash()},
       {"kinome:integrator", integrator},
       {"kinome:samples", std::to_string(std::lround(stats.samples))},
-      {"kinome:seed", std::to_string(context.seed())},
+      {"kinome:seed", std::to_string(job.seed())},
       {"kinome:isa", stats.instruction_set},
       {"kinome:plugins", fmt::format("{}", fmt::join(stats.plugins, " "))},
       {"kinome:complete", stats.complete ? "true" : "false"},

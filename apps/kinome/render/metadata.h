@@ -6,7 +6,7 @@
 #include "kinome/checkpoint.h"
 #include "kinome/image.h"
 #include "kinome/instruction_set.h"
-#include "kinome/render_context.h"
+#include "kinome/render_job.h"
 #include "kinome/scene.h"
 #include "kinome/sensor.h"
 #include "options/options.h"
@@ -14,8 +14,8 @@
 namespace kinome::app {
 
 /// Returns the attributes of an image's header that describe the render.
-ImageMetadata metadata_of(const Scene& scene, const RenderContext& context,
-                          const std::string& integrator, const RenderStats& stats);
+ImageMetadata metadata_of(const Scene& scene, const RenderJob& job, const std::string& integrator,
+                          const RenderStats& stats);
 
 /// Returns the value of --part, "3/16" or "all/16"; "" without --part.
 std::string part_text(const Options& options);

@@ -100,13 +100,13 @@ Image render_image(const Options& options, const Scene& scene, const Sensor& sen
   const Film& film = sensor.film();
   PassCallback on_pass;
   if (display) {
-    context.set_commit_callback(
+    context.scheduler.set_commit_callback(
         [display](const Film& shown, const Rect& pixels) { display->show(shown, pixels); });
     on_pass = [display](const Image& image, const RenderStats&) { display->show(image); };
   }
-  const ProcessGroup* const group = context.group();
+  const ProcessGroup* const group = context.job.group();
   log_info(fmt::format("rendering {}x{} pixels of {} on {} threads{}", film.crop().width(),
-                       film.crop().height(), options.scene, context.threads(),
+                       film.crop().height(), options.scene, context.scheduler.threads(),
                        group ? fmt::format(" of each of {} processes", group->size()) : ""));
   set_activity("rendering");
   Image image = part                ? part->render(context)
@@ -120,19 +120,19 @@ RenderSummary finish_image(const Options& options, const Scene& scene, const Sen
                            RenderContext& context, const PluginRegistry& registry,
                            const Image& image, const Output& output, Checkpoint* checkpoint,
                            const PartRender* part) {
-  RenderStats& stats = context.stats();
+  RenderStats& stats = context.job.stats();
   stats.plugins = registry.loaded();
   stats.instruction_set = to_string(used_instruction_set(registry));
   const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
   set_activity("writing the image");
-  ImageMetadata metadata = metadata_of(scene, context, integrator, stats);
+  ImageMetadata metadata = metadata_of(scene, context.job, integrator, stats);
   if (options.parts > 0 && !part) metadata.merge(metadata_of_parts(options.parts));
   write_image_files(options, sensor.film(), image, metadata, output, checkpoint, part);
   if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
   stats.write_seconds = seconds_since(write_start);
   set_activity("checking plugins");
-  stats.faults = audit_plugins(scene, sensor, context.seed(),
+  stats.faults = audit_plugins(scene, sensor, context.job.seed(),
                                stats.non_finite_samples > 0 ? kMaxAuditPositions : kAuditPositions);
   return {.scene = options.scene,
           .output = output.name(),
@@ -140,7 +140,7 @@ RenderSummary finish_image(const Options& options, const Scene& scene, const Sen
           .width = image.width,
           .height = image.height,
           .samples = static_cast<unsigned>(std::lround(stats.samples)),
-          .seed = context.seed()};
+          .seed = context.job.seed()};
 }
 
 void report_faults(const Options& options, const RenderStats& stats) {

@@ -143,7 +143,7 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
                                     .lanes = options.renders,
                                     .seconds_after = seconds_to_write},
                          .group = group});
-  RenderStats& stats = context.stats();
+  RenderStats& stats = context.job.stats();
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
   set_activity("loading the scene");
@@ -169,7 +169,7 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   if (group) check_alike(*group, identity);
   if (checkpoint) {
     checkpoint->set_identity(identity);
-    context.set_work_source(checkpoint.get());
+    context.job.set_work_source(checkpoint.get());
   }
 
   if (options.inspect) {
@@ -192,7 +192,7 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
                                                output, checkpoint.get(), part.get());
     stats.total_seconds = seconds_since(start);
     stats.peak_memory_bytes = peak_memory_bytes();
-    warn_of_missed_budget(context.budget(), stats, stats.total_seconds, {});
+    warn_of_missed_budget(context.job.budget(), stats, stats.total_seconds, {});
     report(options, stats, summary);
     status = exit_status(options, stats);
   });

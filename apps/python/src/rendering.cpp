@@ -115,8 +115,8 @@ Image render_in_this_thread(const RenderRequest& request, const std::atomic<bool
     };
   }
   Image image = render(*request.scene, other ? *other : *request.sensor, context, on_pass);
-  warn_of_missed_budget(context.budget(), context.stats(), context.seconds(), kNames);
-  stats = std::move(context.stats());
+  warn_of_missed_budget(context.job.budget(), context.job.stats(), context.job.seconds(), kNames);
+  stats = std::move(context.job.stats());
   return image;
 }
 

@@ -17,10 +17,10 @@ constexpr double kMaxPassSeconds = 1;
 
 /// Resets the context, which may hold the state of a render that an exception has ended.
 void begin(RenderContext& context) {
-  context.stats() = {};
-  context.stats().threads = context.threads();
-  context.set_deadline(kInfinity);
-  context.begin_pass(0, 0, 1);
+  context.job.stats() = {};
+  context.job.stats().threads = context.scheduler.threads();
+  context.job.set_deadline(kInfinity);
+  context.job.begin_pass(0, 0, 1);
 }
 
 }  // namespace
@@ -31,27 +31,27 @@ std::optional<Image> render_once(const Scene& scene, const Sensor& sensor, Rende
   begin(context);
   film.prepare(integrator.layers(), integrator.channels());
   {
-    const StageTimer timer(context.stats().render_seconds);
+    const StageTimer timer(context.job.stats().render_seconds);
     integrator.render(scene, sensor, context);
   }
-  if (context.interrupted()) return std::nullopt;
-  context.stats().samples = sensor.sampler().sample_count();
-  context.stats().non_finite_samples += film.non_finite();
+  if (context.job.interrupted()) return std::nullopt;
+  context.job.stats().samples = sensor.sampler().sample_count();
+  context.job.stats().non_finite_samples += film.non_finite();
   return film.develop();
 }
 
 LiveRender::LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& context)
     : context_(context), film_(sensor.film()), lane_samples_(kLanes) {
-  const double start = context.seconds();
+  const double start = context.job.seconds();
   const Integrator& integrator = scene.integrator();
   begin(context);
   film_.prepare(integrator.layers(), integrator.channels(), kLanes);
   passes_ = integrator.begin(scene, sensor, context, kInfinity);
-  seconds_ = context.seconds() - start;
+  seconds_ = context.job.seconds() - start;
 }
 
 bool LiveRender::pass() {
-  const double start = context_.seconds();
+  const double start = context_.job.seconds();
   const auto smallest = std::min_element(lane_samples_.begin(), lane_samples_.end());
   // In the first round each lane gets a single sample, so that an image appears soon.
   double samples = pass_ < kLanes ? 1 : std::max(1., done_ / kLanes);
@@ -60,23 +60,23 @@ bool LiveRender::pass() {
   }
   film_.set_lane(static_cast<uint32_t>(smallest - lane_samples_.begin()));
   // Uses the pass indices 1, 2, ..., so that the samples differ from those of render_once().
-  context_.begin_pass(++pass_, 0, 1);
+  context_.job.begin_pass(++pass_, 0, 1);
   // The film can only be restored once each lane has light paths.
   const bool is_kept = seconds_ > kMinSecondsToKeep && pass_ > kLanes;
   if (is_kept) keep_film();
   const double rendered = passes_->render(samples);
-  if (context_.interrupted()) {
+  if (context_.job.interrupted()) {
     is_whole_ = is_kept && put_film_back();
     return false;
   }
   *smallest += rendered;
   done_ += rendered;
   last_samples_ = rendered;
-  last_seconds_ = context_.seconds() - start;
+  last_seconds_ = context_.job.seconds() - start;
   seconds_ += last_seconds_;
-  context_.stats().samples = done_;
-  context_.stats().render_seconds = seconds_;
-  context_.stats().non_finite_samples = film_.non_finite();
+  context_.job.stats().samples = done_;
+  context_.job.stats().render_seconds = seconds_;
+  context_.job.stats().non_finite_samples = film_.non_finite();
   return true;
 }
 

@@ -6,6 +6,7 @@
 
 #include "kinome/integrator.h"
 #include "kinome/render_context.h"
+#include "kinome/scene.h"
 
 namespace kinome::viewer {
 

@@ -150,7 +150,7 @@ void RenderSession::render(uint32_t samples) {
 void RenderSession::run_now(const Task& task) {
   try {
     const std::lock_guard lock(scene_mutex_);
-    task({*editor_, *scene_, sensor(), context_->threads()});
+    task({*editor_, *scene_, sensor(), context_->scheduler.threads()});
   } catch (const std::exception& fault) {
     say(true, text_of(fault));
   }

@@ -119,10 +119,10 @@ void RenderSession::work() {
   };
   guarded([&] {
     context_ = std::make_unique<RenderContext>(
-        RenderContext::Options{.threads = options_.threads,
-                               .seed = options_.seed,
-                               .cancel = &cancel_,
-                               .progress = [this](double done) { fraction_ = done; }});
+        RenderOptions{.threads = options_.threads,
+                      .seed = options_.seed,
+                      .cancel = &cancel_,
+                      .progress = [this](double done) { fraction_ = done; }});
     load();
   });
   notify();
@@ -267,7 +267,7 @@ size_t RenderSession::choose_sensor(SceneEditor& editor) const {
 /// Renders a preview. Its number of pixels follows from the time of the last preview.
 void RenderSession::preview() {
   set_activity(Activity::kPreview);
-  const double start = context_->seconds();
+  const double start = context_->job.seconds();
   const Rect crop = sensor().film().crop();
   double scale = kInitialScale;
   if (seconds_per_pixel_ > 0) {
@@ -276,7 +276,7 @@ void RenderSession::preview() {
   scale = std::clamp(scale, kMinScale, 1.);
   const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels * scale + 0.5)); };
   const double pixels = preview_of(side(crop.width()), side(crop.height()), start);
-  seconds_per_pixel_ = (context_->seconds() - start) / pixels;
+  seconds_per_pixel_ = (context_->job.seconds() - start) / pixels;
   wants_preview_ = false;
   // Renders a full-size preview next if the first pass of the integrator takes long.
   wants_whole_preview_ = scale < 1 && is_slow_to_begin(scene_->integrator());
@@ -292,7 +292,7 @@ double RenderSession::preview_of(int width, int height, double start) {
   }
   const auto film_sensor = with_own_film(sensor(), width, height, 1);
   auto image = render_once(*scene, *film_sensor, *context_);
-  if (image) publish(*scene, std::move(*image), true, false, context_->seconds() - start, -1);
+  if (image) publish(*scene, std::move(*image), true, false, context_->job.seconds() - start, -1);
   return static_cast<double>(width) * height;
 }
 
@@ -300,7 +300,7 @@ void RenderSession::improve() {
   set_activity(Activity::kRendering);
   if (std::exchange(wants_whole_preview_, false)) {
     const Rect crop = sensor().film().crop();
-    preview_of(crop.width(), crop.height(), context_->seconds());
+    preview_of(crop.width(), crop.height(), context_->job.seconds());
     return;
   }
   if (!live_) live_ = std::make_unique<LiveRender>(*scene_, sensor(), *context_);
@@ -323,7 +323,7 @@ void RenderSession::render_exactly() {
   auto image = render_once(*scene_, *samples, *context_);
   if (!image) return;
   is_done_ = true;
-  publish(*scene_, std::move(*image), false, true, context_->stats().render_seconds, -1);
+  publish(*scene_, std::move(*image), false, true, context_->job.stats().render_seconds, -1);
   set_activity(Activity::kFinished);
 }
 
@@ -331,7 +331,7 @@ void RenderSession::publish(const Scene& scene, Image image, bool is_preview, bo
                                     double seconds, double rel_mse) {
   auto picture = std::make_shared<Picture>();
   picture->image = std::move(image);
-  picture->stats = context_->stats();
+  picture->stats = context_->job.stats();
   picture->generation = ++generation_;
   picture->edition = edition_;
   picture->crop = sensor().film().crop();

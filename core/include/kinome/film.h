@@ -65,7 +65,7 @@ class KINOME_EXPORT Film : public Object {
   int first_layer() const { return first_layer_; }
 
   FilmTile make_tile(const Rect& pixels, int layer = 0) const;
-  /// Merges a tile into the film. Integrators call RenderContext::for_each_tile() or commit()
+  /// Merges a tile into the film. Integrators call Scheduler::for_each_tile() or commit()
   /// instead, which also update checkpoints.
   void commit(const FilmTile& tile);
   /// Number of commits since prepare().

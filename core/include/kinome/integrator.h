@@ -70,4 +70,7 @@ class KINOME_EXPORT Integrator : public Object {
                                           RenderContext& context, const Vec2& film_position) const;
 };
 
+/// Warns if the scene has no emitter, for integrators that show only emitted light.
+KINOME_EXPORT void warn_without_emitters(const Scene& scene);
+
 }  // namespace kinome

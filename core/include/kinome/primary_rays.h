@@ -17,8 +17,8 @@ inline constexpr Stage kFilmStage{"film", "adds up the picture"};
 
 /// Value of SampleKey::seed throughout a render: combines `--seed` and the seed of the scene's
 /// sampler.
-inline uint64_t key_seed(const RenderContext& context, const Sampler& sampler) {
-  return hash_words(context.seed(), sampler.seed());
+inline uint64_t key_seed(const RenderJob& job, const Sampler& sampler) {
+  return hash_words(job.seed(), sampler.seed());
 }
 
 /// Camera rays of some pixels, traced together, and the surfaces they hit: the G-buffer of a tile
@@ -73,15 +73,15 @@ void for_each_part(const Rect& pixels, uint32_t samples_per_pixel, uint32_t rays
 /// fn(first_sample, samples) for each. Renders with very many samples thus show progress and can be
 /// interrupted with a usable image.
 template <class Function>
-void for_each_sample_range(RenderContext& context, uint32_t samples_per_pixel, Function&& fn) {
+void for_each_sample_range(RenderJob& job, uint32_t samples_per_pixel, Function&& fn) {
   constexpr uint32_t kSamples = 1024;
   const auto share = [&](uint32_t n) { return static_cast<double>(n) / samples_per_pixel; };
-  for (uint32_t first = 0; first < samples_per_pixel && !context.cancelled(); first += kSamples) {
+  for (uint32_t first = 0; first < samples_per_pixel && !job.cancelled(); first += kSamples) {
     const uint32_t count = std::min(kSamples, samples_per_pixel - first);
-    context.set_progress_range(share(first), share(first + count));
+    job.set_progress_range(share(first), share(first + count));
     fn(first, count);
   }
-  context.set_progress_range(0, 1);
+  job.set_progress_range(0, 1);
 }
 
 }  // namespace kinome

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -76,5 +77,14 @@ class KINOME_EXPORT ProcessGroup {
 /// throws, all throw an AgreedError with the message of the lowest rank that failed. Without a
 /// group (nullptr), just calls fn().
 KINOME_EXPORT void together(ProcessGroup* group, const std::function<void()>& fn);
+
+/// True on the process that owns the film. Always true without a group (nullptr).
+KINOME_EXPORT bool is_root(const ProcessGroup* group);
+/// Returns the root's `value`, so that all processes use the same one, for example of the time.
+/// Collective. Returns `value` without a group (nullptr).
+KINOME_EXPORT double agree(ProcessGroup* group, double value);
+/// Sums each value over all processes of the group (all-reduce). Collective. Does nothing without a
+/// group (nullptr).
+KINOME_EXPORT void add_up(ProcessGroup* group, std::span<uint64_t> numbers);
 
 }  // namespace kinome

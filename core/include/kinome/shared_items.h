@@ -75,7 +75,7 @@ class SharedBytes {
   bool reads_ = false;
 };
 
-/// Results that the items of a RenderContext::for_each() leave in the caller's memory. In a group
+/// Results that the items of a Scheduler::for_each() leave in the caller's memory. In a group
 /// of processes, they are transferred to all processes.
 class SharedItems {
  public:

@@ -5,36 +5,40 @@
 #include <functional>
 
 #include "kinome/export.h"
+#include "kinome/math.h"
 
 namespace kinome {
 
 class Film;
 
-/// Reports which items of a render's passes are in the film already, and records the items that are
-/// added. Checkpoint (libs/session) resumes earlier renders by it. Without one, all items
-/// are rendered. Not thread-safe; the render context serialises the calls.
+/// Reports which work of a render's passes is needed, and records the items that are added to the
+/// film. Checkpoint (libs/session) resumes earlier renders by it. The default functions render
+/// everything and record nothing. Not thread-safe; the scheduler serialises the calls, except for
+/// those of is_wanted().
 class KINOME_EXPORT WorkSource {
  public:
   virtual ~WorkSource();
 
   /// Begins a render whose film is prepared. May fill the film with stored data.
-  virtual void begin(Film& film) = 0;
+  virtual void begin(Film& /*film*/) {}
   /// True if the film was filled with stored data.
-  virtual bool resumes() const = 0;
+  virtual bool resumes() const { return false; }
+  /// True unless no pixel of `pixels` of a film layer needs samples. Thread-safe.
+  virtual bool is_wanted(const Rect& /*pixels*/, int /*layer*/) const { return true; }
   /// Begins a pass with this number of items.
-  virtual void begin_pass(size_t items) = 0;
+  virtual void begin_pass(size_t /*items*/) {}
   /// True if an item of the pass is in the film already.
-  virtual bool is_done(size_t item) const = 0;
+  virtual bool is_done(size_t /*item*/) const { return false; }
   /// Records that an item of the pass is in the film, with this number of commits.
-  virtual void add(Film& film, size_t item, uint64_t commits) = 0;
+  virtual void add(Film& /*film*/, size_t /*item*/, uint64_t /*commits*/) {}
   /// Returns decide(), or the stored result of the same decision.
-  virtual double decide(const std::function<double()>& decide) = 0;
+  virtual double decide(const std::function<double()>& decide) { return decide(); }
   /// Stores the film now.
-  virtual void save(Film& film) = 0;
+  virtual void save(Film& /*film*/) {}
   /// Stores the film a last time. Called only once.
-  virtual void close(Film& film) = 0;
+  virtual void close(Film& /*film*/) {}
   /// Stores nothing more, because the film contains samples that no pass accounts for.
-  virtual void abandon() = 0;
+  virtual void abandon() {}
 };
 
 }  // namespace kinome

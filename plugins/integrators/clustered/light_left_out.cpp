@@ -85,10 +85,10 @@ std::string percent(double share) {
 LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longest,
                                     const Scene& scene, const Sensor& sensor,
                                     RenderContext& context) {
-  const uint64_t seed = hash_words(key_seed(context, sensor.sampler()), 0x1ef7);
+  const uint64_t seed = hash_words(key_seed(context.job, sensor.sampler()), 0x1ef7);
   std::array<BatchSums, kBatches> batches;
   const transport::SceneTable table(scene);
-  context.parallel_for(kBatches, [&](size_t i) {
+  context.scheduler.parallel_for(kBatches, [&](size_t i) {
     const RandomPixels pixels(sensor.film().crop(), static_cast<uint32_t>(i), seed);
     batches[i] = trace_batch(settings, longest, table, sensor, pixels.samples);
   });
@@ -111,7 +111,7 @@ LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longe
 void warn_of_light_left_out(const Location& where, const PathSettings& requested, uint32_t longest,
                             const Scene& scene, const Sensor& sensor, RenderContext& context) {
   if (longest >= requested.length.max_depth || log_level() == LogLevel::kQuiet) return;
-  const StageTimer timer(context.stats().counters.stage_seconds["light left out"]);
+  const StageTimer timer(context.job.stats().counters.stage_seconds["light left out"]);
   const LightLeftOut found = measure_light_left_out(requested, longest, scene, sensor, context);
   if (found.share < kMinShare || found.share < kMinErrors * found.error) return;
   log_warn(Error(where, std::string("light after ") + (longest == 3 ? "two bounces" : "a bounce") +

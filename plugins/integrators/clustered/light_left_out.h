@@ -2,6 +2,7 @@
 
 #include "kinome/error.h"
 #include "kinome/render_context.h"
+#include "kinome/scene.h"
 #include "transport/path_parameters.h"
 
 namespace kinome {

@@ -88,7 +88,7 @@ inline void warn_of_light_left_out(const PointLightSettings& settings, const Sce
 
 inline ScenePointLights gather(const PointLightSettings& settings, const Scene& scene,
                                RenderContext& context) {
-  const StageTimer timer(context.stats().counters.stage_seconds["light points"]);
+  const StageTimer timer(context.job.stats().counters.stage_seconds["light points"]);
   return gather_point_lights(scene, context, settings.light_samples, settings.options);
 }
 

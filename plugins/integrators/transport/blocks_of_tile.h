@@ -76,20 +76,19 @@ class Workers {
 template <class Worker, class Make, class Function>
 void render_tiles(const Sensor& sensor, RenderContext& context, int layer, const Make& make,
                   const Function& fn) {
-  const uint64_t seed = key_seed(context, sensor.sampler());
+  const uint64_t seed = key_seed(context.job, sensor.sampler());
   Workers<Worker> workers;
   for_each_sample_range(
-      context, sensor.sampler().sample_count(), [&](uint32_t first, uint32_t count) {
+      context.job, sensor.sampler().sample_count(), [&](uint32_t first, uint32_t count) {
         const auto render = [&](Tile& tile) {
           workers.with_one(make, [&](Worker& worker) {
-            for_each_block(tile.pixels, first, count, seed,
-                           [&](const PixelSamples& samples) {
-                             context.give_up_if_asked();
-                             fn(worker, samples, tile);
-                           });
+            for_each_block(tile.pixels, first, count, seed, [&](const PixelSamples& samples) {
+              context.job.check_interrupt();
+              fn(worker, samples, tile);
+            });
           });
         };
-        context.for_each_tile(sensor.film(), render, layer);
+        context.scheduler.for_each_tile(sensor.film(), render, layer);
       });
 }
 

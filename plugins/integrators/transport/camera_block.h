@@ -7,6 +7,7 @@
 #include "camera.h"
 #include "coverage.h"
 #include "film_samples.h"
+#include "kinome/integrator.h"
 #include "kinome/primary_rays.h"
 
 namespace kinome::transport {

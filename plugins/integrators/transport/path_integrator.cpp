@@ -7,9 +7,9 @@ namespace kinome::transport {
 
 void PathIntegrator::render(const Scene& scene, const Sensor& sensor,
                             RenderContext& context) const {
-  if (scene.emitters().empty()) context.skip("paths", "the scene has no emitters");
+  if (scene.emitters().empty()) context.job.skip("paths", "the scene has no emitters");
   if (settings_.length.max_depth == 0) {
-    context.skip("paths", "max_depth is 0: the image is black");
+    context.job.skip("paths", "max_depth is 0: the image is black");
     return;
   }
   const SceneTable table(scene);

@@ -21,12 +21,13 @@ class FaultyIntegrator final : public Integrator {
     fault_.crash_if("in render");
     if (fault_.is("crash in the core")) {
       Film* const volatile none = nullptr;
-      context.commit(*none, 0, {sensor.film().make_tile({0, 0, 1, 1})});
+      context.scheduler.commit(*none, 0, {sensor.film().make_tile({0, 0, 1, 1})});
     }
     if (fault_.is("preparing")) {
-      context.parallel_for(1000, [&](size_t) { fault_.throw_if("preparing", "prepare"); });
+      context.scheduler.parallel_for(1000,
+                                     [&](size_t) { fault_.throw_if("preparing", "prepare"); });
     }
-    context.for_each_tile(sensor.film(), [&](Tile& tile) {
+    context.scheduler.for_each_tile(sensor.film(), [&](Tile& tile) {
       fault_.throw_if("worker", "work");
       const Rect& pixels = tile.pixels;
       for (int y = pixels.y0; y < pixels.y1; ++y) {

@@ -20,10 +20,10 @@ class Normals final : public Integrator {
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     const Sampler& sampler = sensor.sampler();
-    context.for_each_tile(sensor.film(), [&](Tile& tile) {
+    context.scheduler.for_each_tile(sensor.film(), [&](Tile& tile) {
       PrimaryBatch batch;
       for_each_part(tile.pixels, sampler.sample_count(), 4096, [&](uint32_t first, uint32_t count) {
-        batch.trace(scene, sensor, tile.pixels, first, count, key_seed(context, sampler),
+        batch.trace(scene, sensor, tile.pixels, first, count, key_seed(context.job, sampler),
                     tile.counters);
         for (size_t i = 0; i < batch.size(); ++i) add(tile, sensor.film(), batch, i);
       });

@@ -22,8 +22,8 @@ class KINOME_EXPORT ClusteredLight {
 
   /// Represents the emitter by about `count` light points, distributed uniformly over directions
   /// (or surfaces). Their powers sum to the emitter's power. Positions may depend on
-  /// context.seed(). Adds traced rays and elapsed time to context.stats(). Returns nullopt if
-  /// unsupported.
+  /// context.job.seed(). Adds traced rays and elapsed time to context.job.stats(). Returns nullopt
+  /// if unsupported.
   virtual std::optional<LightPoints> light_points(const Scene& /*scene*/,
                                                   RenderContext& /*context*/,
                                                   uint32_t /*count*/) const {

@@ -15,11 +15,11 @@ namespace kinome {
 /// File that records a render's progress from time to time, so that a later run can resume it. The
 /// resumed render has the same bits, for any number of threads.
 ///
-/// A checkpoint stores the film's sums and, for each pass (RenderContext::for_each()), the items
-/// that are in them (RenderContext::commit()). A resumed render starts like any other and skips
+/// A checkpoint stores the film's sums and, for each pass (Scheduler::for_each()), the items
+/// that are in them (Scheduler::commit()). A resumed render starts like any other and skips
 /// these items. Passes without commits, such as learning passes, are repeated; they give the same
 /// results for the same seed. Decisions that depend on the film's contents
-/// (RenderContext::decide()) are stored, too.
+/// (RenderJob::decide()) are stored, too.
 ///
 /// The file is written under a temporary name, synced and renamed, so it is either complete or the
 /// previous one. It contains the identity of the render and ends with a checksum. Its byte order is

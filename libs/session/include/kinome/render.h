@@ -6,6 +6,7 @@
 
 #include "kinome/image.h"
 #include "kinome/render_context.h"
+#include "kinome/scene.h"
 
 namespace kinome {
 

@@ -9,7 +9,7 @@
 #include "clustered/cells/quad_importance.h"
 #include "clustered/kernels/candidate_kernels.h"
 #include "kinome/clustered_light.h"
-#include "kinome/render_context.h"
+#include "kinome/scheduler.h"
 #include "kinome/sampler.h"
 
 namespace kinome {
@@ -20,7 +20,7 @@ constexpr double kPiD = std::numbers::pi;
 }  // namespace
 
 CellPoints DistantCells::draw_points(uint32_t count, uint64_t seed,
-                                     const RenderContext& context) const {
+                                     const Scheduler& scheduler) const {
   double roots = 0;
   for (uint32_t c = 0; c < size_; ++c) roots += std::sqrt(static_cast<double>(flux_[c]));
   const uint32_t least = std::clamp(std::bit_floor(count / size_), 4u, 16u);
@@ -35,7 +35,7 @@ CellPoints DistantCells::draw_points(uint32_t count, uint64_t seed,
   }
   out.points.resize(out.first.back());
   for (auto& v : out.vector_flux) v.assign(padded_size(), 0.f);
-  context.parallel_for(size_, [&](size_t i) {
+  scheduler.parallel_for(size_, [&](size_t i) {
     const auto cell = static_cast<uint32_t>(i);
     const std::span points(out.points.data() + out.first[i], out.first[i + 1] - out.first[i]);
     draw_cell(cell, hash_words(seed, i), points);

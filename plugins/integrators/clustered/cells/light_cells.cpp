@@ -10,7 +10,7 @@
 #include "clustered/cells/hilbert_points.h"
 #include "clustered/cells/quad_importance.h"
 #include "kinome/clustered_light.h"
-#include "kinome/render_context.h"
+#include "kinome/scheduler.h"
 
 namespace kinome {
 namespace {
@@ -50,7 +50,7 @@ struct LessUrgent {
 }  // namespace
 
 DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
-                           const RenderContext& context)
+                           const Scheduler& scheduler)
     : emitter_(&emitter), hooks_(clustered_light(emitter)), grid_(grid) {
   const GridParts parts = parts_of(grid_);
   columns_parts_ = parts.columns;
@@ -58,7 +58,7 @@ DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, 
   grid_.columns *= columns_parts_;
   grid_.rows *= rows_parts_;
   grid_.first_column *= static_cast<float>(columns_parts_);
-  if (!(tabulate(context) > 0)) return;
+  if (!(tabulate(scheduler) > 0)) return;
   divide(std::clamp(count, 1u, kMaxCells));
   const size_t padded = (size_ + kPadding - 1) / kPadding * kPadding;
   const auto resize = [&](std::vector<float>& v) { v.assign(padded, 0.f); };
@@ -70,7 +70,7 @@ DistantCells::DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, 
   for (auto& v : axis_) resize(v);
   for (auto& v : edges_) resize(v);
   const GridIntegrals integrals(grid_);
-  context.parallel_for(size_, [&](size_t i) { describe(static_cast<uint32_t>(i), integrals); });
+  scheduler.parallel_for(size_, [&](size_t i) { describe(static_cast<uint32_t>(i), integrals); });
   blocks_ = CellBlocks(*this);
 }
 
@@ -181,7 +181,7 @@ void DistantCells::tabulate_band(int y0, int y1) {
 }
 
 /// Tabulates the importance of all quads; returns its integral over the sphere.
-double DistantCells::tabulate(const RenderContext& context) {
+double DistantCells::tabulate(const Scheduler& scheduler) {
   const int columns = grid_.columns, rows = grid_.rows;
   importance_ = std::make_shared<QuadImportance>(columns, rows);
   row_cosines_.resize(rows + 1);
@@ -192,7 +192,7 @@ double DistantCells::tabulate(const RenderContext& context) {
     column_cosines_.push_back(std::cos(phi));
   }
   std::vector<double> row_means(rows);
-  context.parallel_for((rows + kBand - 1) / kBand, [&](size_t band) {
+  scheduler.parallel_for((rows + kBand - 1) / kBand, [&](size_t band) {
     const int y0 = static_cast<int>(band) * kBand, y1 = std::min(y0 + kBand, rows);
     if (grid_.bilinear_quads) tabulate_band(y0, y1);
     for (int y = y0; y < y1; ++y) {
@@ -213,7 +213,7 @@ double DistantCells::tabulate(const RenderContext& context) {
   double total = 0;
   for (const double mean : row_means) total += mean;
   const auto least = static_cast<float>(kFloor * total / (4 * kPiD));
-  context.parallel_for(rows, [&](size_t y) { importance_->sum_row(static_cast<int>(y), least); });
+  scheduler.parallel_for(rows, [&](size_t y) { importance_->sum_row(static_cast<int>(y), least); });
   return total;
 }
 

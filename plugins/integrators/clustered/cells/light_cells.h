@@ -16,7 +16,7 @@ namespace kinome {
 class ClusteredLight;
 class Emitter;
 class QuadImportance;
-class RenderContext;
+class Scheduler;
 struct GridIntegrals;
 
 /// A direction of a cell's light, drawn with `density` per solid angle within the cell.
@@ -56,7 +56,7 @@ class DistantCells {
   /// is wider than an eighth of a turn. A cell has negative light if the environment does.
   /// Densities are never 0 where there is light.
   DistantCells(const Emitter& emitter, const EnvironmentGrid& grid, uint32_t count,
-               const RenderContext& context);
+               const Scheduler& scheduler);
 
   uint32_t size() const { return size_; }  ///< 0: the environment is black
   uint32_t padded_size() const { return static_cast<uint32_t>(flux_.size()); }
@@ -82,7 +82,7 @@ class DistantCells {
   /// Draws about `count` points. Each cell gets a power of two of them, at least four. They are
   /// Owen-scrambled Sobol points, randomised by `seed`. A uniformly chosen point of a cell is
   /// distributed by the cell's density.
-  CellPoints draw_points(uint32_t count, uint64_t seed, const RenderContext& context) const;
+  CellPoints draw_points(uint32_t count, uint64_t seed, const Scheduler& scheduler) const;
 
   /// Arguments of look_up(): unit directions, world space; for each, the cell that contains it, the
   /// density of the cell's points there, per solid angle, and the radiance. Arrays must have a size
@@ -99,7 +99,7 @@ class DistantCells {
   struct Rectangle {
     int x0, y0, x1, y1;
   };
-  double tabulate(const RenderContext& context);
+  double tabulate(const Scheduler& scheduler);
   void tabulate_row(int row, float* importance) const;
   void tabulate_band(int y0, int y1);
   void divide(uint32_t count);

@@ -48,9 +48,9 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
     }
   }
   if (options.max_depth < 3) {
-    context.skip("indirect light", "max_depth is 2");
+    context.job.skip("indirect light", "max_depth is 2");
   } else if (!options.local) {
-    context.skip("indirect light", "mode is 'distant'");
+    context.job.skip("indirect light", "mode is 'distant'");
   } else {
     for (const Emitter* emitter : scene.indirect_emitters()) {
       auto points = light_points_of(*emitter, scene, context, count);

@@ -219,7 +219,7 @@ std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
                                                        RenderContext& context) const {
   std::deque<ClusterChooser> choosers;
   if (lights.sets.empty()) {
-    context.skip("light tree", "no emitter offers light points");
+    context.job.skip("light tree", "no emitter offers light points");
     return choosers;
   }
   const auto light_sampler = sensor.sampler().with_sample_count(settings_.emitter_samples);
@@ -234,7 +234,7 @@ std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
 /// Makes the cut, and sorts `points` in the order of the tree.
 std::shared_ptr<const LightCut> ThesisMethod::make_cut(LightPoints& points,
                                                        RenderContext& context) const {
-  const StageTimer timer(context.stats().counters.stage_seconds["tree"]);
+  const StageTimer timer(context.job.stats().counters.stage_seconds["tree"]);
   const LightTree tree(std::move(points));
   points = tree.points();
   return std::make_shared<LightCut>(tree, settings_.cut_size, settings_.criterion);
@@ -244,11 +244,11 @@ std::shared_ptr<const LightCut> ThesisMethod::make_cut(LightPoints& points,
 std::shared_ptr<Sampler> ThesisMethod::lobe_sampler(const Scene& scene, const Sensor& sensor,
                                                     RenderContext& context) const {
   if (!settings_.importance()->uses_point()) {
-    context.skip("lobe rays", "importance is luminance alone");
+    context.job.skip("lobe rays", "importance is luminance alone");
     return nullptr;
   }
   if (settings_.brdf_samples == 0) {
-    context.skip("lobe rays", "brdf_samples is 0");
+    context.job.skip("lobe rays", "brdf_samples is 0");
     return nullptr;
   }
   for (const auto& shape : scene.shapes()) {
@@ -256,13 +256,13 @@ std::shared_ptr<Sampler> ThesisMethod::lobe_sampler(const Scene& scene, const Se
       return sensor.sampler().with_sample_count(settings_.brdf_samples);
     }
   }
-  context.skip("lobe rays", "no surface has a glossy lobe");
+  context.job.skip("lobe rays", "no surface has a glossy lobe");
   return nullptr;
 }
 
 void ThesisMethod::render(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
   if (lacks_diagnostics_) {
-    context.skip("diagnostics", "the scene isn't rendered by importance 'product'");
+    context.job.skip("diagnostics", "the scene isn't rendered by importance 'product'");
   }
   if (render_without_surfaces(points_, scene, sensor, context)) return;
   ScenePointLights lights = gather(points_, scene, context);
@@ -278,7 +278,7 @@ std::vector<Inspection> ThesisMethod::inspect(const Scene& scene, const Sensor& 
   const transport::SceneTable table(scene);
   transport::Camera camera(table, sensor, 1, points_.options.hide_emitters);
   const auto column = static_cast<uint32_t>(x), row = static_cast<uint32_t>(y);
-  const PixelSamples samples{&column, &row, 1, 0, 1, key_seed(context, sensor.sampler())};
+  const PixelSamples samples{&column, &row, 1, 0, 1, key_seed(context.job, sensor.sampler())};
   camera.trace(samples, counters);
   const SurfaceBlock& seen = camera.surfaces().points();
   if (seen.count == 0) throw Error("there is no surface at the pixel to inspect");

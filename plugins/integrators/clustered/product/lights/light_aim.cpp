@@ -111,7 +111,7 @@ std::vector<EyePoint> points_around(const Scene& scene, std::span<const SurfaceI
     points = next_points(scene, points, rays_of_each, counters);
     all.insert(all.end(), points.begin(), points.end());
   }
-  context.stats().counters.add(counters);
+  context.job.stats().counters.add(counters);
   return all;
 }
 

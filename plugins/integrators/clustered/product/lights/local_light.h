@@ -18,6 +18,8 @@
 
 namespace kinome {
 
+class Scheduler;
+
 /// Light point (VPL): a random point on a surface that emits or reflects light, drawn in proportion
 /// to its flux.
 struct LightPoint {
@@ -310,7 +312,7 @@ class LocalLight {
   /// Number of parts into which a walk is split at a light point.
   uint32_t parts_at(const LightPoint& point) const;
   void land(const LightWalk& walk, const SurfaceInteraction& si, float distance, Drawn& out) const;
-  LocalPoints sort_by_cell(std::vector<Drawn>& chunks, RenderContext& context) const;
+  LocalPoints sort_by_cell(std::vector<Drawn>& chunks, const Scheduler& scheduler) const;
   uint32_t surface_cell(const SurfaceInteraction& si) const;
   uint32_t bounce_cell(const SurfaceInteraction& si, float side) const;
   SourceChoice::At asked_at(const SurfaceInteraction& y, float side) const;

@@ -98,7 +98,7 @@ std::vector<WeightedPosition> LocalLight::lit_positions(const std::vector<EyePoi
   }
   RenderCounters counters;
   const std::vector<float> shares = arriving_shares(scene_, passing(), rays, counters);
-  context.stats().counters.add(counters);
+  context.job.stats().counters.add(counters);
   double sum = 0;
   size_t count = 0;
   for (size_t i = 0; i < points.size(); ++i) {

@@ -164,7 +164,7 @@ std::vector<SurfaceInteraction> places_seen(const Scene& scene, const Sensor& se
   RenderCounters counters;
   scene.intersect(rays, Coherence::kIncoherent, counters);
   counters[RayKind::kCamera] += count;
-  context.stats().counters.add(counters);
+  context.job.stats().counters.add(counters);
   std::vector<SurfaceInteraction> places;
   for (const RayHit& ray : rays) {
     if (!ray.hit.valid()) continue;
@@ -192,7 +192,7 @@ std::vector<LightGuide::Use> LocalLight::find_uses(const std::vector<Drawn>& chu
   const size_t parts = (seen.size() + kViewsOfChunk - 1) / kViewsOfChunk;
   std::vector<std::vector<UsePilot::Found>> found(parts);
   std::vector<RenderCounters> counters(parts);
-  context.parallel_for(parts, [&](size_t part) {
+  context.scheduler.parallel_for(parts, [&](size_t part) {
     const size_t begin = part * kViewsOfChunk;
     UsePilot pilot(scene_, passing(), points, seed);
     pilot.look(seen.subspan(begin, std::min(kViewsOfChunk, seen.size() - begin)), begin,
@@ -200,7 +200,7 @@ std::vector<LightGuide::Use> LocalLight::find_uses(const std::vector<Drawn>& chu
   });
   for (size_t part = 0; part < parts; ++part) {
     for (const UsePilot::Found& f : found[part]) uses[f.point].use += f.use;
-    context.stats().counters.add(counters[part]);
+    context.job.stats().counters.add(counters[part]);
   }
   return uses;
 }

@@ -52,7 +52,7 @@ simd::LightPointRow row_of(const LightPoint& p) {
 
 /// Sorts points by cell, and along a Morton curve within a cell, so that every nth point is spread
 /// over the cell.
-LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, RenderContext& context) const {
+LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, const Scheduler& scheduler) const {
   LocalPoints all;
   std::vector<Aabb> boxes(size_);
   all.first.assign(size_ + 1, 0);
@@ -89,7 +89,7 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, RenderContext& 
   all.rows.resize(keys.size());
   all.reflection.resize(keys.size());
   const uint32_t parts = (size_ + kCellsOfPart - 1) / kCellsOfPart;
-  context.parallel_for(parts, [&](size_t part) {
+  scheduler.parallel_for(parts, [&](size_t part) {
     const auto first_cell = static_cast<uint32_t>(part) * kCellsOfPart;
     const uint32_t last_cell = std::min(first_cell + kCellsOfPart, size_);
     for (uint32_t c = first_cell; c < last_cell; ++c) {
@@ -128,7 +128,7 @@ LocalPoints LocalLight::draw(uint64_t seed, RenderContext& context, float share)
   std::vector<Drawn> chunks;
   draw_part(false, share_of(surface_count_), hash_words(seed, 1), context, chunks);
   draw_part(true, share_of(bounce_count_), hash_words(seed, 2), context, chunks);
-  LocalPoints points = sort_by_cell(chunks, context);
+  LocalPoints points = sort_by_cell(chunks, context.scheduler);
   points.share = share;
   return points;
 }

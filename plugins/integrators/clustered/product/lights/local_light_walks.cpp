@@ -97,11 +97,12 @@ void LocalLight::draw_part(bool bounce, uint32_t count, uint64_t seed, RenderCon
     out.walks.swap(walker.spare);
   };
   transport::Workers<Walker> walkers;
-  context.parallel_for(parts, [&](size_t c) {
+  context.scheduler.parallel_for(parts, [&](size_t c) {
     walkers.with_one([&] { return std::make_unique<Walker>(table_); },
                      [&](Walker& walker) { draw_chunk(c, walker); });
   });
-  for (size_t c = before; c < chunks.size(); ++c) context.stats().counters.add(chunks[c].counters);
+  for (size_t c = before; c < chunks.size(); ++c)
+    context.job.stats().counters.add(chunks[c].counters);
 }
 
 /// Draws points of the surface of a source, one for each origin, into walker.leaving.

@@ -80,7 +80,7 @@ std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor&
   const auto local = make_local_light(task);
   CellPoints distant_points;
   if (cells.size() > 0) {
-    distant_points = cells.draw_points(CellLight::points_for(kInfinity), seed, context);
+    distant_points = cells.draw_points(CellLight::points_for(kInfinity), seed, context.scheduler);
   }
   LocalPoints local_points;
   if (local) local_points = local->draw(hash_words(seed, 6), context);
@@ -124,7 +124,7 @@ std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor&
   };
   const Records pilot = probe(kPilotRays, 2);
   CellNeighbours neighbours;
-  if (cells.size() > 0) neighbours = find_neighbours(cells, context);
+  if (cells.size() > 0) neighbours = find_neighbours(cells, context.scheduler);
   VisibilityLearner learner(padded, &neighbours);
   for (size_t p = 0; p < pilot.size(); ++p) {
     learner.begin();

@@ -11,6 +11,7 @@
 #include "clustered/product/trial/method_trial.h"
 #include "clustered/product/trial/path_tiles.h"
 #include "kinome/log.h"
+#include "kinome/process_group.h"
 #include "transport/path_integrator.h"
 
 namespace kinome {
@@ -118,7 +119,7 @@ MethodTrial::Way way_of_paths(const ProductTask& task, const transport::SceneTab
       }
     };
     tiles.for_each_block<PathTiles>(
-        task.context, image,
+        task.context.scheduler, image,
         [&] { return std::make_unique<PathTiles>(table, task.sensor, task.path_settings()); },
         [&](int block, PathTiles& paths, RenderCounters& counters) {
           paths.trace(
@@ -155,19 +156,20 @@ std::optional<Measured> try_both(const ProductTask& task, const ProductMethod::C
   if (!product.can_use_paths()) return std::nullopt;
   if (product.aimed_share() < kMinAimedShare) return Measured{};
   const double cost = has_few_primitives(task.scene) ? kCostAmongFewPrimitives : kCostOfRay;
-  const double start = context.seconds();
+  const double start = context.job.seconds();
   const double pilot_rays = product.learn_for_trial(length.rays_per_pixel, trial);
   if (deadline < kInfinity) {
-    const double now = context.seconds();
-    trial.keep(context.agree(kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start))));
+    const double now = context.job.seconds();
+    trial.keep(agree(context.job.group(),
+                     kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start))));
   }
   MethodTrial::Way product_way = product.trial_way(trial, rays, length, cost, seed);
   double seconds = 0;
   product_way.render = [&, render = product_way.render](const MethodTrial& tiles, uint64_t index,
                                                         std::vector<Rgb>& image) {
-    const double begin = context.seconds();
+    const double begin = context.job.seconds();
     render(tiles, index, image);
-    seconds += context.seconds() - begin;
+    seconds += context.job.seconds() - begin;
   };
   const transport::SceneTable table(task.scene);
   const MethodTrial::Way path_way = way_of_paths(task, table, seed, 2);
@@ -188,7 +190,7 @@ std::optional<Measured> try_both(const ProductTask& task, const ProductMethod::C
         const bool is_part = first.tiles.size() * kTileSide * kTileSide < trial.pixels().size();
         return is_for_path(*map_of(first), is_part ? kClearRatioOfPart : kClearRatio);
       });
-  if (context.cancelled() || result.tiles.empty()) return std::nullopt;
+  if (context.job.cancelled() || result.tiles.empty()) return std::nullopt;
   return Measured{map_of(result), kTrialPaths / (result.cost * rays), result.deviation,
                   2 * rays * static_cast<double>(trial.pixels().size()) / seconds};
 }
@@ -220,7 +222,7 @@ bool is_path_possible(const ProductTask& task) {
 
 std::unique_ptr<Passes> path_passes(const ProductTask& task, double paths_per_sample,
                                     const std::string& reason) {
-  task.context.skip("product", reason);
+  task.context.job.skip("product", reason);
   return std::make_unique<PathPasses>(task, paths_per_sample);
 }
 
@@ -233,7 +235,7 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
   };
   const uint64_t seed = hash_words(task.seed, kTrialSeed);
   double work = length.rays_per_pixel * task.grid.crop().area() * kCostOfRay;
-  if (const double rel_mse = context.budget().rel_mse; rel_mse > 0) {
+  if (const double rel_mse = context.job.budget().rel_mse; rel_mse > 0) {
     work = std::min(work, task.grid.crop().area() * path_rays_to_error(rel_mse, task, seed));
   }
   const auto tiles = static_cast<int>(
@@ -244,11 +246,11 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
   if (is_short) {
     return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }
-  const double deadline = context.seconds() + kTrialShare * length.seconds;
-  context.set_deadline(deadline);
+  const double deadline = context.job.seconds() + kTrialShare * length.seconds;
+  context.job.set_deadline(deadline);
   auto measured = try_both(task, cells, length, trial, deadline, seed);
-  const bool is_late = context.cancelled() && !context.interrupted();
-  context.set_deadline(kInfinity);
+  const bool is_late = context.job.cancelled() && !context.job.interrupted();
+  context.job.set_deadline(kInfinity);
   if (is_late) return by_path(1, "there was too little time for a trial");
   if (!measured) return {};
   if (!measured->map) {
@@ -274,7 +276,7 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
   MethodChoice choice;
   if (mixed < kMaxWorkOfTiles * product) choice.map = std::move(measured->map);
   choice.paths_per_ray = measured->paths_per_ray;
-  choice.rays_per_second = context.agree(measured->rays_per_second);
+  choice.rays_per_second = agree(context.job.group(), measured->rays_per_second);
   return choice;
 }
 

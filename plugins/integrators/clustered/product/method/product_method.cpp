@@ -72,9 +72,9 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
                        made = std::shared_ptr<const DistantCells>()]() mutable {
     if (!made && !environment) made = std::make_shared<DistantCells>();
     if (!made) {
-      const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
-      made =
-          std::make_shared<DistantCells>(*environment, *cell_grid_of(*environment), count, context);
+      const StageTimer timer(context.job.stats().counters.stage_seconds["cells"]);
+      made = std::make_shared<DistantCells>(*environment, *cell_grid_of(*environment), count,
+                                            context.scheduler);
     }
     return made;
   };
@@ -89,7 +89,7 @@ void ProductMethod::render(const Scene& scene, const Sensor& sensor, RenderConte
     choice.paths->render(choice.paths->samples());
     return;
   }
-  if (context.cancelled()) return;
+  if (context.job.cancelled()) return;
   ProductRenderer renderer{task, cells_(), make_local_light(task)};
   renderer.use(std::move(choice.map), choice.paths_per_ray);
   renderer.render_all();
@@ -97,7 +97,8 @@ void ProductMethod::render(const Scene& scene, const Sensor& sensor, RenderConte
 
 std::unique_ptr<Passes> ProductMethod::begin(const Scene& scene, const Sensor& sensor,
                                              RenderContext& context, double seconds) const {
-  context.begin_pass(0, 0, 0);  // the share of the trial and the pilot in the progress isn't known
+  context.job.begin_pass(0, 0,
+                         0);  // the share of the trial and the pilot in the progress isn't known
   const ProductTask task(scene, sensor, context, sampling_);
   const RenderLength length = expected_length(task, seconds);
   MethodChoice choice = choose_method(task, cells_, length);
@@ -109,7 +110,7 @@ std::unique_ptr<Passes> ProductMethod::begin(const Scene& scene, const Sensor& s
     renderer->learn_from_pilot(length.rays_per_pixel);
   } else if (const double speed = choice.rays_per_second > 0
                                       ? choice.rays_per_second
-                                      : kCarefulSpeed * context.all_threads();
+                                      : kCarefulSpeed * context.scheduler.all_threads();
              !renderer->learn_in_time(seconds, speed) && renderer->can_use_paths() &&
              is_path_possible(task)) {
     return path_passes(task, 1, "without a pilot, paths from the camera do better");

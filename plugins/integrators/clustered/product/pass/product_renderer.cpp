@@ -57,10 +57,10 @@ std::unique_ptr<Sensor> with_paths(const Sensor& sensor, double paths) {
 }  // namespace
 
 RenderLength expected_length(const ProductTask& task, double seconds) {
-  const RenderBudget& budget = task.context.budget();
+  const RenderBudget& budget = task.context.job.budget();
   const double pixels = std::max(1, task.grid.crop().area());
   if (budget.seconds > 0) {
-    return {seconds * kCarefulSpeed * task.context.all_threads() / pixels, seconds};
+    return {seconds * kCarefulSpeed * task.context.scheduler.all_threads() / pixels, seconds};
   }
   return {budget.rel_mse > 0 ? kRaysOfUnknown : task.settings.rays_per_pixel};
 }
@@ -79,7 +79,7 @@ ProductRenderer::ProductRenderer(const ProductTask& task, std::shared_ptr<const 
       knowledge_(grid_, cells_, local_.get(), task_.settings),
       rays_left_(task.settings.rays_per_pixel) {
   if (local_ && (local_->has_lamp_caustics() || local_->has_extended_caustics())) {
-    RenderCounters& counters = task.context.stats().counters;
+    RenderCounters& counters = task.context.job.stats().counters;
     const StageTimer timer(counters.stage_seconds["cells"]);
     caustics_.emplace(task.scene, task.sensor, *local_,
                       transport::hides_environment(task.path_settings(), task.scene), task.seed,
@@ -93,7 +93,7 @@ std::unique_ptr<const LocalLight> make_local_light(const ProductTask& task, doub
   const auto& [scene, sensor, context, settings, grid, seed] = task;
   const size_t others = scene.emitters().size() - (scene.environment() ? 1 : 0);
   if (others == 0 && settings.length.max_depth < LocalLight::kBounceDepth) return nullptr;
-  const StageTimer timer(context.stats().counters.stage_seconds["cells"]);
+  const StageTimer timer(context.job.stats().counters.stage_seconds["cells"]);
   LocalLight::Settings local;
   local.length = settings.length;
   local.bounce_cells = settings.bounce_cells;
@@ -102,9 +102,9 @@ std::unique_ptr<const LocalLight> make_local_light(const ProductTask& task, doub
   // If rays are few, points must be, too: each takes about as long as two rays. A render that ends
   // at an error is assumed to have many rays. Each pass draws the same number of extended points.
   double rays = settings.rays_per_pixel * sensor.film().crop().area(), parts = 1;
-  if (context.budget().any()) {
-    const double seconds = context.budget().seconds;
-    rays = seconds > 0 ? seconds * kCarefulSpeed * context.all_threads() : kInfinity;
+  if (context.job.budget().any()) {
+    const double seconds = context.job.budget().seconds;
+    rays = seconds > 0 ? seconds * kCarefulSpeed * context.scheduler.all_threads() : kInfinity;
     parts = kPassesOfBudget;
   }
   rays = share * std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
@@ -153,15 +153,15 @@ struct ProductRenderer::PassWorker {
 
 void ProductRenderer::pass(const Pass& pass, const std::vector<PixelPlan>& plan) {
   grid_.for_each_block<PassWorker>(
-      context_, grid_.all_rows(), "main",
+      context_.scheduler, grid_.all_rows(), "main",
       [&] {
         return std::make_unique<PassWorker>(pass_view(pass.light), pass.path_sensor.get(),
                                             task_.path_settings());
       },
       [&](int block, PassWorker& worker, RenderCounters& counters) {
-        if (!context_.is_wanted(grid_.block(block), task_.sensor.film().first_layer())) return;
+        if (!context_.job.is_wanted(grid_.block(block), task_.sensor.film().first_layer())) return;
         worker.product.render(block, plan, pass.seed, counters, [&](const TileGrid::Tile& tile) {
-          context_.give_up_if_asked();
+          context_.job.check_interrupt();
           return !is_by_path(tile);
         });
         add_to_film(pass, block, worker, counters);
@@ -184,7 +184,7 @@ void ProductRenderer::add_to_film(const Pass& pass, int block, PassWorker& worke
         grid_, block, count, hash_words(pass.seed, kPathSeed), counters,
         [&](const TileGrid::Tile& tile) { return is_by_path(tile); },
         [&](const PixelSamples& samples, transport::CameraBlock& camera) {
-          context_.give_up_if_asked();
+          context_.job.check_interrupt();
           camera.end(samples, colours, counters, pass.weight / static_cast<float>(count));
         });
   }
@@ -204,16 +204,16 @@ void ProductRenderer::add_to_film(const Pass& pass, int block, PassWorker& worke
     caustics_->trace(hash_words(pass.seed, static_cast<uint64_t>(block), kCausticSeed),
                      static_cast<uint32_t>(paths), colours, counters);
   }
-  context_.commit(film, static_cast<size_t>(block), std::move(tiles));
+  context_.scheduler.commit(film, static_cast<size_t>(block), std::move(tiles));
 }
 
 CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel, float share) const {
-  const StageTimer timer(context_.stats().counters.stage_seconds["points"]);
+  const StageTimer timer(context_.job.stats().counters.stage_seconds["points"]);
   const uint64_t own = hash_words(task_.seed, seed);
   CellPoints points;
   if (cells_.size() > 0) {
     points = cells_.draw_points(CellLight::points_for(rays_per_pixel * grid_.crop().area()), own,
-                                context_);
+                                context_.scheduler);
   }
   LocalPoints local_points;
   if (local_) local_points = local_->draw(hash_words(own, 1), context_, share);
@@ -239,14 +239,14 @@ Pilot::Effort ProductRenderer::effort_of_pilot(double rays_per_pixel) const {
 std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
                                                        const Pilot::IsWanted& is_wanted,
                                                        double progress_end) {
-  if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_);
+  if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_.scheduler);
   float share = 1;
   // A trial, which probes some tiles, renders with the points of its pilot.
   if (local_ && !is_wanted) {
     const auto points = static_cast<float>(std::max(local_->points_of_pass(), 1u));
     share = std::clamp(kPilotPoints / points, kMinPilotShare, 1.f);
   }
-  const auto& light_rays = context_.stats().counters[RayKind::kLight];
+  const auto& light_rays = context_.job.stats().counters[RayKind::kLight];
   const auto light_rays_before = light_rays;
   const CellLight& light =
       pilot_light_.emplace(make_light(0, effort.primaries + effort.rays, share));
@@ -254,14 +254,14 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
   std::vector<PixelForecast> forecast =
       Pilot(task_, view(), neighbours_, local_.get(), addresses_)
           .learn(light, effort, is_wanted, progress_end, knowledge_);
-  knowledge_.add_up(context_);
+  knowledge_.add_up(context_.job.group());
   knowledge_.finish();
   return forecast;
 }
 
 void ProductRenderer::allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast,
                                int width, int height) {
-  const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+  const StageTimer timer(context_.job.stats().counters.stage_seconds["allocate"]);
   const bool is_noisy = effort.primaries < kMinPrimariesUnsmoothed && task_.settings.smooth_plan;
   allocation_.emplace(forecast, width, height,
                       !task_.settings.adaptive ? RayAllocation::Mode::kEven
@@ -271,21 +271,21 @@ void ProductRenderer::allocate(Pilot::Effort effort, const std::vector<PixelFore
 
 void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
   if (rays_per_pixel < kMinRaysToLearn) {
-    context_.skip("pilot", "a few rays a pixel are too few to learn from");
+    context_.job.skip("pilot", "a few rays a pixel are too few to learn from");
     return;
   }
-  const double start = context_.seconds();
+  const double start = context_.job.seconds();
   const Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
   const uint32_t rays = effort.primaries + effort.rays;
   const auto forecast = send_pilot(effort, nullptr, rays / std::max<double>(rays_per_pixel, 1));
   pilot_light_.reset();
-  if (!context_.cancelled()) {
+  if (!context_.job.cancelled()) {
     allocate(effort, forecast, grid_.crop().width(), grid_.crop().height());
     divide_among_methods();
   }
   pilot_rays_ = rays;
   rays_left_ = std::max(0., rays_left_ - rays);
-  pilot_seconds_ = context_.seconds() - start;
+  pilot_seconds_ = context_.job.seconds() - start;
 }
 
 void ProductRenderer::use(std::unique_ptr<const MethodMap> map, double paths_per_ray) {
@@ -304,26 +304,26 @@ const Bsdf* ProductRenderer::main_bsdf(int tile) const {
 void ProductRenderer::divide_among_methods() {
   if (!map_) return;
   by_path_.resize(static_cast<size_t>(grid_.tiles()));
-  context_.parallel_for(by_path_.size(), [&](size_t tile) {
+  context_.scheduler.parallel_for(by_path_.size(), [&](size_t tile) {
     const auto index = static_cast<int>(tile);
     by_path_[tile] = map_->is_for_path(index, main_bsdf(index)) ? 1 : 0;
   });
 }
 
 bool ProductRenderer::learn_in_time(double seconds, double rays_per_second) {
-  context_.set_deadline(context_.seconds() + kPilotShare * seconds);
-  if (!context_.cancelled()) {
+  context_.job.set_deadline(context_.job.seconds() + kPilotShare * seconds);
+  if (!context_.job.cancelled()) {
     learn_from_pilot(seconds * rays_per_second / std::max(1, grid_.crop().area()));
   }
-  const bool is_late = context_.cancelled();
+  const bool is_late = context_.job.cancelled();
   if (is_late) {
     // Data that only some tiles have learned can't be used.
     pilot_rays_ = 0;
     allocation_.reset();
     knowledge_.forget();
-    context_.skip("pilot", "there was too little time for it");
+    context_.job.skip("pilot", "there was too little time for it");
   }
-  context_.set_deadline(kInfinity);
+  context_.job.set_deadline(kInfinity);
   return !is_late;
 }
 
@@ -333,7 +333,7 @@ double ProductRenderer::seconds_per_sample() const {
 }
 
 std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
-  const StageTimer timer(context_.stats().counters.stage_seconds["allocate"]);
+  const StageTimer timer(context_.job.stats().counters.stage_seconds["allocate"]);
   if (allocation_) {
     return allocation_->plan(rays_per_pixel);
   }
@@ -355,16 +355,16 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, 
   if (is_last) allocation_.reset();  // a large part of the memory of a large image
   if (unit_ == 0) unit_ = std::max(rays, 1.);
   const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);
-  for (uint64_t i = 0; i < passes && !context_.cancelled(); ++i, ++pass_) {
+  for (uint64_t i = 0; i < passes && !context_.job.cancelled(); ++i, ++pass_) {
     const double part = (1 - progress_begin) / static_cast<double>(passes);
     const double begin = progress_begin + part * static_cast<double>(i);
-    context_.set_progress_range(begin, begin + part);
+    context_.job.set_progress_range(begin, begin + part);
     Pass own{make_light(1 + pass_, rays), hash_words(task_.seed, kPassSeed, pass_), weight,
              nullptr};
     if (!by_path_.empty()) own.path_sensor = with_paths(task_.sensor, paths_per_ray_ * rays);
     pass(own, plan);
   }
-  context_.set_progress_range(0, 1);
+  context_.job.set_progress_range(0, 1);
 }
 
 double ProductRenderer::samples() const {
@@ -379,7 +379,8 @@ double ProductRenderer::render(double samples) {
 void ProductRenderer::render_all() {
   learn_from_pilot(task_.settings.rays_per_pixel);
   const double total = std::max(task_.settings.rays_per_pixel, 1.);
-  if (!context_.cancelled()) render_rays(rays_left_, std::max(0., 1 - rays_left_ / total), true);
+  if (!context_.job.cancelled())
+    render_rays(rays_left_, std::max(0., 1 - rays_left_ / total), true);
 }
 
 }  // namespace kinome

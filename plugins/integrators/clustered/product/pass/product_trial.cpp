@@ -30,7 +30,7 @@ double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial
   trial_pixels_ = trial.pixels();
   std::vector<PixelForecast> strip;
   for (const size_t i : trial_pixels_) strip.push_back(forecast[i]);
-  if (!context_.cancelled()) {
+  if (!context_.job.cancelled()) {
     allocate(effort, strip, kTileSide, static_cast<int>(strip.size()) / kTileSide);
   }
   return rays;
@@ -45,7 +45,8 @@ void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t 
   std::vector<PixelPlan> plan(static_cast<size_t>(grid_.crop().area()));
   for (size_t k = 0; k < trial_pixels_.size(); ++k) plan[trial_pixels_[k]] = strip[k];
   trial.for_each_block<BlockRenderer>(
-      context_, image, [&] { return std::make_unique<BlockRenderer>(pass_view(*pilot_light_)); },
+      context_.scheduler, image,
+      [&] { return std::make_unique<BlockRenderer>(pass_view(*pilot_light_)); },
       [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
         renderer.render(block, plan, seed, counters,
                         [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); });
@@ -71,8 +72,8 @@ MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double ray
   if (caustics_) {
     const double count = rays / kRaysPerCausticPath * grid_.crop().area();
     const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));
-    way.more_variance =
-        caustics_->variance(hash_words(seed, 3), tried, count, grid_, context_.stats().counters);
+    way.more_variance = caustics_->variance(hash_words(seed, 3), tried, count, grid_,
+                                            context_.job.stats().counters);
     way.more_cost += tried * caustics_->rays_per_path() * cost_of_ray;
   }
   return way;

@@ -85,15 +85,15 @@ std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
   const size_t pixels = static_cast<size_t>(rows) * TileGrid::kBlockSide * crop.width();
   forecast_.assign(static_cast<size_t>(crop.area()), {});
   std::vector<int> makers;  // processes that probed the previous band
-  for (int i = 0; i <= bands && !context_.cancelled(); ++i) {
-    context_.set_progress_range(progress_end * i / (bands + 1),
-                                progress_end * (i + 1) / (bands + 1));
+  for (int i = 0; i <= bands && !context_.job.cancelled(); ++i) {
+    context_.job.set_progress_range(progress_end * i / (bands + 1),
+                                    progress_end * (i + 1) / (bands + 1));
     std::vector<int> probed;
     if (i < bands) {
       points_[i % 2].assign(pixels * effort_.primaries, {});
       probed = probe(band(i), light, knowledge);
     }
-    if (i > 0 && !context_.cancelled()) plan(band(i - 1), std::move(makers), light, knowledge);
+    if (i > 0 && !context_.job.cancelled()) plan(band(i - 1), std::move(makers), light, knowledge);
     makers = std::move(probed);
   }
   for (auto& points : points_) points = {};
@@ -110,13 +110,13 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
                         });
   });
   grid_.for_each_block<Prober>(
-      context_, rows, "pilot", [&] { return std::make_unique<Prober>(view_, light); },
+      context_.scheduler, rows, "pilot", [&] { return std::make_unique<Prober>(view_, light); },
       [&](int block, Prober& prober, RenderCounters& counters) {
         double uncounted = 0;  // the pilot is one stage
         prober.tracer.trace(
             grid_, block, seed_, uncounted, counters,
             [&](const TileGrid::Tile& tile) {
-              context_.give_up_if_asked();
+              context_.job.check_interrupt();
               return is_wanted(tile);
             },
             [&](int, int) { return static_cast<uint16_t>(effort_.primaries); },
@@ -191,14 +191,13 @@ void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& 
   });
   shared.stay_with(std::move(makers));
   grid_.for_each_block<Planner>(
-      context_, rows, "plan",
+      context_.scheduler, rows, "plan",
       [&] { return std::make_unique<Planner>(light, knowledge.padded_cells(), neighbours_); },
       [&](int block, Planner& planner, RenderCounters&) {
-        grid_.for_each_tile(
-            block, [&](const TileGrid::Tile& tile) {
-              context_.give_up_if_asked();
-              if (is_wanted(tile)) plan_tile(tile, knowledge, planner);
-            });
+        grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+          context_.job.check_interrupt();
+          if (is_wanted(tile)) plan_tile(tile, knowledge, planner);
+        });
       },
       &shared);
 }

@@ -59,8 +59,8 @@ class TileKnowledge {
     if (checks_sigma()) sigma_check_.finish();
   }
   /// Sums the check of sigma over all processes of a group. Call it before finish().
-  void add_up(RenderContext& context) {
-    if (checks_sigma()) sigma_check_.add_up(context);
+  void add_up(ProcessGroup* group) {
+    if (checks_sigma()) sigma_check_.add_up(group);
   }
 
   /// Sets `out` to the visibility of patch `index` of a tile, with sigma corrected by the check.

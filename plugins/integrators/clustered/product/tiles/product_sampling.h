@@ -64,7 +64,7 @@ struct ProductTask {
         context(of_context),
         settings(of_settings),
         grid(sensor.film().sampled()),
-        seed(key_seed(context, sensor.sampler())) {}
+        seed(key_seed(context.job, sensor.sampler())) {}
   PathSettings path_settings() const { return {settings.length, settings.hide_emitters}; }
 };
 

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "kinome/process_group.h"
 #include "kinome/wide/functions.h"
 #include "kinome/wide/lanes.h"
 
@@ -48,10 +49,10 @@ void SigmaCheck::tell(float v, float sigma, float visible) {
   add(sums.found, double{off} * off);
 }
 
-void SigmaCheck::add_up(RenderContext& context) {
+void SigmaCheck::add_up(ProcessGroup* group) {
   std::vector<uint64_t> numbers;
   for (const Sums& sums : sums_) numbers.insert(numbers.end(), {sums.expected, sums.found});
-  context.add_up(numbers);
+  kinome::add_up(group, numbers);
   for (size_t i = 0; i < sums_.size(); ++i) {
     sums_[i].expected = numbers[2 * i];
     sums_[i].found = numbers[2 * i + 1];

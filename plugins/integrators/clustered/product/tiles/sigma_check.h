@@ -5,9 +5,10 @@
 #include <cstdint>
 
 #include "clustered/product/tiles/visibility.h"
-#include "kinome/render_context.h"
 
 namespace kinome {
+
+class ProcessGroup;
 
 /// Compares learned visibilities with the rays of the pilot. Measures (V - v)² / sigma² in a table
 /// over sigma² and the class of v: hidden, visible or neither. The rays are compared with
@@ -23,7 +24,7 @@ class SigmaCheck {
   /// sigma is positive and at most 1.1.
   void tell(float v, float sigma, float visible);
   /// Sums the table over all processes of a group.
-  void add_up(RenderContext& context);
+  void add_up(ProcessGroup* group);
   /// Computes the factors of sigma. Call it after all tell() and add_up().
   void finish();
   /// Corrects each sigma by the result. Doesn't change sigma_mixed, which is for v = 0. Does

@@ -5,7 +5,7 @@
 
 #include "clustered/product/tiles/primaries.h"
 #include "kinome/film.h"
-#include "kinome/render_context.h"
+#include "kinome/scheduler.h"
 #include "kinome/shared_items.h"
 #include "transport/blocks_of_tile.h"
 
@@ -77,17 +77,20 @@ class TileGrid {
   /// creates a worker for each thread. The time is added to `stage`. `shared` transfers the blocks;
   /// its items are counted from the first block of the rows.
   template <class Worker, class Make, class Function>
-  void for_each_block(RenderContext& context, Rows rows, const char* stage, const Make& make,
+  void for_each_block(Scheduler& scheduler, Rows rows, const char* stage, const Make& make,
                       const Function& fn, SharedItems* shared = nullptr) const {
     const size_t first = static_cast<size_t>(blocks_x()) * rows.first;
     const size_t blocks = static_cast<size_t>(blocks_x()) * (rows.end - rows.first);
     transport::Workers<Worker> workers;
-    context.for_each(blocks, [&](size_t item, RenderCounters& counters) {
-      workers.with_one(make, [&](Worker& worker) {
-        const StageTimer timer(counters.stage_seconds[stage]);
-        fn(static_cast<int>(first + item), worker, counters);
-      });
-    }, shared);
+    scheduler.for_each(
+        blocks,
+        [&](size_t item, RenderCounters& counters) {
+          workers.with_one(make, [&](Worker& worker) {
+            const StageTimer timer(counters.stage_seconds[stage]);
+            fn(static_cast<int>(first + item), worker, counters);
+          });
+        },
+        shared);
   }
   int first_block(Rows rows) const { return blocks_x() * rows.first; }
 

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "clustered/kernels/lane_blocks.h"
-#include "kinome/render_context.h"
+#include "kinome/scheduler.h"
 #include "kinome/wide/vectors.h"
 
 namespace kinome {
@@ -47,7 +47,7 @@ void Visibility::reset() {
   std::fill(sigma_mixed.begin(), sigma_mixed.end(), 1.f);
 }
 
-CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& context) {
+CellNeighbours find_neighbours(const DistantCells& cells, const Scheduler& scheduler) {
   const auto& axis = cells.axis();
   const size_t count = cells.size();
   CellNeighbours found;
@@ -55,7 +55,7 @@ CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& c
   for (auto& column : found.of) {
     column.assign(cells.padded_size(), static_cast<int32_t>(count));
   }
-  context.parallel_for(count, [&](size_t c) {
+  scheduler.parallel_for(count, [&](size_t c) {
     const size_t first = c > kWindow ? c - kWindow : 0, end = std::min(count, c + kWindow + 1);
     std::array<float, CellNeighbours::kCount> cosines;
     cosines.fill(-2);

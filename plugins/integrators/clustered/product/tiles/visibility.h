@@ -55,7 +55,7 @@ struct CellNeighbours {
   /// is none.
   std::array<Column<int32_t>, kCount> of;
 };
-CellNeighbours find_neighbours(const DistantCells& cells, const RenderContext& context);
+CellNeighbours find_neighbours(const DistantCells& cells, const Scheduler& scheduler);
 
 /// Learns visibilities from records of nearby rays, as the mean fraction of light that arrives. The
 /// value of a cell with few records is pulled toward that of its neighbours. Their value is pulled

@@ -88,7 +88,7 @@ std::vector<size_t> MethodTrial::pixels() const {
 
 void MethodTrial::render(const Way& way, const MethodTrial& tiles, uint64_t index, Renders& renders,
                          RenderContext& context) const {
-  const RenderCounters& counters = context.stats().counters;
+  const RenderCounters& counters = context.job.stats().counters;
   const double rays = rays_of(counters);
   std::vector<Rgb>& image = renders.images[index];
   image.resize(static_cast<size_t>(grid_.crop().area()));
@@ -252,7 +252,7 @@ MethodTrial::RenderError MethodTrial::measure(const Way& way, RenderContext& con
   const std::vector<Part> parts = parts_of(renders, renders);
   const double floor = floor_of(parts);
   RenderError error{0, renders.cost / 2};
-  if (context.cancelled() || !(floor > 0)) return error;
+  if (context.job.cancelled() || !(floor > 0)) return error;
   for (const Part& part : parts) {
     error.rel_mse += noise_of(way, renders, part, weights_of(renders, renders, part, floor));
   }
@@ -272,7 +272,7 @@ MethodTrial::Result MethodTrial::compare(
   for (const MethodTrial& part : may_be_enough ? parts() : std::vector{*this}) {
     for (const uint64_t index : {0, 1}) render(second, part, index, b, context);
     render(first, part, 0, a, context);
-    if (!may_be_enough || context.cancelled()) continue;
+    if (!may_be_enough || context.job.cancelled()) continue;
     for (const size_t tile : part.chosen_) {
       seen.chosen_.push_back(tile);
       seen.wanted_[tile] = 1;
@@ -285,7 +285,7 @@ MethodTrial::Result MethodTrial::compare(
     filter(a.images[k]);
     filter(b.images[k]);
   }
-  if (context.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
+  if (context.job.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
   const std::vector<Part> parts = parts_of(a, b);
   const double floor = floor_of(parts);
   if (!(floor > 0)) return {};

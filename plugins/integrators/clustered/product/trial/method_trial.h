@@ -57,12 +57,12 @@ class MethodTrial {
   /// Calls fn(block, worker, counters) for each block of the image, like TileGrid::for_each_block.
   /// Transfers the pixels of the chosen tiles, which fn sets, to the other processes of a group.
   template <class Worker, class Make, class Function>
-  void for_each_block(RenderContext& context, std::vector<Rgb>& image, const Make& make,
+  void for_each_block(Scheduler& scheduler, std::vector<Rgb>& image, const Make& make,
                       const Function& fn) const {
     SharedItems shared([&](size_t block, SharedBytes& bytes) {
       for_each_pixel(static_cast<int>(block), [&](size_t i) { bytes.value(image[i]); });
     });
-    grid_.for_each_block<Worker>(context, grid_.all_rows(), "trial", make, fn, &shared);
+    grid_.for_each_block<Worker>(scheduler, grid_.all_rows(), "trial", make, fn, &shared);
   }
   /// Calls fn(index) for each pixel of the chosen tiles of a block, tile by tile, row by row.
   template <class Function>

@@ -1,0 +1,277 @@
+#include "kinome/scheduler.h"
+
+#include <algorithm>
+#include <atomic>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+
+#include "base/denormals.h"
+#include "kinome/process_group.h"
+#include "kinome/render_job.h"
+#include "kinome/sampler.h"
+#include "kinome/shared_items.h"
+#include "kinome/work_source.h"
+#include "render/commits.h"
+#include "render/group_pass.h"
+#include "render/item_cancelled.h"
+#include "render/progress.h"
+#include "render/thread_pool.h"
+
+namespace kinome {
+namespace {
+
+std::vector<Rect> tiles_of(const Rect& region) {
+  std::vector<Rect> tiles;
+  for (int y = region.y0; y < region.y1; y += kTileSize) {
+    for (int x = region.x0; x < region.x1; x += kTileSize) {
+      tiles.push_back(
+          {x, y, std::min(x + kTileSize, region.x1), std::min(y + kTileSize, region.y1)});
+    }
+  }
+  return tiles;
+}
+
+/// Returns the order in which `count` tiles are rendered: by index for seed 0, else shuffled.
+std::vector<size_t> tile_order(size_t count, uint64_t seed) {
+  std::vector<size_t> order(count);
+  std::iota(order.begin(), order.end(), size_t{0});
+  if (seed != 0) {
+    for (size_t i = count; i > 1; --i) {
+      std::swap(order[i - 1], order[hash_words(seed, i) % i]);
+    }
+  }
+  return order;
+}
+
+unsigned threads_of(unsigned requested) {
+  return requested > 0 ? requested : std::max(1u, std::thread::hardware_concurrency());
+}
+
+unsigned sum_of_threads(ProcessGroup* group, unsigned threads) {
+  uint64_t sum = threads;
+  add_up(group, {&sum, 1});
+  return static_cast<unsigned>(sum);
+}
+
+}  // namespace
+
+struct Scheduler::State {
+  using Item = std::function<void(size_t, RenderCounters&)>;
+
+  explicit State(RenderJob& of)
+      : job(of),
+        group(of.group()),
+        threads(threads_of(of.options_.threads)),
+        all_threads(sum_of_threads(group, threads)),
+        pool(threads) {}
+
+  /// Runs a loop. `left_out` marks items that need no work; it may be empty.
+  void run(size_t count, const Item& fn, SharedItems* shared, std::vector<bool> left_out);
+
+  RenderJob& job;
+  ProcessGroup* const group;
+  const unsigned threads, all_threads;
+  mutable ThreadPool pool;
+  Film* film = nullptr;
+  CommitCallback on_commit;
+  std::unique_ptr<Commits> commits;  ///< of the current loop
+
+ private:
+  std::vector<size_t> items_to_do(size_t count);
+  void end_loop();
+};
+
+Scheduler::Scheduler(RenderJob& job) : state_(std::make_unique<State>(job)) {
+  job.stats().threads = state_->threads;
+  if (job.group()) job.stats().processes = static_cast<unsigned>(job.group()->size());
+}
+
+Scheduler::~Scheduler() = default;
+
+void Scheduler::for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer) {
+  const std::vector<Rect> tiles = tiles_of(film.sampled());
+  std::vector<bool> left_out;
+  for (const Rect& tile : tiles) {
+    left_out.push_back(!state_->job.is_wanted(tile, film.first_layer() + layer));
+  }
+  const auto render = [&](size_t index, RenderCounters& counters) {
+    std::vector<FilmTile> film_tiles;
+    film_tiles.push_back(film.make_tile(tiles[index], layer));
+    Tile tile{tiles[index], film_tiles[0], counters};
+    fn(tile);
+    commit(film, index, std::move(film_tiles));
+  };
+  state_->run(tiles.size(), render, nullptr, std::move(left_out));
+}
+
+void Scheduler::for_each(size_t count, const std::function<void(size_t, RenderCounters&)>& fn,
+                         SharedItems* shared) {
+  state_->run(count, fn, shared, {});
+}
+
+void Scheduler::commit(Film& film, size_t item, std::vector<FilmTile> tiles) {
+  Commits* const commits = state_->commits.get();
+  if (!is_root(state_->group)) {
+    if (!commits) {
+      throw std::logic_error("in a group of processes, only items of a for_each are committed");
+    }
+    state_->group->send(Commits::pack(item, std::move(tiles)));
+  } else if (commits) {
+    commits->finish(film, item, std::move(tiles));
+  } else {
+    Commits(state_->job.work_source(), state_->on_commit).add(film, item, tiles);
+  }
+}
+
+/// Returns the items that need work, in the order in which they are processed. The result is the
+/// same for all processes of a group. Collective.
+std::vector<size_t> Scheduler::State::items_to_do(size_t count) {
+  std::vector<size_t> order = tile_order(count, job.options_.tile_order_seed);
+  if (group) {
+    // Only the root knows which items are in the film.
+    std::string done;
+    for (size_t item = 0; is_root(group) && job.work_source() && item < count; ++item) {
+      done.push_back(commits->is_done(item) ? 1 : 0);
+    }
+    done = group->broadcast(done, "decisions");
+    if (!is_root(group)) commits->leave_out({done.begin(), done.end()});
+  }
+  std::erase_if(order, [&](size_t item) { return commits->is_done(item); });
+  return order;
+}
+
+void Scheduler::State::run(size_t count, const Item& fn, SharedItems* shared,
+                           std::vector<bool> left_out) {
+  WorkSource* const source = job.work_source();
+  if (source) source->begin_pass(count);
+  commits = std::make_unique<Commits>(source, on_commit);
+  commits->leave_out(std::move(left_out));
+  std::vector<size_t> order = items_to_do(count);
+  const size_t to_do = order.size();
+  const bool stays = group && shared && !shared->stay().empty();
+  if (stays) {
+    std::erase_if(order, [&](size_t item) { return shared->stay()[item] != group->rank(); });
+  }
+  const auto used_threads = static_cast<unsigned>(std::clamp<size_t>(order.size(), 1, threads));
+  LoopProgress progress(job.options_.progress, count, count - to_do,
+                        job.overall_progress(job.progress_begin_),
+                        job.overall_progress(job.progress_end_));
+  FirstException exception;
+  std::vector<RenderCounters> counters(used_threads);
+  std::atomic<size_t> next{0};
+  RenderStats& stats = job.stats();
+  if (stats.first_tile_seconds == 0) stats.first_tile_seconds = job.seconds();
+  std::optional<GroupPass> pass;
+  if (group) {
+    pass.emplace(*group, shared, count);
+    group->begin_pass([&](int, std::string_view bytes) {
+      const DenormalGuard guard;
+      commits->receive(*film, bytes);
+    });
+    job.group_at_work_ = true;
+  }
+  pool.run(used_threads, [&](unsigned thread) {
+    while (!exception.any() && !job.cancelled()) {
+      const size_t turn =
+          group && !stays ? group->next() : next.fetch_add(1, std::memory_order_relaxed);
+      if (turn >= order.size()) return;
+      const size_t index = order[turn];
+      try {
+        fn(index, counters[thread]);
+        if (pass) pass->add_finished(index);
+        if (group) {
+          // The progress of all processes is about the number of items distributed so far.
+          progress.report(count - to_do + (turn + 1) * to_do / order.size());
+        } else {
+          progress.add_done();
+        }
+      } catch (const ItemCancelled&) {
+        break;
+      } catch (...) {
+        exception.capture(index);
+      }
+    }
+    if (group && (exception.any() || job.cancelled())) group->stop();
+  });
+  RenderCounters sum;
+  for (const RenderCounters& c : counters) sum.add(c);
+  // Save the checkpoint before waiting for the other processes: they may have been killed, and this
+  // one may be soon.
+  if (group && job.is_interrupted_here()) commits->save();
+  try {
+    if (pass) {
+      const GroupPass::Outcome outcome =
+          pass->end(job.is_interrupted_here(), job.is_late_here(), std::move(sum), exception);
+      job.group_at_work_ = false;
+      job.group_interrupted_ = job.group_interrupted_ || outcome.interrupted;
+      job.group_late_ = outcome.late;
+      sum = outcome.counters;
+      if (!job.cancelled()) progress.report(count);
+    }
+    stats.counters.add(sum);
+    exception.rethrow();
+  } catch (...) {
+    job.group_at_work_ = false;
+    if (source && commits->film()) source->abandon();
+    end_loop();
+    throw;
+  }
+  // Close the checkpoint before the remaining items are added: a resumed render must add items in
+  // their order, and commit_rest() doesn't.
+  if (source && commits->film() && job.cancelled()) source->close(*commits->film());
+  end_loop();
+}
+
+void Scheduler::State::end_loop() {
+  commits->commit_rest();
+  commits.reset();
+}
+
+void Scheduler::parallel_for(size_t count, const std::function<void(size_t)>& fn) const {
+  if (count == 0) return;
+  const auto threads = static_cast<unsigned>(std::min<size_t>(count, state_->threads));
+  FirstException exception;
+  std::atomic<size_t> next{0};
+  // Blocks reduce the cost of the counter for short bodies, and are small enough to balance long
+  // ones.
+  const size_t block = std::max<size_t>(1, count / (size_t{64} * threads));
+  state_->pool.run(threads, [&](unsigned) {
+    while (!exception.any()) {
+      const size_t first = next.fetch_add(block, std::memory_order_relaxed);
+      if (first >= count) return;
+      for (size_t i = first; i < std::min(first + block, count); ++i) {
+        try {
+          fn(i);
+        } catch (...) {
+          exception.capture(i);
+          return;
+        }
+      }
+    }
+  });
+  exception.rethrow();
+}
+
+unsigned Scheduler::threads() const {
+  return state_->threads;
+}
+
+unsigned Scheduler::all_threads() const {
+  return state_->all_threads;
+}
+
+void Scheduler::set_film(Film& film) {
+  state_->film = &film;
+}
+
+void Scheduler::set_commit_callback(CommitCallback callback) {
+  state_->on_commit = std::move(callback);
+}
+
+const CommitCallback& Scheduler::commit_callback() const {
+  return state_->on_commit;
+}
+
+}  // namespace kinome
