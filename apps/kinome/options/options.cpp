@@ -18,54 +18,6 @@
 namespace kinome::app {
 namespace {
 
-/// A command other than rendering, and the word that selects it.
-struct CommandWord {
-  const char* word;
-  Options::Command command;
-};
-constexpr CommandWord kMergeWord = {"merge", Options::Command::kMerge};
-constexpr CommandWord kCommandWords[] = {{"film", Options::Command::kFilm},
-                                         kMergeWord,
-                                         {"plugins", Options::Command::kListPlugins},
-                                         {"check", Options::Command::kCheckPlugin},
-                                         {"new", Options::Command::kNewPlugin}};
-
-std::vector<std::string> command_names() {
-  std::vector<std::string> names;
-  for (const CommandWord& known : kCommandWords) names.emplace_back(known.word);
-  return names;
-}
-
-/// Throws Error if the name is no scene file and may be a misspelt command.
-void check_scene_name(const std::string& name) {
-  if (name.empty()) throw Error("the name of the scene's file is empty");
-  const std::filesystem::path path(name);
-  std::error_code failed;
-  if (std::filesystem::exists(path, failed) || path.has_extension() || path.has_parent_path()) {
-    return;
-  }
-  throw Error(unknown_command(name, command_names()) + " (kinome --help lists the commands)");
-}
-
-/// Returns the command and its position in argv, where --plugin-path and --isa may precede it.
-/// Returns "" and 0 for rendering.
-std::pair<CommandWord, int> command_word(int argc, const char* const* argv) {
-  // A link to the program has this name, for scripts of render farms.
-  if (argc > 0 && std::filesystem::path(argv[0]).filename() == "kinome-merge")
-    return {kMergeWord, 0};
-  int i = 1;
-  while (i < argc) {
-    const std::string_view word = argv[i];
-    for (const CommandWord& known : kCommandWords) {
-      if (word == known.word) return {known, i};
-    }
-    const std::string_view name = word.substr(0, word.find('='));
-    if (name != "--plugin-path" && name != "--isa") break;
-    i += word == name ? 2 : 1;
-  }
-  return {{"", Options::Command::kRender}, 0};
-}
-
 /// Declares an option with a value, whose `type` the help prints. CLI11 writes the value into
 /// `variable`, if there is one.
 template <class... Variable>
@@ -142,7 +94,8 @@ void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
   declare_png(app, options);
 }
 
-void declare_image(CLI::App& app, Options& options) {
+void declare_image(CLI::App& app, Options& options, RawOptions& raw) {
+  declare_render(app, options, raw);
   option(app, "-o,--output", "FILE", "Image file; default: the scene's name, beside the scene file",
          options.output);
   option(app, "--part", "I/N",
@@ -164,7 +117,7 @@ void declare_image(CLI::App& app, Options& options) {
          "Instead of rendering, write an image and a table of where the pixel's light samples go");
 }
 
-void declare_film(CLI::App& app, Options& options) {
+void declare_film(CLI::App& app, Options& options, RawOptions& raw) {
   FilmOptions& film = options.film;
   option(app, "-o,--output", "FILE",
          "FILE.mp4, or names of frames with a number, such as frames/%04d.exr or .png; default: "
@@ -186,9 +139,10 @@ void declare_film(CLI::App& app, Options& options) {
   option(app, "--angles", "A,B",
          "Half axes of the ellipse, to the side and up, in degrees as seen from the target; "
          "default: 30,10");
+  declare_render(app, options, raw);
 }
 
-void declare_merge(CLI::App& app, Options& options) {
+void declare_merge(CLI::App& app, Options& options, RawOptions& /*raw*/) {
   app.add_option("PART.exr", options.files, "Files of all parts, in any order")->required();
   option(app, "-o,--output", "FILE", "Image file", options.output)->required();
   flag(app, "--allow-missing", "Merge although parts are missing or were interrupted",
@@ -206,7 +160,7 @@ void declare_plugin_options(CLI::App& app, Options& options) {
          options.isa);
 }
 
-void declare_list(CLI::App& app, Options& options) {
+void declare_list(CLI::App& app, Options& options, RawOptions& /*raw*/) {
   app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
   flag(app, "--markdown", "Print a table in Markdown, or a page about one plugin",
        options.markdown);
@@ -233,12 +187,86 @@ void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
   option(app, "--seed", "N", "Seed of all random numbers; default: 0");
 }
 
-void declare_new(CLI::App& app, Options& options) {
+void declare_new(CLI::App& app, Options& options, RawOptions& /*raw*/) {
   app.add_option("CATEGORY", options.category,
                  "bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture")
       ->required();
   app.add_option("NAME", options.plugin_name, "Name of the plugin")->required();
   option(app, "--output", "FOLDER", "Folder to create; default: NAME", options.folder);
+}
+
+/// A command, and the word that selects it.
+struct Command {
+  const char* word;  ///< "" for rendering
+  Options::Command command;
+  const char* description;
+  void (*declare)(CLI::App& app, Options& options, RawOptions& raw);  ///< declares its options
+};
+constexpr Command kRender = {
+    "", Options::Command::kRender,
+    "Renders a scene.\nkinome film SCENE: renders an animation of a scene.\n"
+    "kinome merge PART.exr...: adds the parts of an image.\n"
+    "kinome plugins [NAME]: lists all plugins, those of a\n"
+    "category, or the parameters of one.\nkinome check PLUGIN: checks "
+    "a plugin for errors.\nkinome new CATEGORY NAME: starts a plugin.",
+    declare_image};
+constexpr Command kMerge = {"merge", Options::Command::kMerge,
+                            "Adds the parts of an image that kinome --part has rendered. The\n"
+                            "result is that of --part all/N. kinome-merge is another name for\n"
+                            "this command.",
+                            declare_merge};
+constexpr Command kOtherCommands[] = {
+    {"film", Options::Command::kFilm,
+     "Renders an animation, with a moving camera and changing parameters, as\n"
+     "frames and a video. If it was interrupted, the same command continues\n"
+     "with the missing frames.",
+     declare_film},
+    kMerge,
+    {"plugins", Options::Command::kListPlugins,
+     "Lists all plugins, those of a category, or the\nparameters of one.", declare_list},
+    {"check", Options::Command::kCheckPlugin,
+     "Checks whether a plugin fulfils the contract of its category, and\n"
+     "prints a line per check. Exit status: 1 if a check fails, 2 if the\n"
+     "command line is wrong.",
+     declare_check},
+    {"new", Options::Command::kNewPlugin,
+     "Creates a folder with the source of a new plugin, a CMakeLists.txt,\n"
+     "a scene and tests.",
+     declare_new}};
+
+std::vector<std::string> command_names() {
+  std::vector<std::string> names;
+  for (const Command& known : kOtherCommands) names.emplace_back(known.word);
+  return names;
+}
+
+/// Throws Error if the name is no scene file and may be a misspelt command.
+void check_scene_name(const std::string& name) {
+  if (name.empty()) throw Error("the name of the scene's file is empty");
+  const std::filesystem::path path(name);
+  std::error_code failed;
+  if (std::filesystem::exists(path, failed) || path.has_extension() || path.has_parent_path()) {
+    return;
+  }
+  throw Error(unknown_command(name, command_names()) + " (kinome --help lists the commands)");
+}
+
+/// Returns the command and its position in argv, where --plugin-path and --isa may precede it.
+/// Returns "" and 0 for rendering.
+std::pair<Command, int> command_word(int argc, const char* const* argv) {
+  // A link to the program has this name, for scripts of render farms.
+  if (argc > 0 && std::filesystem::path(argv[0]).filename() == "kinome-merge") return {kMerge, 0};
+  int i = 1;
+  while (i < argc) {
+    const std::string_view word = argv[i];
+    for (const Command& known : kOtherCommands) {
+      if (word == known.word) return {known, i};
+    }
+    const std::string_view name = word.substr(0, word.find('='));
+    if (name != "--plugin-path" && name != "--isa") break;
+    i += word == name ? 2 : 1;
+  }
+  return {kRender, 0};
 }
 
 /// Wraps the descriptions of options to the width of the terminal.
@@ -256,61 +284,16 @@ class WrappingFormatter final : public CLI::Formatter {
 
 /// The options of one command. CLI11 writes their values into `options` and `raw`.
 struct OptionsParser::Language {
-  explicit Language(Options::Command command) {
+  explicit Language(const Command& command) {
+    app.name(*command.word == 0 ? "kinome" : std::string("kinome ") + command.word);
+    app.description(command.description);
     app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
     app.formatter(std::make_shared<WrappingFormatter>());
-    if (command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
-    switch (command) {
-      case Options::Command::kRender:
-        describe("kinome",
-                 "Renders a scene.\nkinome film SCENE: renders an animation of a scene.\n"
-                 "kinome merge PART.exr...: adds the parts of an image.\n"
-                 "kinome plugins [NAME]: lists all plugins, those of a\n"
-                 "category, or the parameters of one.\nkinome check PLUGIN: checks "
-                 "a plugin for errors.\nkinome new CATEGORY NAME: starts a plugin.");
-        declare_render(app, options, raw);
-        declare_image(app, options);
-        declare_page("--man", "Print the manual page, for man -l", man_page);
-        declare_page("--completion", "Print a completion script for bash", bash_completion);
-        break;
-      case Options::Command::kFilm:
-        describe("kinome film",
-                 "Renders an animation, with a moving camera and changing parameters, as\n"
-                 "frames and a video. If it was interrupted, the same command continues\n"
-                 "with the missing frames.");
-        declare_film(app, options);
-        declare_render(app, options, raw);
-        break;
-      case Options::Command::kMerge:
-        describe("kinome merge",
-                 "Adds the parts of an image that kinome --part has rendered. The\n"
-                 "result is that of --part all/N. kinome-merge is another name for\n"
-                 "this command.");
-        declare_merge(app, options);
-        break;
-      case Options::Command::kListPlugins:
-        describe("kinome plugins",
-                 "Lists all plugins, those of a category, or the\nparameters of one.");
-        declare_list(app, options);
-        break;
-      case Options::Command::kCheckPlugin:
-        describe("kinome check",
-                 "Checks whether a plugin fulfils the contract of its category, and\n"
-                 "prints a line per check. Exit status: 1 if a check fails, 2 if the\n"
-                 "command line is wrong.");
-        declare_check(app, options, raw);
-        break;
-      case Options::Command::kNewPlugin:
-        describe("kinome new",
-                 "Creates a folder with the source of a new plugin, a CMakeLists.txt,\n"
-                 "a scene and tests.");
-        declare_new(app, options);
-        break;
-    }
-  }
-  void describe(const char* name, const char* what) {
-    app.name(name);
-    app.description(what);
+    if (command.command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
+    command.declare(app, options, raw);
+    if (command.command != Options::Command::kRender) return;
+    declare_page("--man", "Print the manual page, for man -l", man_page);
+    declare_page("--completion", "Print a completion script for bash", bash_completion);
   }
 
   /// Declares a flag that prints a page about all options and ends the program.
@@ -319,8 +302,8 @@ struct OptionsParser::Language {
     const auto print = [this, page] {
       std::vector<std::unique_ptr<Language>> others;
       std::vector<const CLI::App*> commands;
-      for (const CommandWord& word : kCommandWords) {
-        others.push_back(std::make_unique<Language>(word.command));
+      for (const Command& other : kOtherCommands) {
+        others.push_back(std::make_unique<Language>(other));
         commands.push_back(&others.back()->app);
       }
       std::cout << page(app, commands);
@@ -341,7 +324,7 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
   // The first word selects the command, so that a scene may come after any options.
   const auto [command, position] = command_word(argc, argv);
   std::unique_ptr<Language>& language = languages_[command.command];
-  if (!language) language = std::make_unique<Language>(command.command);
+  if (!language) language = std::make_unique<Language>(command);
   auto& [options, raw, app] = *language;
   options = {};
   raw = {};
@@ -356,9 +339,8 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     const std::vector<std::string> given(words.begin() + 1, words.end());
     const auto commands = *command.word == 0 ? command_names() : std::vector<std::string>();
-    throw Error(complaint_of(app, error, given, commands) + " (kinome " +
-                (*command.word != 0 ? std::string(command.word) + " " : "") +
-                "--help lists the options)");
+    throw Error(complaint_of(app, error, given, commands) + " (" + app.get_name() +
+                " --help lists the options)");
   }
   for (const CLI::Option* option : app.get_options()) {
     if (option->count() == 0) continue;
