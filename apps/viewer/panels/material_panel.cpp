@@ -9,7 +9,7 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr int kMaxShown = 200;
+constexpr int kMaxMaterials = 200;
 
 /// Returns the paths of the selected materials, including objects added to them since the
 /// selection.
@@ -76,7 +76,7 @@ class ParameterPanel final : public Panel {
     int shown = 0;
     for (const SceneParameter& parameter : frame.info->parameters) {
       if (parameter.path.find(wanted_) == std::string::npos) continue;
-      if (++shown > kMaxShown) {
+      if (++shown > kMaxMaterials) {
         ImGui::TextDisabled("... and more");
         break;
       }

@@ -8,7 +8,7 @@
 namespace kinome::viewer {
 namespace {
 
-constexpr size_t kMaxShown = 30;
+constexpr size_t kMaxMessages = 30;
 
 /// Errors, warnings and notes, the latest first.
 class MessagePanel final : public Panel {
@@ -49,7 +49,7 @@ class MessagePanel final : public Panel {
     for (Message& message : frame.session.messages(known_.empty() ? 0 : known_.back().number)) {
       known_.push_back(std::move(message));
     }
-    while (known_.size() > kMaxShown) known_.pop_front();
+    while (known_.size() > kMaxMessages) known_.pop_front();
   }
 
   std::deque<Message> known_;
