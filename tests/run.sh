@@ -12,8 +12,8 @@
 #                 --fuzz
 # --tsan:         uses the thread sanitizer, in a separate build folder
 # -R REGEX:       runs only tests whose names match
-# --only NAMES:   builds and runs only these areas (`unit` is all of tests/unit) and test programs
-#                 (`film` is tests/…/film_test.cpp)
+# --only NAMES:   builds and runs only these areas (`unit` is all of tests/unit) and test programs, as
+#                 tests/…/CMakeLists.txt names them (`film` has the tests of films)
 # --plugins NAMES: with --only: builds only these plugins (`bsdf_diffuse`) instead of all
 # --stability:    renders every hard case with every integrator and material, in some minutes, and
 #                 writes tests/STABILITY.md (`--only stability` is its short form)

@@ -12,7 +12,7 @@
 #include "kinome/image_files.h"
 #include "kinome/image.h"
 
-namespace kinome::test {
+namespace kinome::test::bad_asset_test {
 namespace {
 
 const char* const kPly = R"(ply
@@ -281,4 +281,4 @@ TEST_F(BadImage, NegativeTexelIsKeptWithOneWarning) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bad_asset_test

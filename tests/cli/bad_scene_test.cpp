@@ -3,7 +3,7 @@
 
 #include "cli.h"
 
-namespace kinome::test {
+namespace kinome::test::bad_scene_test {
 namespace {
 
 struct BadScene {
@@ -325,4 +325,4 @@ INSTANTIATE_TEST_SUITE_P(All, BadUsageTest, ::testing::ValuesIn(kUsages),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bad_scene_test

@@ -6,7 +6,7 @@
 #include "kinome/image_files.h"
 #include "kinome/image.h"
 
-namespace kinome::test {
+namespace kinome::test::budget_test {
 namespace {
 
 using nlohmann::json;
@@ -148,4 +148,4 @@ TEST_F(Budget, VariancesAreChannels) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::budget_test

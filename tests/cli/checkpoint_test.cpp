@@ -9,7 +9,7 @@
 #include "background.h"
 #include "cli.h"
 
-namespace kinome::test {
+namespace kinome::test::checkpoint_test {
 namespace {
 
 class CheckpointTest : public Cli {
@@ -234,4 +234,4 @@ TEST_F(CheckpointTest, OptionsThatMakeNoSense) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::checkpoint_test

@@ -13,7 +13,7 @@
 #include "kinome/image_files.h"
 #include "kinome/image.h"
 
-namespace kinome::test {
+namespace kinome::test::faults_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -255,4 +255,4 @@ TEST_F(Faults, CrashesRemoveTemporaryFiles) {
 #endif
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::faults_test

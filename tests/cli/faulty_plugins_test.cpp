@@ -10,7 +10,7 @@
 #include "kinome/image.h"
 #include "kinome/instruction_set.h"
 
-namespace kinome::test {
+namespace kinome::test::faulty_plugins_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -315,4 +315,4 @@ TEST_F(FaultyPlugins, SoundOnesAreNotBlamed) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::faulty_plugins_test

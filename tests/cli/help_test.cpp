@@ -8,7 +8,7 @@
 #include "cli.h"
 #include "kinome/instruction_set.h"
 
-namespace kinome::test {
+namespace kinome::test::help_test {
 namespace {
 
 class Help : public Cli {};
@@ -123,4 +123,4 @@ TEST_F(Help, HelpNamesEveryOption) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::help_test

@@ -5,7 +5,7 @@
 #include "cli.h"
 #include "support/png.h"
 
-namespace kinome::test {
+namespace kinome::test::inspect_test {
 namespace {
 
 class Inspect : public Cli {
@@ -218,4 +218,4 @@ TEST_F(Inspect, SaysWhyNot) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::inspect_test

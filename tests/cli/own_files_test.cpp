@@ -5,7 +5,7 @@
 #include "cli.h"
 #include "kinome/image_files.h"
 
-namespace kinome::test {
+namespace kinome::test::own_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -184,4 +184,4 @@ TEST_F(OwnFiles, AFullDiskBehindStdoutIsAnError) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::own_files_test

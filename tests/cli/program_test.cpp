@@ -10,7 +10,7 @@
 #include "kinome/image.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::program_test {
 namespace {
 
 using nlohmann::json;
@@ -433,4 +433,4 @@ TEST_F(Program, OnlyNamedPluginsAreLoaded) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::program_test

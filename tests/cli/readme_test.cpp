@@ -34,7 +34,7 @@ std::vector<std::string> blocks(const std::string& page, const std::string& lang
 /// budget. run.sh runs fewer tests, because it is running this test.
 std::string small_form(std::string command) {
   if (std::regex_search(command, std::regex("^sh tests/run\\.sh$"))) {
-    return command + " -R '^math\\.'";
+    return command + " -R '^base\\.'";
   }
   const bool renders = command.find("scenes/render.sh") != std::string::npos ||
                        command.find(".xml") != std::string::npos;

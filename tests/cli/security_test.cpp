@@ -9,7 +9,7 @@
 #include "kinome/image_files.h"
 #include "kinome/image.h"
 
-namespace kinome::test {
+namespace kinome::test::security_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -331,4 +331,4 @@ TEST_F(Security, MeshesThatClaimToBeHuge) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::security_test

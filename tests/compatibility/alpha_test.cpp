@@ -8,7 +8,7 @@
 
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::alpha_test {
 namespace {
 
 constexpr int kSide = 16;
@@ -225,4 +225,4 @@ TEST(Alpha, IsTheSameBitsOnAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::alpha_test

@@ -10,7 +10,7 @@
 #include "kinome/shape.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::gltf_test {
 namespace {
 
 /// Builds a file: arrays become accessors in the order in which they are added. The first contains
@@ -264,4 +264,4 @@ TEST_F(GltfMeshes, HiddenNodesAndWhatIsReported) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::gltf_test

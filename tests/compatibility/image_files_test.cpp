@@ -9,7 +9,7 @@
 #include "kinome/sensor.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::image_files_test {
 namespace {
 
 /// A 4x4 film with `pixel_format` in front of a rectangle that fills the image.
@@ -90,4 +90,4 @@ TEST(ImageFiles, NegativeTexelsAreReportedOnce) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::image_files_test

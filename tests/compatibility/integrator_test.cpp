@@ -3,7 +3,7 @@
 
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::integrator_test {
 namespace {
 
 /// Two diffuse walls of a corner under a small lamp: much of the light takes several bounces.
@@ -42,4 +42,4 @@ TEST(ScenesIntegrators, HaveAllBouncesUnlessTheyAreAskedForLess) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::integrator_test

@@ -11,7 +11,7 @@
 #include "kinome/shape.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::mesh_files_test {
 namespace {
 
 constexpr const char* kObjPoints = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
@@ -293,4 +293,4 @@ TEST_F(MeshFiles, AGroupOfMergesHasAllTheirShapes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::mesh_files_test

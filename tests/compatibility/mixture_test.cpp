@@ -7,7 +7,7 @@
 
 #include "unit/shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::mixture_test {
 namespace {
 
 const std::string kGlass = "<bsdf type=\"dielectric\"/>";
@@ -132,4 +132,4 @@ TEST(Conductor, SignsOfTheIndexHaveNoEffect) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::mixture_test

@@ -12,7 +12,7 @@
 #include "kinome/texture.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::old_formats_test {
 namespace {
 
 template <class T>
@@ -486,4 +486,4 @@ TEST(OldFormats, LenientlyParentsAreReduced) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::old_formats_test

@@ -7,7 +7,7 @@
 #include "kinome/log_listener.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::parameters_test {
 namespace {
 
 using Names = std::vector<std::string>;
@@ -170,4 +170,4 @@ TEST(Parameters, ThatMitsubaAcceptsWithoutEffectLoad) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::parameters_test

@@ -7,7 +7,7 @@
 
 #include "unit/shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::shapes_test {
 namespace {
 
 std::string number(double v) {
@@ -161,4 +161,4 @@ TEST(UnevenScale, LeavesCylindersSampledByArea) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::shapes_test

@@ -5,7 +5,7 @@
 
 #include "direct_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::aov_test {
 namespace {
 
 /// A unit sphere in front of a rectangle at z = -1 that covers the left half of the image, seen
@@ -271,4 +271,4 @@ TEST(Aov, ChecksItsList) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::aov_test

@@ -7,7 +7,7 @@
 
 #include "direct_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::budget_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;
@@ -268,4 +268,4 @@ TEST(Budget, DiagnosticsSayWhereTheRaysWent) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::budget_test

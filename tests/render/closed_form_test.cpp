@@ -7,7 +7,7 @@
 #include "direct_scenes.h"
 #include "kinome/bsdf.h"
 
-namespace kinome::test {
+namespace kinome::test::closed_form_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 60 z-tests
@@ -208,4 +208,4 @@ TEST(ClosedForm, NoLightIsBlack) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::closed_form_test

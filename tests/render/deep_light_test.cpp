@@ -9,7 +9,7 @@
 #include "product_scenes.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::deep_light_test {
 namespace {
 
 const std::string kLamp =
@@ -212,4 +212,4 @@ TEST(DeepLightPaths, LeaveUnusedLanesOut) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::deep_light_test

@@ -9,7 +9,7 @@
 #include "kinome/bsdf.h"
 #include "kinome/warp.h"
 
-namespace kinome::test {
+namespace kinome::test::direct_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;
@@ -340,4 +340,4 @@ TEST(Direct, LampsThatShineInwardAreBlackFromOutside) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::direct_test

@@ -6,7 +6,7 @@
 
 #include "direct_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::directionalarea_test {
 namespace {
 
 /// A floor in z = 0 of reflectance 0.5 under light of 1, 2, 3, seen from above: its inner 3 x 3.
@@ -76,4 +76,4 @@ TEST(DirectionalArea, IsBlackForCameraPaths) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::directionalarea_test

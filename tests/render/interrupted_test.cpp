@@ -7,7 +7,7 @@
 
 #include "product_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::interrupted_test {
 namespace {
 
 constexpr int kAcross = 3, kDown = 2;
@@ -93,4 +93,4 @@ TEST(InterruptedRender, ClusteredBeforeAndAfterItsPilot) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::interrupted_test

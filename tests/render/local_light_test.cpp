@@ -8,7 +8,7 @@
 #include "direct_scenes.h"
 #include "kinome/image_files.h"
 
-namespace kinome::test {
+namespace kinome::test::local_light_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 60 z-tests
@@ -401,4 +401,4 @@ TEST(LocalLight, EmittersAddUp) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::local_light_test

@@ -9,7 +9,7 @@
 #include "seed_scenes.h"
 #include "kinome/clustered_light.h"
 
-namespace kinome::test {
+namespace kinome::test::method_map_test {
 namespace {
 
 /// Returns one of two arbitrary addresses.
@@ -144,4 +144,4 @@ TEST(MethodMap, TilesOfBothMakeOneImage) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::method_map_test

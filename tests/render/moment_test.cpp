@@ -5,7 +5,7 @@
 #include "direct_scenes.h"
 #include "kinome/color.h"
 
-namespace kinome::test {
+namespace kinome::test::moment_test {
 namespace {
 
 /// A black wall covers half of an image of 3 x 3 pixels, and half of its central column. The rest
@@ -150,4 +150,4 @@ TEST(Moment, RefusesWhatHasNoSamples) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::moment_test

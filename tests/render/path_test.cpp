@@ -7,7 +7,7 @@
 
 #include "path_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::path_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 40 z-tests
@@ -385,4 +385,4 @@ TEST(LightLeftOut, NoiseIsNotTold) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::path_test

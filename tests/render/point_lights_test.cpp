@@ -9,7 +9,7 @@
 #include "kinome/emitter.h"
 #include "kinome/sphere_partition.h"
 
-namespace kinome::test {
+namespace kinome::test::point_lights_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 60 z-tests
@@ -172,4 +172,4 @@ TEST(PointLights, EmittersWithoutPointsAreSampledOneByOne) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::point_lights_test

@@ -7,7 +7,7 @@
 #include "path_scenes.h"
 #include "product_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::product_extremes_test {
 namespace {
 
 Arrangement arranged(const std::string& light, int max_depth, const std::string& shapes) {
@@ -63,4 +63,4 @@ TEST(ProductExtremes, VastFluxIsLeftToOthers) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_extremes_test

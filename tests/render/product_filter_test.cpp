@@ -3,7 +3,7 @@
 #include "path_scenes.h"
 #include "product_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::product_filter_test {
 namespace {
 
 /// A film of 16x12 pixels. Squares of the checkerboards are about three pixels wide, so that light
@@ -75,4 +75,4 @@ TEST(ProductFilter, NeighboursLowerTheNoise) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_filter_test

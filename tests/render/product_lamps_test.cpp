@@ -8,7 +8,7 @@
 #include "path_scenes.h"
 #include "product_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::product_lamps_test {
 namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
@@ -98,4 +98,4 @@ TEST(ProductLamps, EdgesOfShadowsGetCameraRays) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_lamps_test

@@ -12,7 +12,7 @@
 #include "product_scenes.h"
 #include "kinome/clustered_light.h"
 
-namespace kinome::test {
+namespace kinome::test::product_learning_test {
 namespace {
 
 constexpr int kTile = 4;
@@ -318,4 +318,4 @@ TEST(Learning, OfLocalLightFromTheRaysThatItWeighsIsCaught) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_learning_test

@@ -5,7 +5,7 @@
 #include "kinome/clustered_light.h"
 #include "product_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::product_memory_test {
 namespace {
 
 /// Three rows of blocks, the last one narrow; passes of different sizes; a sky and a bounce.
@@ -37,4 +37,4 @@ TEST(ProductMemory, LearningAgainInBandsIsTheSame) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_memory_test

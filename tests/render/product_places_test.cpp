@@ -5,7 +5,7 @@
 
 #include "product_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::product_places_test {
 namespace {
 
 /// Direction to the sun of sun_xml(), column 20.5 of 32 and row 7 of 16, and the point at the
@@ -204,4 +204,4 @@ TEST(ProductPlaces, BordersOfCells) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_places_test

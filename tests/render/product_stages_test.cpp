@@ -6,7 +6,7 @@
 #include "path_scenes.h"
 #include "product_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::product_stages_test {
 namespace {
 
 constexpr const char* kPartsOfMain[] = {"primary",  "strata", "candidates", "comb",
@@ -58,4 +58,4 @@ TEST(ProductStages, PartsAreNoMoreThanTheWhole) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_stages_test

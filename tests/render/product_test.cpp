@@ -8,7 +8,7 @@
 #include "product_scenes.h"
 #include "kinome/image_files.h"
 
-namespace kinome::test {
+namespace kinome::test::product_test {
 namespace {
 
 struct Case {
@@ -425,4 +425,4 @@ TEST(Product, IsFiniteOnExtremes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_test

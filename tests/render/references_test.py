@@ -54,7 +54,31 @@ def note_of(scene):
     return json.loads((REFERENCES / f"{name_of(scene)}.json").read_text(encoding="utf-8"))
 
 
-class References(unittest.TestCase):
+class Comparison(unittest.TestCase):
+    def check(self, scene, *arguments, samples=SAMPLES):
+        with self.subTest(scene=name_of(scene)), tempfile.TemporaryDirectory() as folder:
+            verdict = compare(render(scene, pathlib.Path(folder), arguments, samples),
+                              load(REFERENCES / f"{name_of(scene)}.exr"), ALPHA)
+            lines = [f"{'pass' if t.passed else 'FAIL'} {t.name}: p = {t.p:.3g}, {t.failed} of "
+                     f"{t.values}, finds {t.detectable:.3%}; {t.worst}" for t in verdict.tests]
+            print(name_of(scene), *arguments, *lines, *verdict.notes, sep="\n  ")
+            self.assertTrue(verdict.passed, "\n".join(lines))
+
+    def check_scenes_with_assets(self, integrator):
+        """Tests daylight through panes, which no emitter sample reaches, and a thousand lamps. They
+        need more samples than other scenes for a good estimate of the variance of rare light."""
+        with tempfile.TemporaryDirectory() as made:
+            names = [name_of(scene) for scene in WITH_ASSETS]
+            subprocess.run([sys.executable, ROOT / "scenes/make_assets.py", "--output", made, *names],
+                           check=True, stdout=subprocess.DEVNULL)
+            for scene in WITH_ASSETS:
+                defines = note_of(scene)["defines"]
+                size = [f"{key}={defines[key]}" for key in ("width", "height")]
+                self.check(scene, "-a", f"{made}/{name_of(scene)}", "-D", size[0], "-D", size[1],
+                           "-D", f"integrator={integrator}", samples=SAMPLES_WITH_ASSETS)
+
+
+class References(Comparison):
     def test_every_scene_has_a_reference_of_its_present_text(self):
         self.assertGreaterEqual(len(SCENES), 12)
         self.assertEqual(sorted(map(name_of, SCENES + WITH_ASSETS)),
@@ -64,15 +88,6 @@ class References(unittest.TestCase):
             self.assertEqual(note["scene_sha256"], hashlib.sha256(scene.read_bytes()).hexdigest(),
                              f"{scene.name} has changed: run validation/references/make.py")
             self.assertGreaterEqual(note["seeds"], 16)
-
-    def check(self, scene, *arguments, samples=SAMPLES):
-        with self.subTest(scene=name_of(scene)), tempfile.TemporaryDirectory() as folder:
-            verdict = compare(render(scene, pathlib.Path(folder), arguments, samples),
-                              load(REFERENCES / f"{name_of(scene)}.exr"), ALPHA)
-            lines = [f"{'pass' if t.passed else 'FAIL'} {t.name}: p = {t.p:.3g}, {t.failed} of "
-                     f"{t.values}, finds {t.detectable:.3%}; {t.worst}" for t in verdict.tests]
-            print(name_of(scene), *arguments, *lines, *verdict.notes, sep="\n  ")
-            self.assertTrue(verdict.passed, "\n".join(lines))
 
     def test_every_scene_agrees(self):
         for scene in SCENES:
@@ -89,18 +104,14 @@ class References(unittest.TestCase):
             self.check(scene, "-D", "integrator=clustered", samples=samples)
 
     def test_scenes_with_assets_agree(self):
-        """Tests daylight through panes, which no emitter sample reaches, and a thousand lamps. They
-        need more samples than other scenes for a good estimate of the variance of rare light."""
-        with tempfile.TemporaryDirectory() as made:
-            names = [name_of(scene) for scene in WITH_ASSETS]
-            subprocess.run([sys.executable, ROOT / "scenes/make_assets.py", "--output", made, *names],
-                           check=True, stdout=subprocess.DEVNULL)
-            for scene in WITH_ASSETS:
-                defines = note_of(scene)["defines"]
-                size = [f"{key}={defines[key]}" for key in ("width", "height")]
-                for integrator in ("path", "clustered"):
-                    self.check(scene, "-a", f"{made}/{name_of(scene)}", "-D", size[0], "-D", size[1],
-                               "-D", f"integrator={integrator}", samples=SAMPLES_WITH_ASSETS)
+        self.check_scenes_with_assets("clustered")
+
+
+class ReferencesOfPath(Comparison):
+    """Only `run.sh --all` runs it."""
+
+    def test_scenes_with_assets_agree(self):
+        self.check_scenes_with_assets("path")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@
 
 #include "path_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::sensors_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 30 z-tests
@@ -157,4 +157,4 @@ TEST(Sensors, OfTheWrongKindOrFilmAreRefused) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sensors_test

@@ -10,7 +10,7 @@
 #include "path_scenes.h"
 #include "support/bsdf_cases.h"
 
-namespace kinome::test {
+namespace kinome::test::straight_light_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 300 z-tests
@@ -146,17 +146,28 @@ std::string floor_and_ball() {
                    "<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.2\"/></bsdf>");
 }
 
+void expect_path_is_plain(const Part& part, const Part& light, int depth) {
+  const auto scene = scene_from(floor_and_ball() + part.xml + light.xml +
+                                integrator_xml("path", depth, rr_depth_xml(4)) + view(64));
+  const auto plain = PlainPaths(*scene, depth).sum(100000);
+  expect_equal(plain, estimate_tiles(*scene, kRenders, kSide), kAlpha,
+               std::string(part.name) + ", " + light.name + ", depth " + std::to_string(depth));
+}
+
+/// Paths of any length contain the shorter ones; a sky with a ball contains both kinds of light.
 TEST(StraightLight, IsThatOfPathsByBsdfSamplesAlone) {
-  for (const Part& light : lights()) {
+  for (const Part& part : sheets()) {
+    expect_path_is_plain(part, lights().at(0), 2);
+    for (const size_t light : {0u, 2u}) expect_path_is_plain(part, lights().at(light), -1);
+  }
+}
+/// Each length and each light by itself.
+TEST(StraightLight, IsThatOfPathsByBsdfSamplesAloneOneByOne) {
+  for (size_t light = 0; light < lights().size(); ++light) {
     for (const Part& part : sheets()) {
-      for (const int depth : {2, 3, 4, -1}) {
-        const auto scene = scene_from(floor_and_ball() + part.xml + light.xml +
-                                      integrator_xml("path", depth, rr_depth_xml(4)) + view(64));
-        const auto plain = PlainPaths(*scene, depth).sum(100000);
-        expect_equal(
-            plain, estimate_tiles(*scene, kRenders, kSide), kAlpha,
-            std::string(part.name) + ", " + light.name + ", depth " + std::to_string(depth));
-      }
+      if (light > 0) expect_path_is_plain(part, lights().at(light), 2);
+      for (const int depth : {3, 4}) expect_path_is_plain(part, lights().at(light), depth);
+      if (light == 1) expect_path_is_plain(part, lights().at(light), -1);
     }
   }
 }
@@ -193,21 +204,31 @@ void expect_product_is_path(const std::string& scene, int depth, const std::stri
 }
 
 /// Sheets between emitters and surfaces, and between surfaces.
-TEST(StraightLight, IsThatOfPathByProductSampling) {
+std::vector<Part> sheets_and_uprights() {
   std::vector<Part> parts = sheets();
   parts.push_back({"upright pane", upright(kPane)});
   parts.push_back({"upright pane and mask", upright(kPane) + sheet(mask(uniform("0.4"), kLeaf))});
   parts.push_back({"panes and mirror",
                    upright("<bsdf type=\"conductor\"/>") + sheet(kPane) + sheet(kPane, "1.1")});
-  const std::vector<Part> all = lights();
-  for (const Part& light : all) {
-    for (const Part& part : parts) {
-      for (const int depth : {3, 5, -1}) {
-        if (depth == 5 && &light != &all.front()) continue;
-        expect_product_is_path(corner() + part.xml + light.xml, depth, rr_depth_xml(4),
-                               std::string(part.name) + ", " + light.name);
-      }
-    }
+  return parts;
+}
+void expect_product_is_path(const Part& part, const Part& light, int depth) {
+  expect_product_is_path(corner() + part.xml + light.xml, depth, rr_depth_xml(4),
+                         std::string(part.name) + ", " + light.name);
+}
+
+/// Paths of any length contain the shorter ones; a sky with a ball contains both kinds of light.
+TEST(StraightLight, IsThatOfPathByProductSampling) {
+  for (const Part& part : sheets_and_uprights()) {
+    for (const size_t light : {0u, 2u}) expect_product_is_path(part, lights().at(light), -1);
+  }
+}
+/// Each length and each light by itself.
+TEST(StraightLight, IsThatOfPathByProductSamplingOneByOne) {
+  for (const Part& part : sheets_and_uprights()) {
+    for (const size_t light : {0u, 1u, 2u}) expect_product_is_path(part, lights().at(light), 3);
+    expect_product_is_path(part, lights().at(0), 5);
+    expect_product_is_path(part, lights().at(1), -1);
   }
 }
 
@@ -363,4 +384,4 @@ TEST(StraightLight, HasNoMoreNoiseThanLightWithoutPanes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::straight_light_test

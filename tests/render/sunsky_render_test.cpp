@@ -3,7 +3,7 @@
 
 #include "product_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::sunsky_render_test {
 namespace {
 
 std::string sunsky_xml(double aperture, double sun_scale) {
@@ -29,4 +29,4 @@ TEST(SunSkyRender, ProductIsDirect) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sunsky_render_test

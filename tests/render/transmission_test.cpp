@@ -4,7 +4,7 @@
 
 #include "path_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::transmission_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 40 z-tests
@@ -143,51 +143,62 @@ TEST(Transmission, WaysToSampleDirectLightAgreeBehindRoughGlass) {
   }
 }
 
-/// The first or second edge passes a surface, with light of a lamp, a sky and a point light.
-TEST(Transmission, ClusteredAgreesWithPaths) {
-  const std::pair<const char*, std::string> lights[] = {
+struct Light {
+  const char* name;
+  std::string xml;
+  const char* turn = "0";  ///< of the surface, in degrees
+};
+std::vector<Light> lights() {
+  return {
       {"lamp", shape_xml("rectangle",
                          "<scale value=\"0.5\"/><rotate x=\"1\" angle=\"90\"/><translate "
                          "y=\"1.6\"/>",
                          area_xml("9 6 3"))},
       {"sky", constant_xml("1 2 3")},
-      {"sky, from behind", constant_xml("1 2 3")},
-      {"point", point_xml("0.5 1.5 0.5", "2 2 3")},
+      {"sky, from behind", constant_xml("1 2 3"), "180"},
   };
-  for (const auto& [light, light_xml] : lights) {
-    const std::string turn = std::string(light) == "sky, from behind" ? "180" : "0";
-    for (const Material& m : materials_and_masks()) {
-      // The floor is no larger than the visible part, so that light that bounces off it has enough
-      // light points.
-      const std::string scene =
-          shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>",
-                    diffuse_xml("0.5")) +
-          shape_xml("rectangle",
-                    "<scale value=\"0.6\"/><rotate y=\"1\" angle=\"" + turn +
-                        "\"/><translate y=\"0.4\" z=\"0.3\"/>",
-                    m.xml) +
-          shape_xml("sphere", "<scale value=\"0.3\"/><translate y=\"0.3\" z=\"-0.4\"/>",
-                    diffuse_xml("0.8 0.4 0.2")) +
-          light_xml +
-          sensor_xml("perspective", look_at("0.1 0.5 2", "0 0.3 0", "0 1 0"), 8, 64);
-      for (const int depth : {2, 3, 5}) {
-        // `clustered` finds light of a point light through glass on a floor, `path` doesn't.
-        if (depth > 2 && std::string(light) == "point") continue;
-        const auto estimate = [&](const std::string& integrator, uint64_t seed) {
-          return estimate_tiles(*scene_from(scene + integrator), kRenders, 4, seed);
-        };
-        const std::string product =
-            "<integrator type=\"clustered\"><string name=\"importance\" value=\"product\"/>"
-            "<boolean name=\"trial\" value=\"false\"/>"
-            "<float name=\"rays_per_pixel\" value=\"96\"/><integer name=\"max_depth\" value=\"" +
-            std::to_string(depth) + "\"/></integrator>";
-        expect_equal(estimate(integrator_xml("path", depth, rr_depth_xml(9)), 1),
-                     estimate(product, 50001), kAlpha,
-                     m.name + std::string(", ") + light + ", depth " + std::to_string(depth));
-      }
-    }
+}
+/// Compares `clustered` with `path` for surfaces of all materials.
+void expect_clustered_agrees(const Light& light, int depth) {
+  for (const Material& m : materials_and_masks()) {
+    // The floor is no larger than the visible part, so that light that bounces off it has enough
+    // light points.
+    const std::string scene =
+        shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>",
+                  diffuse_xml("0.5")) +
+        shape_xml("rectangle",
+                  std::string("<scale value=\"0.6\"/><rotate y=\"1\" angle=\"") + light.turn +
+                      "\"/><translate y=\"0.4\" z=\"0.3\"/>",
+                  m.xml) +
+        shape_xml("sphere", "<scale value=\"0.3\"/><translate y=\"0.3\" z=\"-0.4\"/>",
+                  diffuse_xml("0.8 0.4 0.2")) +
+        light.xml + sensor_xml("perspective", look_at("0.1 0.5 2", "0 0.3 0", "0 1 0"), 8, 64);
+    const auto estimate = [&](const std::string& integrator, uint64_t seed) {
+      return estimate_tiles(*scene_from(scene + integrator), kRenders, 4, seed);
+    };
+    const std::string product =
+        "<integrator type=\"clustered\"><string name=\"importance\" value=\"product\"/>"
+        "<boolean name=\"trial\" value=\"false\"/>"
+        "<float name=\"rays_per_pixel\" value=\"96\"/><integer name=\"max_depth\" value=\"" +
+        std::to_string(depth) + "\"/></integrator>";
+    expect_equal(estimate(integrator_xml("path", depth, rr_depth_xml(9)), 1),
+                 estimate(product, 50001), kAlpha,
+                 m.name + std::string(", ") + light.name + ", depth " + std::to_string(depth));
+  }
+}
+
+/// Edges of all numbers pass a surface, with light of a lamp, a sky and a point light. `clustered`
+/// finds light of a point light through glass on a floor; `path` doesn't.
+TEST(Transmission, ClusteredAgreesWithPaths) {
+  for (const Light& light : lights()) expect_clustered_agrees(light, 5);
+  expect_clustered_agrees({"point", point_xml("0.5 1.5 0.5", "2 2 3")}, 2);
+}
+/// The first or second edge passes a surface.
+TEST(Transmission, ClusteredAgreesWithShortPaths) {
+  for (const Light& light : lights()) {
+    for (const int depth : {2, 3}) expect_clustered_agrees(light, depth);
   }
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::transmission_test

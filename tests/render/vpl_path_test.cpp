@@ -8,7 +8,7 @@
 #include "kinome/log.h"
 #include "path_scenes.h"
 
-namespace kinome::test {
+namespace kinome::test::vpl_path_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each z-test
@@ -248,4 +248,4 @@ TEST(VplPath, ABounceCountsOnce) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::vpl_path_test

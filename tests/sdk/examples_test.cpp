@@ -9,7 +9,7 @@
 #include "sdk.h"
 #include "support/png.h"
 
-namespace kinome::test {
+namespace kinome::test::examples_test {
 namespace {
 
 /// A parameter of `clustered`.
@@ -430,4 +430,4 @@ TEST_F(Sdk, FilmWritesItsFormat) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::examples_test

@@ -6,7 +6,7 @@
 #include "kinome/plugin.h"
 #include "sdk.h"
 
-namespace kinome::test {
+namespace kinome::test::sdk_test {
 namespace {
 
 TEST_F(Sdk, InstallationRemovesWhatIsNoLongerBuilt) {
@@ -143,4 +143,4 @@ TEST_F(Sdk, MovedTreeWorks) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sdk_test

@@ -13,7 +13,7 @@
 #include "xml.h"
 #include "kinome/image_files.h"
 
-namespace kinome::test {
+namespace kinome::test::invariance_test {
 namespace {
 
 /// False-alarm rate of each of about 120 comparisons.
@@ -315,4 +315,4 @@ TEST(Invariance, OrderOfTrianglesAndNumberOfMeshes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::invariance_test

@@ -16,7 +16,7 @@
 #include "support/cluster_pmf.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::precision_test {
 namespace {
 
 constexpr uint32_t kMany = 1u << 22;
@@ -214,4 +214,4 @@ TEST(Precision, BsdfsAreTheirFormulas) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::precision_test

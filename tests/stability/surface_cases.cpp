@@ -42,7 +42,7 @@ std::string panel(const std::string& operations = "") {
                                                xml::translate({.3f, -.4f, 2}) + operations) +
                                      xml::emitter("area", xml::color("radiance", Rgb(8, 9, 10))));
 }
-std::string with_depth(const std::string& type, int max_depth) {
+std::string integrator_of_depth(const std::string& type, int max_depth) {
   return xml::integrator(type, xml::integer("max_depth", max_depth));
 }
 std::string samples(int emitter, int bsdf) {
@@ -279,7 +279,7 @@ Case angles(const Files& files) {
         return front_view() + files.mesh(ball, xml::to_world(xml::translate({0, 0, 1})) + bsdf) +
                xml::emitter("directional", xml::vector("direction", Vec3(-1, .3f, -.2f)));
       },
-      with_depth("ptracer", 2), false, true));
+      integrator_of_depth("ptracer", 2), false, true));
   return c;
 }
 

@@ -4,7 +4,7 @@
 #include "support/statistics.h"
 
 /// Tests that sample() matches eval_pdf()'s density: chi² over the sphere, and the map's Jacobian.
-namespace kinome::test {
+namespace kinome::test::bsdf_chi2_test {
 namespace {
 
 // About 350 tests use this level. Together they raise a false alarm for one in 1000 sets of seeds.
@@ -80,4 +80,4 @@ std::vector<BsdfCase> smooth_cases() {
 INSTANTIATE_TEST_SUITE_P(All, BsdfLobeSampling, testing::ValuesIn(smooth_cases()), case_name);
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bsdf_chi2_test

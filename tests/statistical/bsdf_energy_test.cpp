@@ -4,7 +4,7 @@
 #include "support/statistics.h"
 
 /// Tests of BSDFs: albedos, reciprocity, weights, and finite values at all extremes.
-namespace kinome::test {
+namespace kinome::test::bsdf_energy_test {
 namespace {
 
 class BsdfEnergy : public testing::TestWithParam<BsdfCase> {};
@@ -203,4 +203,4 @@ TEST(BsdfFurnace, PlasticMirrorsItsFresnelShare) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bsdf_energy_test

@@ -3,7 +3,7 @@
 #include "support/bsdf_cases.h"
 
 /// Tests at extreme parameters and directions: all values are finite, and f != 0 implies a density.
-namespace kinome::test {
+namespace kinome::test::bsdf_extremes_test {
 namespace {
 
 std::vector<BsdfCase> extreme_cases() {
@@ -200,4 +200,4 @@ TEST_P(BsdfExtremes, MasksSelectLobes) {
 INSTANTIATE_TEST_SUITE_P(All, BsdfExtremes, testing::ValuesIn(extreme_cases()), case_name);
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bsdf_extremes_test

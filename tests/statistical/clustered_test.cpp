@@ -7,7 +7,7 @@
 #include "kinome/image_files.h"
 #include "kinome/image.h"
 
-namespace kinome::test {
+namespace kinome::test::clustered_test {
 namespace {
 
 /// A 64x32 environment with two bright spots of different colours, one of them low. One texel is
@@ -118,4 +118,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::clustered_test

@@ -9,7 +9,7 @@
 #include "kinome/clustered_light.h"
 #include "kinome/warp.h"
 
-namespace kinome::test {
+namespace kinome::test::distant_cells_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each statistical test
@@ -405,4 +405,4 @@ TEST(DistantCells, SameSeedSamePoints) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::distant_cells_test

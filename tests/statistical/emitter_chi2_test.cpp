@@ -14,7 +14,7 @@
 #include "support/statistics.h"
 #include "unit/shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::emitter_chi2_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 40 tests
@@ -341,4 +341,4 @@ TEST(EmitterChi2, DirectionsTowardAreaLights) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::emitter_chi2_test

@@ -9,7 +9,7 @@
 #include "direction_test.h"
 #include "emitter_cases.h"
 
-namespace kinome::test {
+namespace kinome::test::emitters_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 60 statistical tests
@@ -331,4 +331,4 @@ TEST(Emitters, SamplesOfAreaLightsAgreeWithRays) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::emitters_test

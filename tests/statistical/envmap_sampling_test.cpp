@@ -10,7 +10,7 @@
 #include "kinome/warp.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::envmap_sampling_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 50 statistical tests
@@ -193,4 +193,4 @@ TEST(EnvironmentMap, DensityIsTheInverseJacobian) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::envmap_sampling_test

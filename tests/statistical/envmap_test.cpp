@@ -10,7 +10,7 @@
 #include "kinome/sphere_partition.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::envmap_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of the only statistical test here
@@ -287,4 +287,4 @@ TEST(ConstantEnvironment, BlackHasNothingToSample) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::envmap_test

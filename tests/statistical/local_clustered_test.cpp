@@ -5,7 +5,7 @@
 
 #include "clustered_cases.h"
 
-namespace kinome::test {
+namespace kinome::test::local_clustered_test {
 namespace {
 
 /// A room that a spot lights by way of a wall, with a curved and a flat object.
@@ -106,4 +106,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::local_clustered_test

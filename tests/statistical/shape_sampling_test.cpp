@@ -9,7 +9,7 @@
 #include "direction_test.h"
 #include "shape_cells.h"
 
-namespace kinome::test {
+namespace kinome::test::shape_sampling_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // level of each of about 80 tests
@@ -270,4 +270,4 @@ TEST_P(EachShape, IsSampledByItsDensityPerSolidAngle) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::shape_sampling_test

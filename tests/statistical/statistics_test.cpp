@@ -7,7 +7,7 @@
 #include "kinome/warp.h"
 
 /// Tests of the statistical tests: correct samplers pass at the stated rate, and wrong ones fail.
-namespace kinome::test {
+namespace kinome::test::statistics_test {
 namespace {
 
 // Values for even degrees of freedom are exact, because the tail is a finite sum. Others are from
@@ -176,4 +176,4 @@ TEST(Statistics, LargestZTestAlarmsNoMoreOftenWherePairsDependOnOneAnother) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::statistics_test

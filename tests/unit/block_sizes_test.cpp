@@ -10,7 +10,7 @@
 #include "transport/light_paths.h"
 #include "transport/paths.h"
 
-namespace kinome::test {
+namespace kinome::test::block_sizes_test {
 namespace {
 
 using namespace transport;
@@ -151,4 +151,4 @@ TEST(BlockSizes, ChangeNoLightPath) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::block_sizes_test

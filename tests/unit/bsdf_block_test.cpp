@@ -9,7 +9,7 @@
 #include "support/bsdf_cases.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::bsdf_block_test {
 namespace {
 
 std::vector<BsdfQuestion> random_questions(size_t count, unsigned seed) {
@@ -457,4 +457,4 @@ INSTANTIATE_TEST_SUITE_P(All, BsdfBlocks,
                          block_name);
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bsdf_block_test

@@ -10,7 +10,7 @@
 #include "kinome/warp.h"
 #include "support/bsdf_cases.h"
 
-namespace kinome::test {
+namespace kinome::test::bsdf_form_test {
 namespace {
 
 class Random {
@@ -200,4 +200,4 @@ TEST(WeighCandidates, AgreesWithPlainCode) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bsdf_form_test

@@ -4,7 +4,7 @@
 #include "support/bsdf_cases.h"
 
 /// Tests which parameters BSDFs accept and reject.
-namespace kinome::test {
+namespace kinome::test::bsdf_parameters_test {
 namespace {
 
 struct BadBsdf {
@@ -219,4 +219,4 @@ TEST(BsdfParameters, LobesTellWhatIsThere) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bsdf_parameters_test

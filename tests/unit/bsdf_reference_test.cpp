@@ -8,7 +8,7 @@
 
 /// Compares BSDFs with Mitsuba 3.9.1. BSDFs that it lacks (phong, ward) are compared with their
 /// formulas in double precision.
-namespace kinome::test {
+namespace kinome::test::bsdf_reference_test {
 namespace {
 
 struct ReferenceValue {
@@ -169,4 +169,4 @@ TEST(BsdfReference, ConductorPresetsReflectLikeTheirMetals) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::bsdf_reference_test

@@ -10,7 +10,7 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::camera_block_test {
 namespace {
 
 /// Calls fn(make) for each instruction set; make(xml) creates an object from its libraries.
@@ -173,4 +173,4 @@ INSTANTIATE_TEST_SUITE_P(Sensors, EverySensor,
                          testing::Values("perspective", "orthographic", "thinlens"));
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::camera_block_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinome::app {
+namespace kinome::app::camera_path_test {
 namespace {
 
 CameraView start() {
@@ -115,4 +115,4 @@ TEST(KeyedCurve, MonotoneOnesStayBetweenNeighbouringKeys) {
 }
 
 }  // namespace
-}  // namespace kinome::app
+}  // namespace kinome::app::camera_path_test

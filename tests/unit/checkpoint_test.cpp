@@ -11,7 +11,7 @@
 #include "support/render.h"
 #include "support/sanitizer.h"
 
-namespace kinome::test {
+namespace kinome::test::checkpoint_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -297,4 +297,4 @@ TEST_F(Refused, OneThatWouldBeOverwritten) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::checkpoint_test

@@ -10,7 +10,7 @@
 
 #include "clustered/kernels/cluster_formulas.h"
 
-namespace kinome {
+namespace kinome::cluster_kernels_test {
 namespace {
 
 /// Random clusters that no cut would contain, some of them without light.
@@ -133,4 +133,4 @@ TEST(ClusterKernels, NoImportanceIsNone) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::cluster_kernels_test

@@ -9,7 +9,7 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::curve_test {
 namespace {
 
 constexpr const char* kTypes[] = {"linearcurve", "bsplinecurve"};
@@ -290,4 +290,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CurveBlocks, testing::ValuesIn(instruc
                          [](const auto& test) { return name_of(test.param); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::curve_test

@@ -13,7 +13,7 @@
 #include "kinome/texture.h"
 #include "support/block_memory.h"
 
-namespace kinome::test {
+namespace kinome::test::default_blocks_test {
 namespace {
 
 /// Returns a hash of the values in [0, 1). Any change of a value changes it.
@@ -411,4 +411,4 @@ TEST(DefaultBlocks, OfAShapesHits) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::default_blocks_test

@@ -6,7 +6,7 @@
 #include "support/bsdf_cases.h"
 #include "transport/adjoint.h"
 
-namespace kinome::test {
+namespace kinome::test::dielectric_test {
 namespace {
 
 constexpr float kIndices[] = {0.6f, 1.f, 1.3f, 1.5046f, 2.419f};
@@ -172,4 +172,4 @@ TEST(Dielectric, WantsIndices) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::dielectric_test

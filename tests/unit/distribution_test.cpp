@@ -7,7 +7,7 @@
 
 #include "support/statistics.h"
 
-namespace kinome {
+namespace kinome::distribution_test {
 namespace {
 
 struct Grid {
@@ -103,4 +103,4 @@ TEST(GridDistribution, OfNothingHasATotalOfZero) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::distribution_test

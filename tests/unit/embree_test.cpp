@@ -10,7 +10,7 @@
 
 /// Compares the packet functions, which replace ray streams for Embree 4, with the batch calls of
 /// the installed Embree version.
-namespace kinome::test {
+namespace kinome::test::embree_test {
 namespace {
 
 struct Release {
@@ -90,4 +90,4 @@ TEST_F(EmbreePackets, OcclusionIsThatOfStreams) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::embree_test

@@ -13,7 +13,7 @@
 
 /// Compares emitters over blocks with the same emitters at single points, for each instruction set.
 /// Tolerances are multiples of kRounding, a few roundings of numbers of magnitude 1.
-namespace kinome::test {
+namespace kinome::test::emitter_block_test {
 namespace {
 
 constexpr float kRounding = 8 * 0x1p-24f;
@@ -421,4 +421,4 @@ INSTANTIATE_TEST_SUITE_P(Sets, EmitterBlocks, testing::ValuesIn(instruction_sets
                          [](const auto& set) { return name_of(set.param); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::emitter_block_test

@@ -9,7 +9,7 @@
 #include "kinome/emitter.h"
 #include "shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::emitter_parameters_test {
 namespace {
 
 std::string emitter_xml(const std::string& type, const std::string& parameters) {
@@ -245,4 +245,4 @@ TEST(EmitterParameters, NothingIsInfiniteAtTheLight) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::emitter_parameters_test

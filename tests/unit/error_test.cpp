@@ -7,7 +7,7 @@
 #include "kinome/texture.h"
 #include "support/render.h"
 
-namespace kinome {
+namespace kinome::error_test {
 namespace {
 
 TEST(Error, SaysWhereAsFarAsItIsKnown) {
@@ -108,4 +108,4 @@ TEST(RunProcess, EndsWhatTakesTooLong) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::error_test

@@ -13,7 +13,7 @@
 #include "kinome/image_files.h"
 #include "kinome/color.h"
 
-namespace kinome::test {
+namespace kinome::test::exr_colors_test {
 namespace {
 
 using Names = std::vector<std::string>;
@@ -203,4 +203,4 @@ TEST_F(ExrColors, LuminanceAndChromaBecomeRgb) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::exr_colors_test

@@ -9,7 +9,7 @@
 #include "kinome/render_context.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::fill_gaps_test {
 namespace {
 
 constexpr int kTiles = 4;
@@ -118,4 +118,4 @@ TEST(FillGaps, EndsInTime) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::fill_gaps_test

@@ -10,7 +10,7 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::film_block_test {
 namespace {
 
 /// Returns all sums of values and of weights of a film.
@@ -146,4 +146,4 @@ TEST(FilmBlocks, TakeAsManyValuesAsTheFilmHas) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::film_block_test

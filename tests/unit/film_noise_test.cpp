@@ -7,7 +7,7 @@
 #include "film_xml.h"
 #include "kinome/film.h"
 
-namespace kinome::test {
+namespace kinome::test::film_noise_test {
 namespace {
 
 /// Lanes are filled one by one. The image is their weighted mean, and its variance is the variance
@@ -123,4 +123,4 @@ TEST(FilmNoise, NoiseThatTheFilterSpreadsIsThatOfTheTile) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::film_noise_test

@@ -16,7 +16,7 @@
 #include "kinome/film.h"
 #include "kinome/texture.h"
 
-namespace kinome::test {
+namespace kinome::test::film_parameters_test {
 namespace {
 
 void expect_error(const std::string& body, const std::string& part) {
@@ -196,4 +196,4 @@ TEST(Film, WritesRgbeAsMitsubaDoes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::film_parameters_test

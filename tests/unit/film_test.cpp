@@ -13,7 +13,7 @@
 #include "kinome/color.h"
 #include "kinome/sampler.h"
 
-namespace kinome::test {
+namespace kinome::test::film_test {
 namespace {
 
 /// Adds `per_pixel` random samples to each pixel of the tile.
@@ -428,4 +428,4 @@ TEST(Film, TellsItsGaps) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::film_test

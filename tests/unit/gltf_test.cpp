@@ -10,7 +10,7 @@
 #include "kinome/log.h"
 #include "shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::gltf_test {
 namespace {
 
 std::string base64(const std::string& bytes) {
@@ -340,4 +340,4 @@ TEST_F(Gltf, SurvivesRandomDamage) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::gltf_test

@@ -5,7 +5,7 @@
 
 #include "stage_tile.h"
 
-namespace kinome::test {
+namespace kinome::test::groups_test {
 namespace {
 
 TEST(Groups, HoldEachPointThatReflectsOnce) {
@@ -87,4 +87,4 @@ TEST(Groups, AreManyWhereLobesAreSharp) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::groups_test

@@ -4,7 +4,7 @@
 #include "support/bsdf_cases.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::hair_test {
 namespace {
 
 std::shared_ptr<Bsdf> hair(const std::string& children) {
@@ -73,4 +73,4 @@ TEST(Hair, PigmentsAreAbsorption) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::hair_test

@@ -13,7 +13,7 @@
 #include "kinome/image_files.h"
 #include "kinome/image.h"
 
-namespace kinome::test {
+namespace kinome::test::image_exr_check_test {
 namespace {
 
 std::string as_bytes(int32_t v) {
@@ -170,4 +170,4 @@ TEST(ExrCheck, TilesLargerThanThePictureAreRead) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::image_exr_check_test

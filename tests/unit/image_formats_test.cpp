@@ -13,7 +13,7 @@
 #include "kinome/texture.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::image_formats_test {
 namespace {
 
 std::string big_endian(uint32_t value) {
@@ -295,4 +295,4 @@ TEST_F(ImageFormats, RadianceRunsAndXyz) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::image_formats_test

@@ -22,7 +22,7 @@
 #include "kinome/color.h"
 #include "support/png.h"
 
-namespace kinome::test {
+namespace kinome::test::image_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -392,4 +392,4 @@ TEST(Png, AlphaAndGrey) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::image_test

@@ -12,7 +12,7 @@
 
 #include "kernel_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::importance_kernels_test {
 namespace {
 
 glm::dvec3 vector_of(const float (&v)[3]) {
@@ -179,4 +179,4 @@ TEST(ImportanceKernels, AddWhatSumsToOne) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::importance_kernels_test

@@ -13,7 +13,7 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::instance_test {
 namespace {
 
 std::string moved(const std::string& operations) {
@@ -393,12 +393,12 @@ TEST_P(InstanceBlocks, AreThoseOfPoints) {
   for (const char* inner : {"cube", "sphere"}) {
     for (const char* operations : {kAffine, kMirrored}) {
       SCOPED_TRACE(std::string(inner) + operations);
-      const auto instance = make_for<Shape>(
+      const auto placed = make_for<Shape>(
           GetParam(), "<shape type='instance'><shape type='shapegroup'><shape type='" +
                           std::string(inner) + "'/></shape>" + moved(operations) + "</shape>");
-      const Shape& part = *instance->parts().at(0);
+      const Shape& part = *placed->parts().at(0);
       const auto scene = scene_from(group_of("<shape type='" + std::string(inner) + "'/>") +
-                                    kinome::test::instance(operations));
+                                    instance(operations));
       Random random(5);
       for (const size_t count : kRanges) {
         for (const bool wants_derivatives : {false, true}) {
@@ -455,4 +455,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, InstanceBlocks, testing::ValuesIn(inst
                          [](const auto& test) { return name_of(test.param); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::instance_test

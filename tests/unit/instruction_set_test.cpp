@@ -6,7 +6,7 @@
 #include "kinome/plugin_registry.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::instruction_set_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -212,4 +212,4 @@ TEST(RegistryOfInstructionSets, RefusesWhatTheProcessorLacks) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::instruction_set_test

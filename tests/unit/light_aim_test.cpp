@@ -9,7 +9,7 @@
 #include "kernel_helpers.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::light_aim_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // false-alarm rate of each statistical test
@@ -220,4 +220,4 @@ TEST(AimDisks, HaveTheDensityThatTheyState) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::light_aim_test

@@ -13,7 +13,7 @@
 #include "support/cluster_pmf.h"
 #include "support/statistics.h"
 
-namespace kinome {
+namespace kinome::light_cut_test {
 namespace {
 
 LightTree make_tree(uint32_t count, float decades = 6) {
@@ -306,4 +306,4 @@ TEST(LightCut, ManyPointsAreDrawnAsOneByOne) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::light_cut_test

@@ -9,7 +9,7 @@
 #include "kernel_helpers.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::light_guide_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // false-alarm rate of each statistical test
@@ -142,4 +142,4 @@ TEST(LightGuide, MindsFewDrawsAndAnyUnit) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::light_guide_test

@@ -6,7 +6,7 @@
 #include "clustered/product/lights/light_point_draw.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::light_points_test {
 namespace {
 
 /// In a spot whose angle is near the rounding of floats, many sampled rays leave beyond its rim,
@@ -142,4 +142,4 @@ TEST(LightPoints, AreSortedByCell) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::light_points_test

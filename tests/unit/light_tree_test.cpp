@@ -8,7 +8,7 @@
 #include "clustered/points/light_tree.h"
 #include "kinome/error.h"
 
-namespace kinome {
+namespace kinome::light_tree_test {
 namespace {
 
 Vec3 random_direction(std::mt19937& rng) {
@@ -206,4 +206,4 @@ TEST(LightTree, RefusesPointsThatBreakTheRules) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::light_tree_test

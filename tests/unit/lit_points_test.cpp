@@ -10,7 +10,7 @@
 #include "support/render.h"
 #include "transport/camera.h"
 
-namespace kinome::test {
+namespace kinome::test::lit_points_test {
 namespace {
 
 constexpr float kRounding = 8 * 0x1p-24f;
@@ -194,4 +194,4 @@ TEST(LightPairs, ReflectWhatPointsDo) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::lit_points_test

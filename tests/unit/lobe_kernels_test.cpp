@@ -10,7 +10,7 @@
 #include "kinome/warp.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::lobe_kernels_test {
 namespace {
 
 constexpr double kPiD = 3.14159265358979323846;
@@ -269,4 +269,4 @@ TEST(LobeKernels, PlacesAreThoseOfTheLibrary) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::lobe_kernels_test

@@ -4,7 +4,7 @@
 #include "clustered/product/choice/candidates.h"
 #include "stage_tile.h"
 
-namespace kinome::test {
+namespace kinome::test::lobe_values_test {
 namespace {
 
 constexpr size_t kCount = 256;
@@ -105,4 +105,4 @@ TEST(LobeValues, DensityIsThatOfBothLobes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::lobe_values_test

@@ -10,7 +10,7 @@
 #include "stage_tile.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::local_choice_test {
 namespace {
 
 /// Returns a lit panel, a lamp and rough walls around the floor that the tile sees. Light points
@@ -165,4 +165,4 @@ TEST(TriedPoints, TakeByRatesWhereNothingIsReflected) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::local_choice_test

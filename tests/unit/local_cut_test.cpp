@@ -9,7 +9,7 @@
 #include "support/cluster_pmf.h"
 #include "support/statistics.h"
 
-namespace kinome {
+namespace kinome::local_cut_test {
 namespace {
 
 /// Returns light points on the walls of a box of the given half size around `centre`, shining
@@ -267,4 +267,4 @@ TEST(LocalCut, CoincidentLightsAndOneLight) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::local_cut_test

@@ -13,7 +13,7 @@
 #include "kernel_helpers.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::local_parts_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;  // false-alarm rate of each statistical test
@@ -313,4 +313,4 @@ TEST(LocalKernels, WeighConnectionsAsPlainCodeDoes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::local_parts_test

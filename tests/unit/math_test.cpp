@@ -13,7 +13,7 @@
 #include "kinome/ray.h"
 #include "kinome/sensor.h"
 
-namespace kinome {
+namespace kinome::math_test {
 namespace {
 
 Mat4 rotation_and_shift() {
@@ -125,4 +125,4 @@ TEST(Ray, TakesOriginAndDirection) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::math_test

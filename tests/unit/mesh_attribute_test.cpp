@@ -12,7 +12,7 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::mesh_attribute_test {
 namespace {
 
 std::string texture(const std::string& name, const std::string& as = "reflectance",
@@ -333,4 +333,4 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, AttributeBlocks, testing::ValuesIn(ins
                          [](const auto& test) { return name_of(test.param); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::mesh_attribute_test

@@ -11,7 +11,7 @@
 #include "kinome/log.h"
 #include "shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::mesh_files_test {
 namespace {
 
 /// Appends values in either byte order.
@@ -425,4 +425,4 @@ TEST_F(MeshFiles, SurvivesRandomDamage) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::mesh_files_test

@@ -10,7 +10,7 @@
 
 #include "clustered/product/tiles/spread.h"
 
-namespace kinome::test {
+namespace kinome::test::method_trial_test {
 namespace {
 
 /// Returns a method whose pixels have this mean and standard deviation, at `rays` rays per render.
@@ -240,4 +240,4 @@ TEST(MethodTrial, ChoosesTheFirstWayWhereThereIsNothingToCompare) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::method_trial_test

@@ -6,7 +6,7 @@
 #include "support/bsdf_cases.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::null_transmission_test {
 namespace {
 
 const std::string kPane =
@@ -112,4 +112,4 @@ TEST(NullTransmission, IsThereOnlyWhereLightPassesStraight) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::null_transmission_test

@@ -10,7 +10,7 @@
 
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::parts_test {
 namespace {
 
 constexpr uint64_t kSeed = 3;
@@ -302,4 +302,4 @@ TEST_F(Parts, KnowTheSensorsResponse) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::parts_test

@@ -11,7 +11,7 @@
 #include "picture/inspector.h"
 #include "support/render.h"
 
-namespace kinome::viewer {
+namespace kinome::viewer::picture_comparison_test {
 namespace {
 
 struct PixelValue {
@@ -250,4 +250,4 @@ TEST(Inspector, ShowsWhereSamplesGoByEachImportance) {
 }
 
 }  // namespace
-}  // namespace kinome::viewer
+}  // namespace kinome::viewer::picture_comparison_test

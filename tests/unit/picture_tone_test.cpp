@@ -14,7 +14,7 @@
 #include "support/render.h"
 #include "kinome/image_files.h"
 
-namespace kinome::viewer {
+namespace kinome::viewer::picture_tone_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -287,4 +287,4 @@ TEST(Sphere, ShowsTheSideThatIsLookedAt) {
 }
 
 }  // namespace
-}  // namespace kinome::viewer
+}  // namespace kinome::viewer::picture_tone_test

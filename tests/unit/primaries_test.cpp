@@ -6,7 +6,7 @@
 
 #include "stage_tile.h"
 
-namespace kinome::test {
+namespace kinome::test::primaries_test {
 namespace {
 
 std::unique_ptr<Scene> scene_of(const std::string& sensor, const std::string& shapes) {
@@ -201,4 +201,4 @@ TEST_F(PrimariesTest, SeeLightOrWhatIsBehindIt) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::primaries_test

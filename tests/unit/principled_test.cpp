@@ -6,7 +6,7 @@
 
 #include "support/bsdf_cases.h"
 
-namespace kinome::test {
+namespace kinome::test::principled_test {
 namespace {
 
 struct PrincipledValue {
@@ -118,4 +118,4 @@ TEST(Principled, MetalHasTheColourOfItsBase) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::principled_test

@@ -25,7 +25,7 @@ extern "C" const char* __tsan_default_suppressions() {
 }
 #endif
 
-namespace kinome::test {
+namespace kinome::test::process_group_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -275,4 +275,4 @@ TEST(ProcessGroup, CheckpointsDoNotDependOnIt) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::process_group_test

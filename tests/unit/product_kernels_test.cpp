@@ -8,7 +8,7 @@
 #include "clustered/kernels/cell_kernels.h"
 #include "kernel_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::product_kernels_test {
 namespace {
 
 constexpr double kPiD = 3.14159265358979323846;
@@ -404,4 +404,4 @@ TEST(CellKernels, BlocksAreSummed) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_kernels_test

@@ -5,7 +5,7 @@
 
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::product_method_test {
 namespace {
 
 bool is_served(const std::string& lights, uint32_t max_depth = 2, float max_geometry_term = 0) {
@@ -49,4 +49,4 @@ TEST(ProductMethod, LeavesToLightPointsWhatTheyAloneCan) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_method_test

@@ -14,7 +14,7 @@
 #include "kinome/sampler.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::product_parts_test {
 namespace {
 
 /// Strata with weights over six decades, some of them 0, in padded arrays.
@@ -323,4 +323,4 @@ TEST(Allocate, StandsAnyForecast) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::product_parts_test

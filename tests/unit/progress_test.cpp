@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinome::app {
+namespace kinome::app::progress_test {
 namespace {
 
 TEST(ProgressText, TellsTheTimeLeftUntilTheEnd) {
@@ -34,4 +34,4 @@ TEST(ProgressText, IsNeverDoneWithTimeLeft) {
 }
 
 }  // namespace
-}  // namespace kinome::app
+}  // namespace kinome::app::progress_test

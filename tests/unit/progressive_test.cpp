@@ -11,7 +11,7 @@
 #include "kinome/log.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::progressive_test {
 namespace {
 
 struct Speed {
@@ -332,4 +332,4 @@ TEST(Interrupted, BeginsNothingMore) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::progressive_test

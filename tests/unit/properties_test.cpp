@@ -5,7 +5,7 @@
 #include "kinome/texture.h"
 #include "support/render.h"
 
-namespace kinome {
+namespace kinome::properties_test {
 namespace {
 
 constexpr const char* kWords[] = {"beckmann", "ggx"};
@@ -239,4 +239,4 @@ TEST(Properties, ErrorsStandAtTheParameterOrAtTheObject) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::properties_test

@@ -8,7 +8,7 @@
 
 #include "kernel_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::ray_comb_test {
 namespace {
 
 using Kind = Strata::Kind;
@@ -145,4 +145,4 @@ TEST(RayComb, SendsNothingWhereNothingIsUncertain) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::ray_comb_test

@@ -13,7 +13,7 @@
 #include "plugins/probe_registry.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::registry_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -335,4 +335,4 @@ TEST(Create, GivesAPlaceToErrorsFromInside) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::registry_test

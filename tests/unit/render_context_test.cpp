@@ -13,7 +13,7 @@
 #include "kinome/sampler.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::render_context_test {
 namespace {
 
 std::shared_ptr<Film> make_film(const std::string& more = "") {
@@ -380,4 +380,4 @@ TEST(Stats, CountersAdd) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::render_context_test

@@ -6,7 +6,7 @@
 #include "support/bsdf_cases.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::roughdielectric_test {
 namespace {
 
 constexpr float kIndices[] = {0.6f, 1.2f, 1.5046f, 2.419f};
@@ -155,4 +155,4 @@ TEST(RoughDielectric, ColoursEachSide) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::roughdielectric_test

@@ -6,7 +6,7 @@
 #include "sampler_helpers.h"
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::sampler_convergence_test {
 namespace {
 
 /// A smooth function whose integral over the square is 0.
@@ -92,4 +92,4 @@ TEST(Sobol, HashedScrambleHasTheVarianceOfOwens) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sampler_convergence_test

@@ -6,7 +6,7 @@
 
 #include "sampler_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::sampler_strata_test {
 namespace {
 
 /// A permutation of few strata has few possible values, but each sample must still be uniform.
@@ -162,4 +162,4 @@ TEST(Strata, DoesNotJitterIfAskedNotTo) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sampler_strata_test

@@ -12,7 +12,7 @@
 
 #include "sampler_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::sampler_test {
 namespace {
 
 class EverySampler : public testing::TestWithParam<const char*> {
@@ -343,4 +343,4 @@ TEST(Sampler, StreamsReadConsecutiveDimensions) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sampler_test

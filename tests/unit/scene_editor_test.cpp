@@ -12,7 +12,7 @@
 #include "kinome/scene_editor.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::scene_editor_test {
 namespace {
 
 /// Texts in the scene file; each case changes one of them.
@@ -445,4 +445,4 @@ TEST_F(SceneEdits, OfAScenesDescription) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::scene_editor_test

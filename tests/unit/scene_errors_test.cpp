@@ -4,7 +4,7 @@
 
 /// A table of invalid scenes. `^` marks the position that the message must name; it is removed
 /// before the scene is parsed. Without `^`, the message names only the file.
-namespace kinome::test {
+namespace kinome::test::scene_errors_test {
 namespace {
 
 struct Wrong {
@@ -380,4 +380,4 @@ TEST(Objects, HaveRootsOfTheirOwn) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::scene_errors_test

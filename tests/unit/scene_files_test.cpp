@@ -6,7 +6,7 @@
 #include "support/render.h"
 
 /// Tests files that a scene reads: includes, search paths, spectra; and the scene's hash.
-namespace kinome::test {
+namespace kinome::test::scene_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -362,4 +362,4 @@ TEST(Hash, DependsOnAllTextAndDefines) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::scene_files_test

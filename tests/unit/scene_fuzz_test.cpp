@@ -10,7 +10,7 @@
 
 /// Tests damaged scenes. Each must load or throw an Error; a crash, a hang or another exception is
 /// a failure. Sanitizers detect other errors.
-namespace kinome::test {
+namespace kinome::test::scene_fuzz_test {
 namespace {
 
 using std::string_view_literals::operator""sv;
@@ -140,4 +140,4 @@ TEST(Fuzz, HostileHundredBytes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::scene_fuzz_test

@@ -8,7 +8,7 @@
 
 #include "shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::scene_rays_test {
 namespace {
 
 /// All kinds of geometry: two meshes and three analytic shapes, some overlapping.
@@ -336,4 +336,4 @@ TEST_F(SceneContents, CopiesVerticesThatEmbreeCouldNotReadInPlace) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::scene_rays_test

@@ -7,7 +7,7 @@
 #include "plugins/probe_registry.h"
 
 /// Tests the values that a plugin gets from XML snippets.
-namespace kinome::test {
+namespace kinome::test::scene_values_test {
 namespace {
 
 constexpr float kRounding = 1e-5f;
@@ -513,4 +513,4 @@ TEST(References, UnnamedOnesAreNumbered) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::scene_values_test

@@ -10,7 +10,7 @@
 
 /// Rays that leave a convex surface must not hit it again, for any size and position. No ray may
 /// pass through a closed mesh.
-namespace kinome::test {
+namespace kinome::test::self_intersection_test {
 namespace {
 
 /// Returns a subdivided icosahedron of radius 1 whose faces point outward.
@@ -318,4 +318,4 @@ TEST_F(Watertight, RaysFromInsideAClosedMeshAllHitIt) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::self_intersection_test

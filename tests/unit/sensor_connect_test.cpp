@@ -7,7 +7,7 @@
 #include "kinome/sensor.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::sensor_connect_test {
 namespace {
 
 constexpr const char* kView =
@@ -156,4 +156,4 @@ TEST(SensorConnect, SeesTheCropWindowAloneWhereNoBorderIsSampled) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sensor_connect_test

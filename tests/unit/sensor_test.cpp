@@ -5,7 +5,7 @@
 #include "mitsuba_rays.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::sensor_test {
 namespace {
 
 TEST(Sensor, RaysAreMitsubas) {
@@ -119,4 +119,4 @@ TEST(Sensor, HasAFilmAndASamplerOfItsOwnWhereTheSceneNamesNone) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sensor_test

@@ -8,7 +8,7 @@
 #include "kinome/shape.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::serialized_test {
 namespace {
 
 class Bytes {
@@ -207,4 +207,4 @@ TEST_F(Serialized, ReadsWhatMitsubaReads) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::serialized_test

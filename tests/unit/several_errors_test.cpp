@@ -4,7 +4,7 @@
 
 #include "plugins/probe_registry.h"
 
-namespace kinome::test {
+namespace kinome::test::several_errors_test {
 namespace {
 
 /// A scene with several errors. Each marked position is reported once, in order. Errors that only
@@ -197,4 +197,4 @@ INSTANTIATE_TEST_SUITE_P(Table, SeveralFaults, testing::ValuesIn(kSeveral),
                          [](const auto& row) { return row.param.name; });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::several_errors_test

@@ -3,7 +3,7 @@
 
 #include "stage_tile.h"
 
-namespace kinome::test {
+namespace kinome::test::shadow_rays_test {
 namespace {
 
 /// Points of a ball, whose opposite side may occlude them.
@@ -124,4 +124,4 @@ TEST(ShadowRaysThroughPanes, WeakenLight) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::shadow_rays_test

@@ -11,7 +11,7 @@
 /// Compares shapes over blocks with the same shapes at single points, for each instruction set.
 /// Tolerances are multiples of kRounding, a few roundings of values of magnitude 1. They are larger
 /// if the formula divides by a small value.
-namespace kinome::test {
+namespace kinome::test::shape_block_test {
 namespace {
 
 constexpr float kRounding = 8 * 0x1p-24f;
@@ -312,4 +312,4 @@ INSTANTIATE_TEST_SUITE_P(Sets, ShapeBlocks, testing::ValuesIn(instruction_sets()
                          [](const auto& set) { return name_of(set.param); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::shape_block_test

@@ -7,7 +7,7 @@
 #include "mitsuba_interactions.h"
 #include "shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::shape_conventions_test {
 namespace {
 
 std::string with_folder(std::string xml, const std::string& folder) {
@@ -68,4 +68,4 @@ TEST(ShapeConventions, AgreeWithMitsuba) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::shape_conventions_test

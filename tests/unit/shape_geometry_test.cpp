@@ -11,7 +11,7 @@
 
 #include "shape_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::shape_geometry_test {
 namespace {
 
 using DVec3 = glm::dvec3;
@@ -242,4 +242,4 @@ TEST(ShapeParameters, BadValuesAreErrorsThatNameThem) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::shape_geometry_test

@@ -7,7 +7,7 @@
 #include "clustered/product/strata/glossy_strata.h"
 #include "stage_tile.h"
 
-namespace kinome::test {
+namespace kinome::test::shared_candidates_test {
 namespace {
 
 constexpr uint16_t kRaysOfPixel = 3;
@@ -172,4 +172,4 @@ TEST(SharedCandidates, BlocksGoWithWhatIsWanted) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::shared_candidates_test

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace kinome::test {
+namespace kinome::test::sigma_check_test {
 namespace {
 
 constexpr size_t kCells = 16;
@@ -78,4 +78,4 @@ TEST(SigmaCheck, NothingIsForgottenAltogether) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sigma_check_test

@@ -10,7 +10,7 @@
 #include "support/block_memory.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::sky_test {
 namespace {
 
 /// A sky with a bright disk of 10 degrees and a dim remainder.
@@ -149,4 +149,4 @@ TEST(ClusteredLight, IsDerivedFromTheRadianceOfAnEnvironment) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sky_test

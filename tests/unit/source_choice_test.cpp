@@ -8,7 +8,7 @@
 #include "clustered/product/lights/source_choice.h"
 #include "kernel_helpers.h"
 
-namespace kinome::test {
+namespace kinome::test::source_choice_test {
 namespace {
 
 /// Emits `intensity` in all directions. The irradiance on a surface that faces it is intensity /
@@ -140,4 +140,4 @@ TEST(SourceChoice, StaysOneAtExtremes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::source_choice_test

@@ -9,7 +9,7 @@
 #include "kinome/error.h"
 #include "support/statistics.h"
 
-namespace kinome {
+namespace kinome::sphere_partition_test {
 namespace {
 
 constexpr uint32_t kSizes[] = {1, 2, 3, 4, 5, 6, 7, 12, 100, 511, 512, 32768, 32769, 1u << 20};
@@ -152,4 +152,4 @@ TEST(SpherePartition, SamplesAreUniformWithinSmallCells) {
 }
 
 }  // namespace
-}  // namespace kinome
+}  // namespace kinome::sphere_partition_test

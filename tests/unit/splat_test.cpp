@@ -7,7 +7,7 @@
 #include "kinome/film.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::splat_test {
 namespace {
 
 std::shared_ptr<Film> film_with(const std::string& filter, int width, int height,
@@ -160,4 +160,4 @@ TEST(Splat, IgnoresWhatIsFarOffAndCountsWhatIsNoNumber) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::splat_test

@@ -8,7 +8,7 @@
 #include "clustered/product/strata/local_strata.h"
 #include "stage_tile.h"
 
-namespace kinome::test {
+namespace kinome::test::strata_stages_test {
 namespace {
 
 constexpr float kCandidates = 192;
@@ -333,4 +333,4 @@ TEST(EyeRays, OfMirrorsFindWhatTheyShow) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::strata_stages_test

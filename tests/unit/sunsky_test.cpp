@@ -8,7 +8,7 @@
 #include "kinome/sensor.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::sunsky_test {
 namespace {
 
 std::string vector_text(const Vec3& v) {
@@ -263,4 +263,4 @@ TEST(SunSky, ChecksItsParameters) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::sunsky_test

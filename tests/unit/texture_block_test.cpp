@@ -14,7 +14,7 @@
 #include "support/block_memory.h"
 #include "support/plugin_sets.h"
 
-namespace kinome::test {
+namespace kinome::test::texture_block_test {
 namespace {
 
 /// Writes an image of w x h pixels: an EXR of floats, or a PNG of bytes.
@@ -138,4 +138,4 @@ INSTANTIATE_TEST_SUITE_P(All, TextureBlocks, testing::ValuesIn(instruction_sets(
                          [](const auto& set) { return name_of(set.param); });
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::texture_block_test

@@ -8,7 +8,7 @@
 
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::texture_test {
 namespace {
 
 /// Returns bytes from hexadecimal digits.
@@ -355,4 +355,4 @@ TEST(Checkerboard, SwapsItsColorsAsANumber) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::texture_test

@@ -8,7 +8,7 @@
 #include "support/render.h"
 #include "kinome/clustered_light.h"
 
-namespace kinome::test {
+namespace kinome::test::tile_knowledge_test {
 namespace {
 
 TEST(TileGrid, CoversEveryPixelOnce) {
@@ -227,4 +227,4 @@ TEST(TileKnowledge, Forgets) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::tile_knowledge_test

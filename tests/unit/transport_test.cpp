@@ -21,7 +21,7 @@
 #include "transport/numbers.h"
 #include "transport/surfaces.h"
 
-namespace kinome::test {
+namespace kinome::test::transport_test {
 namespace {
 
 using namespace transport;
@@ -299,4 +299,4 @@ TEST(FilmSamples, AddsAsTheFilmDoes) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::transport_test

@@ -11,7 +11,7 @@
 #include "kinome/warp.h"
 #include "support/render.h"
 
-namespace kinome::test {
+namespace kinome::test::visibility_test {
 namespace {
 
 constexpr size_t kCells = 512;
@@ -323,4 +323,4 @@ TEST(VisibilityLearner, LeansOnCellsAroundBeforeTheCurve) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::visibility_test

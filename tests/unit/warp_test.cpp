@@ -4,7 +4,7 @@
 
 #include "support/statistics.h"
 
-namespace kinome::test {
+namespace kinome::test::warp_test {
 namespace {
 
 constexpr double kAlpha = 1e-4;
@@ -87,4 +87,4 @@ TEST(Warp, ConcentricDiskIsUniform) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::warp_test

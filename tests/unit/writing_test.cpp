@@ -12,7 +12,7 @@
 #include "kinome/output_files.h"
 #include "kinome/image_files.h"
 
-namespace kinome::test {
+namespace kinome::test::writing_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -152,4 +152,4 @@ TEST(Writing, InterruptedWritersAreCleanedUp) {
 }
 
 }  // namespace
-}  // namespace kinome::test
+}  // namespace kinome::test::writing_test
