@@ -1,10 +1,6 @@
 #include "clustered/points/point_lights.h"
 
-#include <memory>
-
 #include "clustered/points/light_tree.h"
-#include "clustered/points/point_light_shader.h"
-#include "transport/camera_block.h"
 #include "kinome/clustered_light.h"
 
 namespace kinome {
@@ -58,21 +54,6 @@ ScenePointLights gather_point_lights(const Scene& scene, RenderContext& context,
     }
   }
   return lights;
-}
-
-void render_point_lights(const Scene& scene, const Sensor& sensor, RenderContext& context,
-                         const ScenePointLights& lights, const PointLightOptions& options) {
-  const transport::SceneTable table(scene);
-  transport::render_blocks<PointLightShader>(
-      table, sensor, context, PathSettings{{options.max_depth, 5}, options.hide_emitters},
-      [&] {
-        return std::make_unique<PointLightShader>(table, lights, options, sensor.sampler(),
-                                                  transport::kBlockSamples);
-      },
-      [](PointLightShader& shader, const transport::CameraBlock& block,
-         const PixelSamples& samples, RenderCounters& counters) {
-        shader.add(samples, block.seen(), block.radiance(), counters);
-      });
 }
 
 }  // namespace kinome
