@@ -120,9 +120,9 @@ struct SurfaceBlock {
 /// Input of Bsdf::shade_block() at each point: a direction to evaluate, and random numbers for a
 /// sample. Either may be omitted by leaving its columns nullptr.
 struct BsdfQuery {
-  Columns3 wo;   ///< unit, in the shading frame
+  Columns3 wo = {};  ///< unit, in the shading frame
   float* u1 = nullptr;
-  Columns2 u2;
+  Columns2 u2 = {};
   Lobe lobes = Lobe::kAll;  ///< restricts value, density and sample to these lobes
 
   BsdfQuery from(size_t i) const {

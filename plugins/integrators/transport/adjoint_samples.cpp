@@ -40,14 +40,9 @@ void AdjointSamples::bend(const Surfaces& met, const Surfaces::Range& range) {
 
 const BsdfAnswer& AdjointSamples::sample(const Surfaces& met, float* u1, const Columns2& u2) {
   const SurfaceBlock& points = met.points();
-  BsdfQuery query;
-  query.u1 = u1;
-  query.u2 = u2;
-  shade(met, points.wi, query, sampled_);
+  shade(met, points.wi, {.u1 = u1, .u2 = u2}, sampled_);
   // The BSDF as evaluated by paths from the camera.
-  query = {};
-  query.wo = points.wi;
-  shade(met, sampled_.wo, query, seen_);
+  shade(met, sampled_.wo, {.wo = points.wi}, seen_);
   for_lanes(met.reflecting(), [&](size_t i) {
     const FrameOf<wide::Vec3> frame = frame_at(points, i);
     const wide::Vec3 n = wide::Vec3::load(points.n, i);

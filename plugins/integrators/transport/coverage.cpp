@@ -67,10 +67,8 @@ size_t Coverage::cover(const PixelSamples& samples, const Surfaces& surfaces,
     const size_t count = padded(range.count);
     numbers_.fill_1d(sampler_, samples, dimension, owner + first, count, u1_ + first);
     numbers_.fill_2d(sampler_, samples, dimension + 1, owner + first, count, u2_.from(first));
-    BsdfQuery query;
-    query.u1 = u1_ + first;
-    query.u2 = u2_.from(first);
-    range.row->bsdf->shade_block(points.part(first, range.count), query, answer_.from(first));
+    range.row->bsdf->shade_block(points.part(first, range.count),
+                                 {.u1 = u1_ + first, .u2 = u2_.from(first)}, answer_.from(first));
     rays = pass(points, range, owner, rays, alpha);
   }
   return rays;

@@ -136,9 +136,7 @@ void LightPaths::connect_points(const PixelSamples& samples, uint32_t dimension,
   for_lanes(count, [&](size_t i) {
     frame_at(points, i).to_local(wide::Vec3::load(seen.d, i)).store(seen_from_, i);
   });
-  BsdfQuery query;
-  query.wo = points.wi;
-  shade(met_, seen_from_, query, seen_);
+  shade(met_, seen_from_, {.wo = points.wi}, seen_);
   for_lanes(count, [&](size_t i) {
     const wide::Vec3 n = wide::Vec3::load(points.n, i), d = wide::Vec3::load(seen.d, i);
     const wide::Vec3 from = frame_at(points, i).to_world(wide::Vec3::load(points.wi, i));

@@ -14,9 +14,7 @@ using wide::Vec2;
 using wide::Vec3;
 
 KINOME_WIDE void store(const Vec3& value, float* const columns[3], size_t i) {
-  value.x.store(columns[0] + i);
-  value.y.store(columns[1] + i);
-  value.z.store(columns[2] + i);
+  value.store({columns[0], columns[1], columns[2]}, i);
 }
 
 /// Weights of one vector of candidates.

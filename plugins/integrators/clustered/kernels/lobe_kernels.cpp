@@ -73,9 +73,7 @@ void sample_lobe_of(const HalfVectorLobe& lobe, const PointFrames& frames,
     const Vec3 d = mirrored_along(viewer[at], h);
     // A unit vector except for rounding: one Newton step toward 1 / |d|.
     const Vec3 unit = d * (1.5f - 0.5f * dot(d, d));
-    unit.x.store(dx + i);
-    unit.y.store(dy + i);
-    unit.z.store(dz + i);
+    unit.store({dx, dy, dz}, i);
   });
 }
 
@@ -160,9 +158,7 @@ void evaluate_microfacets_of(const Surface& surface, const HalfVectorLobe& lobe,
         distribution.times_alpha2(tangential<is_isotropic>(n, tangent_at, o)), dot(n, o),
         viewers_part[at]);
     const Vec3 f = reflected.dg * surface.fresnel(reflected.cos_half) * specular;
-    f.x.store(out.f[0] + i);
-    f.y.store(out.f[1] + i);
-    f.z.store(out.f[2] + i);
+    f.store({out.f[0], out.f[1], out.f[2]}, i);
   });
 }
 

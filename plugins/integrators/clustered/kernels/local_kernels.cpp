@@ -46,9 +46,7 @@ void connect_points(const LightPointColumns& points, const SurfacePoint& from, s
     const Float geometry = abs(dot(load(points.geometric, i), d)) * (inverse * inverse);
     (load(points.power, i) * select(faces, geometry)).store_interleaved(out.radiance + 3 * i);
     (Float::load(points.eye_ratio + i) * geometry).store(out.eye_ratio + i);
-    d.x.store(out.dx + i);
-    d.y.store(out.dy + i);
-    d.z.store(out.dz + i);
+    d.store({out.dx, out.dy, out.dz}, i);
     distance.store(out.distance + i);
   });
 }

@@ -149,10 +149,7 @@ void LightPairs::finish(const Columns3& radiance, RenderCounters& counters) {
   if (count == 0) return;
   {
     const StageTimer timer(counters.stage_seconds["evaluate"]);
-    BsdfQuery query;
-    query.wo = wo_;
-    query.lobes = Lobe::kDiffuse | Lobe::kGlossy;
-    points_.shade(query, answer_);
+    points_.shade({.wo = wo_, .lobes = Lobe::kDiffuse | Lobe::kGlossy}, answer_);
     size_t live = 0, rays = 0;
     for_lanes(count, [&](size_t k) {
       const Mask is_live = Float::load(live_ + k) > 0.f;

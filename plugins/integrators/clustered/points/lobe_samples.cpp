@@ -44,11 +44,7 @@ size_t LobeSamples::add(const LitPoints& points, size_t i, const Bsdf& bsdf) {
 }
 
 void LobeSamples::draw() {
-  BsdfQuery query;
-  query.u1 = u1_;
-  query.u2 = u2_;
-  query.lobes = Lobe::kGlossy;
-  points_.shade(query, answer_);
+  points_.shade({.u1 = u1_, .u2 = u2_, .lobes = Lobe::kGlossy}, answer_);
   const SurfaceBlock& points = points_.points();
   for (Point& point : list_) {
     point.found = 0;

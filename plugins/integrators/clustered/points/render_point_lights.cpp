@@ -78,10 +78,7 @@ class SingleLights {
     for_lanes(count, [&](size_t i) {
       frame_at(points, i).to_local(wide::Vec3::load(light_.d, i)).store(wo_, i);
     });
-    BsdfQuery query;
-    query.wo = wo_;
-    query.lobes = Lobe::kDiffuse | Lobe::kGlossy;
-    transport::shade(surfaces, query, answer_);
+    transport::shade(surfaces, {.wo = wo_, .lobes = Lobe::kDiffuse | Lobe::kGlossy}, answer_);
     for_lanes(count, [&](size_t i) {
       const Float pdf = Float::load(light_.pdf + i);
       const Mask is_sample = Float::load(surfaces.live() + i) > 0.f && pdf > 0.f;
