@@ -103,6 +103,7 @@ std::string describe(const Parameter& parameter) {
 }
 
 bool accepts(ParameterType type, const Properties::Value& value) {
+  if (takes_texture(type)) return is_texture(value) || as_uniform_color(value).has_value();
   switch (type) {
     case ParameterType::kBoolean:
       return holds<bool>(value);
@@ -117,20 +118,15 @@ bool accepts(ParameterType type, const Properties::Value& value) {
       return holds<std::string>(value);
     case ParameterType::kVector:
       return holds<Vec3>(value);
-    case ParameterType::kEmission:
-    case ParameterType::kEmissionTexture:
-    case ParameterType::kReflectanceTexture:
-    case ParameterType::kUnitlessTexture:
-    case ParameterType::kColorTexture:
-      return (takes_texture(type) && is_texture(value)) || as_uniform_color(value).has_value();
     case ParameterType::kTransform:
       return holds<Transform>(value);
     case ParameterType::kImage:
       return holds<std::shared_ptr<const Image>>(value);
     case ParameterType::kObject:
       return holds<std::shared_ptr<Object>>(value);
+    default:
+      return false;
   }
-  return false;
 }
 
 bool accepts(const Parameter& parameter, const Properties::Value& value) {
@@ -153,6 +149,7 @@ std::optional<UniformColor> as_uniform_color(const Properties::Value& value) {
 Properties::Value parse_default(const Parameter& parameter) {
   const char* const text = parameter.default_value;
   const auto parse = [&]() -> std::optional<Properties::Value> {
+    if (takes_texture(parameter.type)) return parse_vector_default(parameter.type, text);
     switch (parameter.type) {
       case ParameterType::kBoolean:
         return parse_boolean(text);
@@ -167,19 +164,12 @@ Properties::Value parse_default(const Parameter& parameter) {
       case ParameterType::kFile:
         return std::string(text);
       case ParameterType::kVector:
-      case ParameterType::kEmission:
-      case ParameterType::kEmissionTexture:
-      case ParameterType::kReflectanceTexture:
-      case ParameterType::kUnitlessTexture:
-      case ParameterType::kColorTexture:
         return parse_vector_default(parameter.type, text);
       case ParameterType::kTransform:
         return parse_transform_default(text);
-      case ParameterType::kImage:
-      case ParameterType::kObject:
-        break;
+      default:
+        return std::nullopt;
     }
-    return std::nullopt;
   };
   if (auto value = parse()) return *value;
   throw std::logic_error(std::string("default of parameter '") + parameter.name + "' is not " +
