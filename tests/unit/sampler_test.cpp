@@ -333,14 +333,5 @@ TEST(Sampler, RefusesImpossibleCounts) {
   }
 }
 
-TEST(Sampler, StreamsReadConsecutiveDimensions) {
-  const auto sampler = make_sampler("sobol", 16);
-  const SampleKey key{3, 4, 5, 6};
-  SampleStream stream(*sampler, key, 7);
-  EXPECT_EQ(stream.next_1d(), sampler->value_1d(key, 7));
-  EXPECT_EQ(stream.next_2d(), sampler->value_2d(key, 8));
-  EXPECT_EQ(stream.next_1d(), sampler->value_1d(key, 10));
-}
-
 }  // namespace
 }  // namespace kinome::test::sampler_test

@@ -45,26 +45,6 @@ class KINOME_EXPORT Sampler : public Object {
   uint64_t seed_ = 0;
 };
 
-/// Reads consecutive dimensions of one key. Not thread-safe.
-class SampleStream {
- public:
-  SampleStream(const Sampler& sampler, const SampleKey& key, uint32_t first_dimension = 0)
-      : sampler_(sampler), key_(key), dimension_(first_dimension) {}
-  float next_1d() { return sampler_.value_1d(key_, dimension_++); }
-  Vec2 next_2d() {
-    const Vec2 v = sampler_.value_2d(key_, dimension_);
-    dimension_ += 2;
-    return v;
-  }
-  const SampleKey& key() const { return key_; }
-  uint32_t dimension() const { return dimension_; }
-
- private:
-  const Sampler& sampler_;
-  SampleKey key_;
-  uint32_t dimension_;
-};
-
 /// Mixes the bits of a 64-bit number, bijectively; not cryptographic.
 inline uint64_t mix_bits(uint64_t v) {
   v ^= v >> 31;
