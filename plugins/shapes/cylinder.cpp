@@ -159,16 +159,10 @@ class Cylinder final : public AnalyticShape<Cylinder> {
     if (!(length > 0)) throw props.error("p1", "must differ from p0");
     const float radius = props.real("radius", "must be positive and finite",
                                     [](float r) { return r > 0 && std::isfinite(r); });
-    // Frame::from_normal in double.
-    const DVec3 n = axis / length;
-    const double sign = std::copysign(1., n.z);
-    const double a = -1 / (sign + n.z);
-    const double b = n.x * n.y * a;
-    const DVec3 s(1 + sign * n.x * n.x * a, sign * b, -sign * n.x);
-    const DVec3 t(b, sign + n.y * n.y * a, -n.y);
+    const auto frame = FrameOf<DVec3>::from_normal(axis / length);
     const double r = radius;
-    const glm::dmat4 local(glm::dvec4(s * r, 0), glm::dvec4(t * r, 0), glm::dvec4(axis, 0),
-                           glm::dvec4(DVec3(p0), 1));
+    const glm::dmat4 local(glm::dvec4(frame.s * r, 0), glm::dvec4(frame.t * r, 0),
+                           glm::dvec4(axis, 0), glm::dvec4(DVec3(p0), 1));
     return glm::dmat4(to_world_of(props).matrix()) * local;
   }
 
