@@ -17,8 +17,7 @@
 ///     </emitter>
 
 #include "../sensors/camera.h"
-#include "emission.h"
-#include "kinome/flux_grid.h"
+#include "colored_point.h"
 #include "kinome/emitter.h"
 #include "kinome/plugin.h"
 
@@ -34,56 +33,24 @@ constexpr Parameter kTable[] = {
     KINOME_FOV_PARAMETERS,
 };
 
-class Projector final : public Emitter {
+class Projector final : public ColoredPoint<Projector> {
  public:
   explicit Projector(const Properties& props)
-      : frame_(read_light_frame(props)),
-        irradiance_(read_emission_texture(props, "irradiance")),
+      : ColoredPoint(read_light_frame(props), read_emission_texture(props, "irradiance")),
         scale_(read_scale(props) * frame_.scale.z) {
-    const Vec2 texels(irradiance_->resolution());
+    const Vec2 texels(texture_->resolution());
     half_size_.x = read_half_width(props, texels.x / texels.y);
     half_size_.y = half_size_.x * texels.y / texels.x;
     half_size_ *= Vec2(frame_.scale) / frame_.scale.z;
     // The intensity is largest toward the corners.
-    check_emission(props, "scale", *irradiance_,
+    check_emission(props, "scale", *texture_,
                    double{scale_} * std::pow(glm::length(glm::dvec3(half_size_, 1)), 3));
-  }
-
-  bool is_delta() const override { return true; }
-
-  std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
-    const TowardLight light(p, frame_.origin);
-    const Vec3 d = frame_.to_local(-light.d);
-    const auto point = image_point(d);
-    if (!point.is_lit) return std::nullopt;
-    return light_from_point(light, intensity(irradiance_.at(point.uv), d.z));
-  }
-  void sample_direct_block(const Columns3& p, const Columns2& /*u*/, size_t count,
-                           const DirectBlock& out) const override {
-    const wide::ScratchColumns scratch(3, count);
-    const Columns2 uv = scratch.two(0);
-    float* const cosine = scratch[2];
-    const auto toward_lanes = [&](size_t i) {
-      return TowardLight(wide::Vec3::load(p, i), wide::Vec3(frame_.origin));
-    };
-    wide::for_lanes(count, [&](size_t i) {
-      const wide::Vec3 d = frame_.to_local(-toward_lanes(i).d);
-      const auto point = image_point(d);
-      select(point.is_lit, point.uv).store(uv, i);
-      select(point.is_lit, d.z).store(cosine + i);
-    });
-    const wide::ColorInput::Columns irradiance(irradiance_, uv, count);
-    wide::for_lanes(count, [&](size_t i) {
-      const wide::Float z = wide::Float::load(cosine + i);
-      const wide::Rgb emitted = select(z > 0.f, intensity(irradiance[i], z));
-      store_light_from_point(out, i, toward_lanes(i), emitted);
-    });
   }
 
   std::optional<EmissionDensity> emission_density(const Vec3& d) const override {
     const Vec3 local = frame_.to_local(d);
-    const auto point = image_point(local);
-    if (!point.is_lit) return EmissionDensity{};
+    const auto point = beam_toward(local);
+    if (!(point.factor > 0)) return EmissionDensity{};
     return EmissionDensity{direction_pdf(flux().pdf(point.uv), 1 / local.z), 0};
   }
 
@@ -95,7 +62,7 @@ class Projector final : public Emitter {
     if (!point) return std::nullopt;
     const Vec3 through = on_plane<Vec3>(point->uv);
     const float inverse_cosine = glm::length(through);
-    const Rgb emitted = intensity(irradiance_.at(point->uv), 1 / inverse_cosine);
+    const Rgb emitted = intensity(texture_.at(point->uv), 1 / inverse_cosine);
     if (is_black(emitted)) return std::nullopt;
     EmissionSample sample;
     sample.o = frame_.origin;
@@ -120,7 +87,7 @@ class Projector final : public Emitter {
       direction_pdf(point.pdf, distance).store(pdf + i);
       frame_.to_world(through / distance).store(out.d, i);
     });
-    const wide::ColorInput::Columns irradiance(irradiance_, uv, count);
+    const wide::ColorInput::Columns irradiance(texture_, uv, count);
     wide::for_lanes(count, [&](size_t i) {
       const wide::Float cosine = 1.f / wide::Float::load(inverse_cosine + i);
       const wide::Rgb power = intensity(irradiance[i], cosine) / wide::Float::load(pdf + i);
@@ -129,22 +96,17 @@ class Projector final : public Emitter {
   }
 
  private:
-  const FluxGrid& flux() const {
-    return flux_.get([this] { return make_flux_grid(); });
-  }
-  template <class F>
-  struct ImagePoint {
-    wide::formulas::Vec2Of<F> uv;
-    wide::formulas::MaskOf<F> is_lit;
-  };
-  /// Returns the point of the image in the direction of the unit vector d, in the projector's
-  /// frame.
+  friend class ColoredPoint<Projector>;
+
+  /// The factor is the cosine with the axis, and uv the point of the image.
   template <class V>
-  ImagePoint<wide::formulas::NumberOf<V>> image_point(const V& d) const {
-    using F = wide::formulas::NumberOf<V>;
+  Beam<wide::formulas::NumberOf<V>> beam_toward(const V& d) const {
+    using namespace wide::formulas;
+    using F = NumberOf<V>;
     const F u = 0.5f - d.x / (2.f * d.z * half_size_.x);
     const F v = 0.5f - d.y / (2.f * d.z * half_size_.y);
-    return {{u, v}, d.z > 0.f && u >= 0.f && u <= 1.f && v >= 0.f && v <= 1.f};
+    const auto is_lit = d.z > 0.f && u >= 0.f && u <= 1.f && v >= 0.f && v <= 1.f;
+    return {select(is_lit, d.z), select(is_lit, Vec2Of<F>(u, v))};
   }
   /// Maps a point of the image to the plane z = 1.
   template <class V, class V2>
@@ -169,15 +131,15 @@ class Projector final : public Emitter {
 
   FluxGrid make_flux_grid() const {
     const auto flux = [this](const Vec2& uv) {
-      return scale_ * luminance(glm::abs(irradiance_.at(uv)));
+      return scale_ * luminance(glm::abs(texture_.at(uv)));
     };
-    if (irradiance_->is_uniform()) return FluxGrid({1, 1}, 1, flux);
+    if (texture_->is_uniform()) return FluxGrid({1, 1}, 1, flux);
     // At a multiple of twice the image's resolution, the interpolation is bilinear in every cell. A
     // small image gets several cells per texel (other textures count as one texel). A large image
     // gets several texels per cell.
     constexpr uint32_t kMinSide = 256;
     constexpr uint64_t kMaxCells = 1 << 22;
-    glm::uvec2 cells = irradiance_->resolution() * 2u;
+    glm::uvec2 cells = texture_->resolution() * 2u;
     for (int i = 0; i < 2; ++i) cells[i] *= (kMinSide + cells[i] - 1) / cells[i];
     uint32_t parts = 1;
     while (uint64_t{cells.x} * cells.y > kMaxCells) {
@@ -187,11 +149,8 @@ class Projector final : public Emitter {
     return FluxGrid(cells, parts, flux);
   }
 
-  LightFrame frame_;
-  wide::ColorInput irradiance_;
   float scale_;
   Vec2 half_size_{1.f};  ///< half of the image's size at z = 1
-  LazyFluxGrid flux_;    ///< direct light doesn't need it
 };
 
 }  // namespace

@@ -15,9 +15,8 @@
 
 #include <numbers>
 
-#include "emission.h"
+#include "colored_point.h"
 #include "kinome/emitter.h"
-#include "kinome/flux_grid.h"
 #include "kinome/plugin.h"
 #include "kinome/warp.h"
 #include "kinome/wide/functions.h"
@@ -62,49 +61,22 @@ LightFrame read_frame(const Properties& props) {
   return frame;
 }
 
-class Spot final : public Emitter {
+class Spot final : public ColoredPoint<Spot> {
  public:
   explicit Spot(const Properties& props)
-      : frame_(read_frame(props)),
+      : ColoredPoint(read_frame(props), read_emission_texture(props, "texture")),
         intensity_(read_emission(props, "intensity")),
         cutoff_(read_cutoff(props)),
         beam_width_(read_beam_width(props, cutoff_)),
         cap_height_(2 * sqr(std::sin(cutoff_ / 2))),
         min_lit_cosine_(std::cos(cutoff_) - 1e-4f),
-        tan_cutoff_(std::tan(cutoff_)),
-        texture_(read_emission_texture(props, "texture")) {
+        tan_cutoff_(std::tan(cutoff_)) {
     check_emission(props, "intensity", *texture_, double{max_component(intensity_)});
     if (!texture_->is_uniform() && !(cutoff_ < kPi / 2)) {
       throw props.error("texture", "needs a cutoff_angle of less than 90 degrees, got " +
                                        std::to_string(cutoff_ / kDegree) +
                                        ": a wider cone has no cross-section");
     }
-  }
-
-  bool is_delta() const override { return true; }
-
-  std::optional<DirectSample> sample_direct(const Vec3& p, const Vec2& /*u*/) const override {
-    const TowardLight light(p, frame_.origin);
-    return light_from_point(light, intensity_toward(frame_.to_local(-light.d)));
-  }
-  void sample_direct_block(const Columns3& p, const Columns2& /*u*/, size_t count,
-                           const DirectBlock& out) const override {
-    const wide::ScratchColumns scratch(3, count);
-    const Columns2 uv = scratch.two(0);
-    float* const falloff = scratch[2];
-    const auto toward_lanes = [&](size_t i) {
-      return TowardLight(wide::Vec3::load(p, i), wide::Vec3(frame_.origin));
-    };
-    wide::for_lanes(count, [&](size_t i) {
-      const auto beam = beam_toward(frame_.to_local(-toward_lanes(i).d));
-      beam.falloff.store(falloff + i);
-      beam.uv.store(uv, i);
-    });
-    const wide::ColorInput::Columns texture(texture_, uv, count);
-    wide::for_lanes(count, [&](size_t i) {
-      const wide::Float share = wide::Float::load(falloff + i);
-      store_light_from_point(out, i, toward_lanes(i), wide::Rgb(intensity_) * share * texture[i]);
-    });
   }
 
   /// Samples directions by their flux, from a grid that is mapped to the cone with equal areas.
@@ -138,7 +110,7 @@ class Spot final : public Emitter {
       }
       const auto beam = beam_toward(local);
       beam.uv.store(uv, i);
-      (beam.falloff / pdf).store(share + i);
+      (beam.factor / pdf).store(share + i);
       frame_.to_world(local).store(out.d, i);
     });
     const wide::ColorInput::Columns texture(texture_, uv, count);
@@ -161,16 +133,9 @@ class Spot final : public Emitter {
   }
 
  private:
-  const FluxGrid& flux() const {
-    return flux_.get([this] { return make_flux_grid(); });
-  }
+  friend class ColoredPoint<Spot>;
 
-  template <class F>
-  struct Beam {
-    F falloff;  ///< factor on the intensity; 0 outside the cone
-    wide::formulas::Vec2Of<F> uv;
-  };
-  /// d is a unit vector in the emitter's frame.
+  /// The factor is 0 outside the cone.
   template <class V>
   Beam<wide::formulas::NumberOf<V>> beam_toward(const V& d) const {
     using namespace wide::formulas;
@@ -184,10 +149,9 @@ class Spot final : public Emitter {
     return {select(is_lit, falloff),
             {select(is_lit, 0.5f + scale * d.x), select(is_lit, 0.5f + scale * d.y)}};
   }
-  Rgb intensity_toward(const Vec3& d) const {
-    if (d.z < min_lit_cosine_) return Rgb(0.f);
-    const auto beam = beam_toward(d);
-    return beam.falloff > 0 ? intensity_ * beam.falloff * texture_.at(beam.uv) : Rgb(0.f);
+  template <class V, class F>
+  V intensity(const V& texel, const F& factor) const {
+    return V(intensity_) * factor * texel;
   }
 
   /// Maps the unit square to the cone, uniformly by solid angle.
@@ -215,15 +179,12 @@ class Spot final : public Emitter {
     });
   }
 
-  LightFrame frame_;
   Rgb intensity_;
   float cutoff_;          ///< radians
   float beam_width_;      ///< radians
   float cap_height_;      ///< 1 - cos(cutoff)
   float min_lit_cosine_;  ///< directions with a smaller cosine are dark, whatever the rounding
   float tan_cutoff_;
-  wide::ColorInput texture_;
-  LazyFluxGrid flux_;  ///< direct light doesn't need it
 };
 
 }  // namespace
