@@ -33,11 +33,7 @@ class ConductorIndex {
       k_ = ColorInput(texture_of_any_sign(props, "k"));
       return;
     }
-    for (const char* name : {"eta", "k"}) {
-      if (props.has(name)) {
-        throw props.error(name, "can't be combined with 'material': remove one of them");
-      }
-    }
+    for (const char* name : {"eta", "k"}) props.exclude(name, "material");
     const std::string_view name = kConductorNames[props.choice("material")];
     const ConductorPreset& preset =
         *std::ranges::find_if(kConductorPresets, [&](const ConductorPreset& one) {

@@ -144,11 +144,7 @@ class Hair final : public wide::FormulaBsdf<Hair> {
   }
   static std::shared_ptr<Texture> read_absorption(const Properties& props) {
     if (props.has("sigma_a")) {
-      for (const char* const name : {"eumelanin", "pheomelanin"}) {
-        if (props.has(name)) {
-          throw props.error(name, "can't be combined with 'sigma_a': remove one of them");
-        }
-      }
+      for (const char* const name : {"eumelanin", "pheomelanin"}) props.exclude(name, "sigma_a");
       return nonnegative_texture(props, "sigma_a");
     }
     if (props.has("scale")) nonnegative_number(props, "scale");

@@ -95,9 +95,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
   static float read_eta(const Properties& props, bool transmits) {
     float eta = 0;
     if (props.has("eta")) {
-      if (props.has("specular")) {
-        throw props.error("specular", "can't be combined with 'eta': remove one of them");
-      }
+      props.exclude("specular", "eta");
       eta = props.real("eta", "must be between 0.001 and 1000",
                        [](float e) { return e >= 1e-3f && e <= 1e3f; });
     } else {

@@ -62,9 +62,7 @@ inline std::shared_ptr<Texture> read_emission_texture(const Properties& props,
 /// Returns true if the scene sets `name` (a vector) instead of to_world. Throws Error if it sets
 /// both.
 inline bool has_in_place_of_to_world(const Properties& props, const std::string& name) {
-  if (props.has(name) && props.has("to_world")) {
-    throw props.error("to_world", "can't be combined with '" + name + "': remove one of them");
-  }
+  props.exclude("to_world", name);
   return props.has(name);
 }
 

@@ -44,9 +44,7 @@ class SunSkyEmitter final : public SunSky {
     }
     for (const char* name : {"latitude", "longitude", "timezone", "year", "month", "day", "hour",
                              "minute", "second"}) {
-      if (props.has(name)) {
-        throw props.error(name, "can't be combined with 'sun_direction': remove one of them");
-      }
+      props.exclude(name, "sun_direction");
     }
     const Vec3 v = props.vector("sun_direction");
     const float max_abs = max_component(glm::abs(v));

@@ -122,9 +122,7 @@ inline float read_half_width(const Properties& props, float aspect) {
     }
     return from_diagonal(kHalfDiagonal / focal_length);
   }
-  if (props.has("focal_length")) {
-    throw props.error("focal_length", "can't be combined with 'fov': remove one of them");
-  }
+  props.exclude("focal_length", "fov");
   const float fov = props.real("fov", "must be greater than 0 and less than 180 degrees",
                                [](float angle) { return angle > 0 && angle < 180; });
   const double tangent = std::tan(double{fov} * std::numbers::pi / 360);

@@ -33,9 +33,7 @@ class Distant final : public ParsedSensor {
   explicit Distant(const Properties& props) : ParsedSensor(props), shape_(props.object<Shape>()) {
     check_film_of_one_pixel(props, *film_);
     if (props.has("direction")) {
-      if (props.has("to_world")) {
-        throw props.error("direction", "can't be combined with 'to_world': remove one of them");
-      }
+      props.exclude("direction", "to_world");
       frame_ = Frame::from_normal(read_direction(props, "direction"));
     } else {
       const Transform to_world = read_camera_transform(props, true);

@@ -66,6 +66,12 @@ class KINOME_EXPORT Properties {
   /// True if the scene sets the parameter to a nested object, such as a texture.
   bool has_object(const std::string& name) const;
 
+  /// Throws Error at parameter `name` if the scene also sets `other`.
+  void exclude(const std::string& name, const std::string& other) const {
+    if (!has(name) || !has(other)) return;
+    throw error(name, "can't be combined with '" + other + "': remove one of them");
+  }
+
   /// Value of a parameter: the scene's, or the table's default. All getters throw Error if there is
   /// neither.
   bool boolean(const std::string& name) const;
