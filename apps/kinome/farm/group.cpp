@@ -55,25 +55,6 @@ unsigned share_of_processors(ProcessGroup& group) {
   return std::max(1u, count / std::max(1u, sharing));
 }
 
-/// Serializes names and values, each terminated by a zero.
-std::string text_of(const Checkpoint::Identity& identity) {
-  std::string text;
-  for (const auto& [name, value] : identity) text += name + '\0' + value + '\0';
-  return text;
-}
-
-Checkpoint::Identity identity_of(const std::string& text) {
-  Checkpoint::Identity identity;
-  for (size_t begin = 0; begin < text.size();) {
-    const std::string name = text.c_str() + begin;
-    begin += name.size() + 1;
-    const std::string value = text.c_str() + begin;
-    begin += value.size() + 1;
-    identity[name] = value;
-  }
-  return identity;
-}
-
 /// Splits a text into one error per line.
 std::vector<Error> lines_of(const std::string& text) {
   std::vector<Error> lines;
@@ -133,14 +114,11 @@ Options options_in(ProcessGroup& group, Options options) {
 }
 
 void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity) {
-  const std::vector<std::string> texts = group.gather(text_of(identity), "agreement");
   const std::vector<std::string> machines = group.gather(group.machine(), "agreement");
-  const Checkpoint::Identity first = identity_of(texts[0]);
-  for (size_t rank = 1; rank < texts.size(); ++rank) {
-    for (const auto& [name, value] : identity_of(texts[rank])) {
-      const auto found = first.find(name);
-      const std::string other = found == first.end() ? "" : found->second;
-      if (other == value) continue;
+  for (const auto& [name, own] : identity) {
+    const std::vector<std::string> values = group.gather(own, "agreement");
+    for (size_t rank = 1; rank < values.size(); ++rank) {
+      if (values[rank] == values[0]) continue;
       if (name == Checkpoint::kScene) {
         throw AgreedError(
             fmt::format("rank {} on {} would render another image: its scene differs "
@@ -150,7 +128,7 @@ void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity) {
       throw AgreedError(
           fmt::format("rank {} on {} would render another image: its {} is '{}', "
                       "but that of rank 0 on {} is '{}'",
-                      rank, machines[rank], name, value, machines[0], other));
+                      rank, machines[rank], name, values[rank], machines[0], values[0]));
     }
   }
 }

@@ -23,7 +23,7 @@ std::unique_ptr<ProcessGroup> join_group(const Options& options);
 /// launcher.
 Options options_in(ProcessGroup& group, Options options);
 /// Throws an AgreedError that names a process and the value by which it differs, unless all
-/// processes have the same identity.
+/// processes have the same identity. Collective; all identities must have the same names.
 void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity);
 
 /// Returns the result of fn() on the root, and 0 on others, so that the job's status is the root's.

@@ -16,7 +16,6 @@
 #include "kinome/log.h"
 #include "kinome/read_files.h"
 #include "kinome/render.h"
-#include "render/metadata.h"
 #include "render/progress.h"
 #include "render/render_image.h"
 #include "say.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "film/film_keys.h"
-#include "film/film_options.h"
 #include "kinome/scene_editor.h"
+#include "options/options.h"
 
 namespace kinome::app {
 

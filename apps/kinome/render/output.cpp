@@ -124,4 +124,26 @@ void remove_checkpoint(Checkpoint& checkpoint, const Output& output) {
   checkpoint.remove();
 }
 
+std::string part_text(const Options& options) {
+  if (options.parts == 0) return "";
+  return (options.part == 0 ? "all" : std::to_string(options.part)) + "/" +
+         std::to_string(options.parts);
+}
+
+Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor,
+                                 InstructionSet instruction_set) {
+  size_t index = 0;
+  while (scene.sensors()[index].get() != &sensor) ++index;
+  const Rect& crop = sensor.film().crop();
+  return {{"version", KINOME_VERSION},
+          {Checkpoint::kScene, scene.hash()},
+          {"sensor", std::to_string(index)},
+          {"image size", fmt::format("{}x{}", crop.width(), crop.height())},
+          {"seed", std::to_string(options.seed)},
+          {"--variance", std::to_string(options.renders)},
+          {"--error", fmt::format("{}", options.rel_mse)},
+          {"--part", part_text(options)},
+          {"--isa", to_string(instruction_set)}};
+}
+
 }  // namespace kinome::app

@@ -5,7 +5,9 @@
 
 #include "kinome/checkpoint.h"
 #include "kinome/film.h"
+#include "kinome/instruction_set.h"
 #include "kinome/parts.h"
+#include "kinome/scene.h"
 #include "options/options.h"
 
 namespace kinome::app {
@@ -41,5 +43,12 @@ void write_image_files(const Options& options, Film& film, const Image& image,
 /// Removes the checkpoint of a complete image that has been written, after syncing the image to
 /// disk.
 void remove_checkpoint(Checkpoint& checkpoint, const Output& output);
+
+/// Returns the value of --part, "3/16" or "all/16"; "" without --part.
+std::string part_text(const Options& options);
+
+/// Returns everything that the bits of the image depend on, except files that the scene names.
+Checkpoint::Identity identity_of(const Options& options, const Scene& scene, const Sensor& sensor,
+                                 InstructionSet instruction_set);
 
 }  // namespace kinome::app

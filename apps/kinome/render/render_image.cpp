@@ -10,6 +10,7 @@
 #include <cstdlib>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/clock.h"
 #include "crash.h"
@@ -18,7 +19,6 @@
 #include "kinome/plugin_audit.h"
 #include "kinome/process_group.h"
 #include "kinome/render.h"
-#include "render/metadata.h"
 #include "say.h"
 #include "signals.h"
 
@@ -31,6 +31,48 @@ constexpr uint32_t kMaxAuditPositions = 1 << 15;
 
 /// Exit status if the image was written but a plugin is faulty.
 constexpr int kFaultyStatus = 3;
+
+/// Returns the attributes of an image's header that describe the render.
+ImageMetadata metadata_of(const Scene& scene, const RenderJob& job, const std::string& integrator,
+                          const RenderStats& stats) {
+  ImageMetadata metadata = {
+      {"kinome:version", KINOME_VERSION},
+      {"kinome:scene", scene.file()},
+      {"kinome:scene_hash", scene.hash()},
+      {"kinome:integrator", integrator},
+      {"kinome:samples", std::to_string(std::lround(stats.samples))},
+      {"kinome:seed", std::to_string(job.seed())},
+      {"kinome:isa", stats.instruction_set},
+      {"kinome:plugins", fmt::format("{}", fmt::join(stats.plugins, " "))},
+      {"kinome:complete", stats.complete ? "true" : "false"},
+  };
+  if (!stats.left_out.empty()) {
+    metadata["kinome:left_out"] = fmt::format("{}", fmt::join(stats.left_out, "; "));
+  }
+  if (!stats.complete) {
+    metadata["kinome:filled"] = fmt::format("{:.4g}", stats.filled);
+    metadata["kinome:missing"] = fmt::format("{:.4g}", stats.missing);
+  }
+  if (stats.rel_mse >= 0) metadata["kinome:relmse"] = fmt::format("{:.4g}", stats.rel_mse);
+  if (stats.renders > 0) {
+    metadata["kinome:renders"] = std::to_string(stats.renders);
+    metadata["kinome:variance_of_mean"] =
+        fmt::format("{:.9g}", fmt::join(stats.variance_of_mean, " "));
+  }
+  return metadata;
+}
+
+/// Returns the names of the loaded integrators, separated by spaces. There are several if one (aov)
+/// nests others.
+std::string integrator_names(const std::vector<std::string>& plugins) {
+  const std::string prefix = std::string(to_string(Category::kIntegrator)) + "/";
+  std::string names;
+  for (const std::string& plugin : plugins) {
+    if (plugin.rfind(prefix, 0) != 0) continue;
+    names += (names.empty() ? "" : " ") + plugin.substr(prefix.size());
+  }
+  return names;
+}
 
 }  // namespace
 

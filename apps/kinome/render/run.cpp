@@ -13,7 +13,6 @@
 #include "kinome/checkpoint.h"
 #include "kinome/log.h"
 #include "kinome/render.h"
-#include "render/metadata.h"
 #include "render/progress.h"
 #include "render/render_image.h"
 #include "options/sensor_index.h"
