@@ -113,14 +113,7 @@ class StageTile {
   Groups& groups() { return groups_; }
   RenderCounters& counters() { return counters_; }
   GroupView view(uint32_t index) const {
-    const Group& group = groups_[index];
-    return {group,
-            index,
-            patches_[group.patch],
-            visibility_[group.patch],
-            primaries_,
-            groups_.members(group),
-            groups_.points(group)};
+    return groups_.view(index, patches_, visibility_, primaries_);
   }
   /// Draws new points on the light.
   CellLight light(uint64_t seed) {

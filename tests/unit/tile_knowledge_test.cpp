@@ -192,7 +192,7 @@ TEST(TileKnowledge, ChecksSigmaByThePilotsRays) {
       row.find_all(tile, alternates && tile % 2 == 0, 25);
     }
     for (int tile = 0; tile < kTiles; ++tile) row.learn(tile);
-    row.knowledge().finish();
+    row.knowledge().finish(nullptr);
     return row.recall(1).sigma[5];
   };
   EXPECT_LT(sigma_of(false, true), 0.8f * sigma_of(false, false));

@@ -254,8 +254,7 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
   std::vector<PixelForecast> forecast =
       Pilot(task_, view(), neighbours_, local_.get(), addresses_)
           .learn(light, effort, is_wanted, progress_end, knowledge_);
-  knowledge_.add_up(context_.job.group());
-  knowledge_.finish();
+  knowledge_.finish(context_.job.group());
   return forecast;
 }
 

@@ -167,19 +167,13 @@ Wanted wanted_at(const Maps& maps, int x, int y, float smoothing) {
           power(kRayFactor * sqr(around.uncertainty) * relative), candidates};
 }
 
-/// Rounds numbers. Carries the rounding error over to the next pixel: otherwise, pixels that are
-/// all alike would all miss the budget in one direction.
-class Rounding {
- public:
-  uint16_t operator()(float number) {
-    const auto whole = static_cast<uint16_t>(std::lround(number + rest_));
-    rest_ += number - static_cast<float>(whole);
-    return whole;
-  }
-
- private:
-  float rest_ = 0;
-};
+/// Rounds a number plus the rounding error of the previous pixel, `rest`: otherwise, pixels that
+/// are all alike would all miss the budget in one direction.
+uint16_t rounded(float number, float& rest) {
+  const auto whole = static_cast<uint16_t>(std::lround(number + rest));
+  rest += number - static_cast<float>(whole);
+  return whole;
+}
 
 }  // namespace
 
@@ -257,7 +251,7 @@ std::vector<PixelPlan> RayAllocation::plan(double rays_per_pixel) const {
   }
   const auto scale = static_cast<float>(low);
   std::vector<PixelPlan> plan(width_ * height_);
-  Rounding round_primaries, round_rays;
+  float rest_of_primaries = 0, rest_of_rays = 0;
   Column<float> of_primaries(stride_), of_rays(stride_), of_candidates(stride_);
   for (size_t y = 0; y < height_; ++y) {
     for_lanes(width_, [&](size_t x) {
@@ -268,8 +262,8 @@ std::vector<PixelPlan> RayAllocation::plan(double rays_per_pixel) const {
     });
     for (size_t x = 0; x < width_; ++x) {
       PixelPlan& p = plan[y * width_ + x];
-      p.primaries = round_primaries(of_primaries[x]);
-      if (of_rays[x] > 0) p.rays = round_rays(of_rays[x]);
+      p.primaries = rounded(of_primaries[x], rest_of_primaries);
+      if (of_rays[x] > 0) p.rays = rounded(of_rays[x], rest_of_rays);
       p.candidates = of_candidates[x];
     }
   }

@@ -55,12 +55,10 @@ class TileKnowledge {
 
   /// Finishes learning, after all processes of a group have learned all tiles. Only results of
   /// recall() are corrected by the check: the plan and Patch::trust were computed before.
-  void finish() {
-    if (checks_sigma()) sigma_check_.finish();
-  }
-  /// Sums the check of sigma over all processes of a group. Call it before finish().
-  void add_up(ProcessGroup* group) {
-    if (checks_sigma()) sigma_check_.add_up(group);
+  void finish(ProcessGroup* group) {
+    if (!checks_sigma()) return;
+    sigma_check_.add_up(group);
+    sigma_check_.finish();
   }
 
   /// Sets `out` to the visibility of patch `index` of a tile, with sigma corrected by the check.

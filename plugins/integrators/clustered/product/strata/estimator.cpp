@@ -75,17 +75,6 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
   eye_rays_.begin_tile(scene, choice_, hash_words(seed, kEyeBlock), counters);
 }
 
-GroupView Estimator::view(uint32_t index) const {
-  const Group& group = groups_[index];
-  return {group,
-          index,
-          patches_[group.patch],
-          visibility_[group.patch],
-          *primaries_,
-          groups_.members(group),
-          groups_.points(group)};
-}
-
 void Estimator::add_diffuse(const GroupView& group, const UnitSums& sums) {
   if (!diffuse_.applies(group)) return;
   const StageScope timer = times_.scope(StageTimes::kStrata);

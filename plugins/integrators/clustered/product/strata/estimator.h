@@ -71,7 +71,9 @@ class Estimator {
 
  private:
   bool has_local() const { return light_.local != nullptr; }
-  GroupView view(uint32_t group) const;
+  GroupView view(uint32_t group) const {
+    return groups_.view(group, patches_, visibility_, *primaries_);
+  }
   void add_diffuse(const GroupView& group, const UnitSums& sums);
   void add_glossy(const GroupView& group, const Unit& unit, const UnitSums& sums,
                   std::span<PointPlan> points);

@@ -23,6 +23,8 @@ struct Group {
   Rgb reflectance{0.f};   ///< sum of diffuse reflectance
 };
 
+struct GroupView;
+
 /// Divides primaries of a tile into groups. Reuses its memory; one per thread.
 class Groups {
  public:
@@ -36,8 +38,9 @@ class Groups {
   /// The primaries, group by group, in ascending order within a group.
   std::span<const uint32_t> order() const { return order_; }
   const uint32_t* members(const Group& group) const { return &order_[group.first]; }
-  /// Indices of the members' points in Primaries.
-  const uint32_t* points(const Group& group) const { return &points_[group.first]; }
+  /// Returns a group as input of the stages. The arguments are those of the tile.
+  GroupView view(uint32_t index, std::span<const Patch> patches,
+                 std::span<const Visibility> visibility, const TilePrimaries& primaries) const;
 
  private:
   int32_t group_for(uint32_t primary, const TilePrimaries& primaries,
@@ -74,5 +77,18 @@ struct GroupView {
   uint32_t pick(uint32_t share) const { return scaled(share, group.count); }
   simd::PointGroup points() const { return {primaries.frames(), point_ids, group.count}; }
 };
+
+inline GroupView Groups::view(uint32_t index, std::span<const Patch> patches,
+                              std::span<const Visibility> visibility,
+                              const TilePrimaries& primaries) const {
+  const Group& group = groups_[index];
+  return {group,
+          index,
+          patches[group.patch],
+          visibility[group.patch],
+          primaries,
+          &order_[group.first],
+          &points_[group.first]};
+}
 
 }  // namespace kinome

@@ -23,8 +23,9 @@ class MethodMap {
   };
   MethodMap(const TileGrid& grid, std::vector<Trial> trials);
 
-  /// True if `path` is expected to take less work in a tile that shows this material.
-  bool is_for_path(int tile, const Bsdf* bsdf) const { return is_for_path(tile, bsdf, -1); }
+  /// True if `path` is expected to take less work in a tile that shows this material. Ignores the
+  /// trials near tile `left_out`, unless it is -1.
+  bool is_for_path(int tile, const Bsdf* bsdf, int left_out = -1) const;
   /// Work of all trials if each tile had the method that the trials farther away suggest. Adds a
   /// standard error to the roots of product sampling, because a few tiles contain few of its bright
   /// outliers.
@@ -34,8 +35,6 @@ class MethodMap {
   double path_work() const { return work_of(path_); }
 
  private:
-  /// Ignores the trials near tile `left_out`, unless it is -1.
-  bool is_for_path(int tile, const Bsdf* bsdf, int left_out) const;
   /// Work of all trials, given the sum of their roots.
   double work_of(double sum_of_roots) const;
 

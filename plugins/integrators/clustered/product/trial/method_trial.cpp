@@ -34,6 +34,150 @@ double mean_square(const Rgb& c) {
   return glm::dot(c, c) / 3.0;
 }
 
+/// Renders by one method.
+struct Renders {
+  std::vector<Rgb> images[2];
+  double cost = 0;  ///< of all renders so far
+};
+
+/// A tile that was rendered.
+struct Part {
+  int tile;
+  std::vector<size_t> pixels;
+  Rgb means[4];  ///< two by the first method, then two by the second
+  Rgb mean() const { return (means[0] + means[1] + means[2] + means[3]) * 0.25f; }
+};
+
+/// Renders the tiles of a part of the trial.
+void render(const MethodTrial& trial, const MethodTrial::Way& way, const MethodTrial& part,
+            uint64_t index, Renders& renders, RenderContext& context) {
+  const RenderCounters& counters = context.job.stats().counters;
+  const double rays = rays_of(counters);
+  std::vector<Rgb>& image = renders.images[index];
+  image.resize(static_cast<size_t>(trial.grid().crop().area()));
+  way.render(part, index, image);
+  renders.cost +=
+      (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost * part.share() / trial.share();
+}
+
+/// Returns the rendered tiles with their brightness.
+std::vector<Part> parts_of(const MethodTrial& trial, const Renders& a, const Renders& b) {
+  const TileGrid& grid = trial.grid();
+  std::vector<Part> parts;
+  for (int block = 0; block < grid.blocks_x() * grid.blocks_y(); ++block) {
+    grid.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+      if (!trial.is_wanted(tile)) return;
+      Part part{tile.index, {}, {}};
+      tile.for_each_pixel([&](int x, int y) { part.pixels.push_back(grid.pixel(x, y)); });
+      const auto mean_of_tile = [&](const std::vector<Rgb>& image) {
+        Rgb sum(0.f);
+        for (const size_t i : part.pixels) sum += image[i];
+        return sum / static_cast<float>(part.pixels.size());
+      };
+      for (int k = 0; k < 2; ++k) {
+        part.means[k] = mean_of_tile(a.images[k]);
+        part.means[2 + k] = mean_of_tile(b.images[k]);
+      }
+      parts.push_back(std::move(part));
+    });
+  }
+  return parts;
+}
+
+/// Error of a render in a tile: the weighted squared difference of the two renders.
+double noise_of(const MethodTrial& trial, const MethodTrial::Way& way, const Renders& renders,
+                const Part& part, const std::vector<float>& weights) {
+  double error = 0;
+  for (size_t k = 0; k < part.pixels.size(); ++k) {
+    const size_t i = part.pixels[k];
+    // The variance of a difference is twice that of a render.
+    double square = 0.5 * mean_square(renders.images[0][i] - renders.images[1][i]);
+    if (!way.more_variance.empty()) {
+      square += static_cast<double>(trial.film_filter().variance() * way.more_variance[i]);
+    }
+    error += static_cast<double>(weights[k]) * square;
+  }
+  return error;
+}
+
+/// Weight of each pixel's squared error.
+std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part, double floor) {
+  const double of_tile = mean_square(part.mean());
+  std::vector<float> weights;
+  for (const size_t i : part.pixels) {
+    double values[4] = {mean_square(a.images[0][i]), mean_square(a.images[1][i]),
+                        mean_square(b.images[0][i]), mean_square(b.images[1][i])};
+    std::sort(std::begin(values), std::end(values));
+    const double own = (values[1] + values[2]) / 2;
+    weights.push_back(static_cast<float>(1 / (std::max(of_tile, own) + floor)));
+  }
+  return weights;
+}
+
+/// Returns MethodTrial::Result::deviation. `is_comparable` is true if the renders of both methods
+/// contain all light.
+double deviation_of(const TileGrid& grid, const MethodTrial::Way& first,
+                    const std::vector<Part>& parts, bool is_comparable) {
+  double sums[4] = {0, 0, 0, 0};
+  std::map<int, double> differences;  // per group of tiles; groups are independent of one another
+  for (const Part& part : parts) {
+    double means[4];
+    for (int k = 0; k < 4; ++k) sums[k] += means[k] = mean_of(part.means[k]);
+    const int x = part.tile % grid.tiles_x() / kGroupSide;
+    const int y = part.tile / grid.tiles_x() / kGroupSide;
+    differences[y * grid.tiles_x() + x] += (means[0] + means[1] - means[2] - means[3]) / 2;
+  }
+  const double brightness = (sums[0] + sums[1] + sums[2] + sums[3]) / 4;
+  // Half of the squared difference of two renders is the variance of one.
+  const double variance = squared(sums[0] - sums[1]) / 2;
+  double square = first.common_share * std::max(0., variance - squared(sums[2] - sums[3]) / 2);
+  const auto n = static_cast<double>(differences.size());
+  if (is_comparable && n > 1) {
+    double sum = 0, squares = 0;
+    for (const auto& [group, difference] : differences) {
+      sum += difference;
+      squares += squared(difference);
+    }
+    const double noise = std::sqrt(std::max(0., squares - squared(sum) / n) * n / (n - 1));
+    // Light that the second method finds rarely makes no noise while it is missed.
+    const double excess = std::max(0., sum > 0 ? sum - 2 * noise : -sum - noise);
+    square += std::max(0., squared(excess) - variance / 2);
+  }
+  return std::sqrt(square) / brightness;
+}
+
+/// Square of the brightness below which errors are absolute. 0 if all is black.
+double floor_of(const std::vector<Part>& parts) {
+  double mean = 0;
+  for (const Part& part : parts) mean += mean_of(part.mean());
+  return 0.01 * squared(mean / static_cast<double>(std::max<size_t>(1, parts.size())));
+}
+
+/// Result of these tiles by the first render of the first method. Its squared difference from the
+/// mean of the second method's renders is the sum of two terms: its own squared error, and half of
+/// the variance of one of the second method's renders.
+MethodTrial::Result first_result(const MethodTrial& trial, const MethodTrial::Way& first,
+                                 const MethodTrial::Way& second, Renders a, Renders b) {
+  trial.filter(a.images[0]);
+  for (auto& image : b.images) trial.filter(image);
+  a.images[1] = b.images[0];
+  for (const size_t i : trial.pixels()) {
+    a.images[1][i] = (b.images[0][i] + b.images[1][i]) * 0.5f;
+  }
+  const std::vector<Part> parts = parts_of(trial, a, b);
+  const double floor = floor_of(parts);
+  MethodTrial::Result result;
+  if (!(floor > 0) || !(a.cost > 0 && b.cost > 0)) return result;
+  result.cost = b.cost / (2 * a.cost);
+  for (const Part& part : parts) {
+    const std::vector<float> weights = weights_of(a, b, part, floor);
+    const double noise = noise_of(trial, second, b, part, weights);
+    result.tiles.push_back(
+        {part.tile, 2 * noise_of(trial, first, a, part, weights) - noise / 2, noise});
+  }
+  return result;
+}
+
 }  // namespace
 
 PixelFilter::PixelFilter(const ReconstructionFilter& filter) {
@@ -86,17 +230,6 @@ std::vector<size_t> MethodTrial::pixels() const {
   return pixels;
 }
 
-void MethodTrial::render(const Way& way, const MethodTrial& tiles, uint64_t index, Renders& renders,
-                         RenderContext& context) const {
-  const RenderCounters& counters = context.job.stats().counters;
-  const double rays = rays_of(counters);
-  std::vector<Rgb>& image = renders.images[index];
-  image.resize(static_cast<size_t>(grid_.crop().area()));
-  way.render(tiles, index, image);
-  renders.cost +=
-      (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost * tiles.share() / share();
-}
-
 std::vector<MethodTrial> MethodTrial::parts() const {
   std::vector<MethodTrial> parts(2, *this);
   parts[0].keep(kFirstPart);
@@ -108,7 +241,6 @@ std::vector<MethodTrial> MethodTrial::parts() const {
   return parts;
 }
 
-/// Filters the pixels of the chosen tiles. Ignores the weights of other pixels.
 void MethodTrial::filter(std::vector<Rgb>& image) const {
   const int width = grid_.crop().width(), height = grid_.crop().height();
   const std::vector<Rgb> unfiltered = image;
@@ -130,131 +262,16 @@ void MethodTrial::filter(std::vector<Rgb>& image) const {
   }
 }
 
-/// Returns the rendered tiles with their brightness.
-std::vector<MethodTrial::Part> MethodTrial::parts_of(const Renders& a, const Renders& b) const {
-  std::vector<Part> parts;
-  for (int block = 0; block < grid_.blocks_x() * grid_.blocks_y(); ++block) {
-    grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-      if (!is_wanted(tile)) return;
-      Part part{tile.index, {}, {}};
-      tile.for_each_pixel([&](int x, int y) { part.pixels.push_back(grid_.pixel(x, y)); });
-      const auto mean_of_tile = [&](const std::vector<Rgb>& image) {
-        Rgb sum(0.f);
-        for (const size_t i : part.pixels) sum += image[i];
-        return sum / static_cast<float>(part.pixels.size());
-      };
-      for (int k = 0; k < 2; ++k) {
-        part.means[k] = mean_of_tile(a.images[k]);
-        part.means[2 + k] = mean_of_tile(b.images[k]);
-      }
-      parts.push_back(std::move(part));
-    });
-  }
-  return parts;
-}
-
-/// Error of a render in a tile: the weighted squared difference of the two renders.
-double MethodTrial::noise_of(const Way& way, const Renders& renders, const Part& part,
-                             const std::vector<float>& weights) const {
-  double error = 0;
-  for (size_t k = 0; k < part.pixels.size(); ++k) {
-    const size_t i = part.pixels[k];
-    // The variance of a difference is twice that of a render.
-    double square = 0.5 * mean_square(renders.images[0][i] - renders.images[1][i]);
-    if (!way.more_variance.empty()) {
-      square += static_cast<double>(filter_.variance() * way.more_variance[i]);
-    }
-    error += static_cast<double>(weights[k]) * square;
-  }
-  return error;
-}
-
-/// Weight of each pixel's squared error.
-std::vector<float> MethodTrial::weights_of(const Renders& a, const Renders& b, const Part& part,
-                                           double floor) {
-  const double of_tile = mean_square(part.mean());
-  std::vector<float> weights;
-  for (const size_t i : part.pixels) {
-    double values[4] = {mean_square(a.images[0][i]), mean_square(a.images[1][i]),
-                        mean_square(b.images[0][i]), mean_square(b.images[1][i])};
-    std::sort(std::begin(values), std::end(values));
-    const double own = (values[1] + values[2]) / 2;
-    weights.push_back(static_cast<float>(1 / (std::max(of_tile, own) + floor)));
-  }
-  return weights;
-}
-
-/// `is_comparable` is true if the renders of both methods contain all light.
-double MethodTrial::deviation_of(const Way& first, const std::vector<Part>& parts,
-                                 bool is_comparable) const {
-  double sums[4] = {0, 0, 0, 0};
-  std::map<int, double> differences;  // per group of tiles; groups are independent of one another
-  for (const Part& part : parts) {
-    double means[4];
-    for (int k = 0; k < 4; ++k) sums[k] += means[k] = mean_of(part.means[k]);
-    const int x = part.tile % grid_.tiles_x() / kGroupSide;
-    const int y = part.tile / grid_.tiles_x() / kGroupSide;
-    differences[y * grid_.tiles_x() + x] += (means[0] + means[1] - means[2] - means[3]) / 2;
-  }
-  const double brightness = (sums[0] + sums[1] + sums[2] + sums[3]) / 4;
-  // Half of the squared difference of two renders is the variance of one.
-  const double variance = squared(sums[0] - sums[1]) / 2;
-  double square = first.common_share * std::max(0., variance - squared(sums[2] - sums[3]) / 2);
-  const auto n = static_cast<double>(differences.size());
-  if (is_comparable && n > 1) {
-    double sum = 0, squares = 0;
-    for (const auto& [group, difference] : differences) {
-      sum += difference;
-      squares += squared(difference);
-    }
-    const double noise = std::sqrt(std::max(0., squares - squared(sum) / n) * n / (n - 1));
-    // Light that the second method finds rarely makes no noise while it is missed.
-    const double excess = std::max(0., sum > 0 ? sum - 2 * noise : -sum - noise);
-    square += std::max(0., squared(excess) - variance / 2);
-  }
-  return std::sqrt(square) / brightness;
-}
-
-double MethodTrial::floor_of(const std::vector<Part>& parts) {
-  double mean = 0;
-  for (const Part& part : parts) mean += mean_of(part.mean());
-  return 0.01 * squared(mean / static_cast<double>(std::max<size_t>(1, parts.size())));
-}
-
-/// Result of these tiles by the first render of the first method. Its squared difference from the
-/// mean of the second method's renders is the sum of two terms: its own squared error, and half of
-/// the variance of one of the second method's renders.
-MethodTrial::Result MethodTrial::first_result(const Way& first, const Way& second, Renders a,
-                                              Renders b) const {
-  filter(a.images[0]);
-  for (auto& image : b.images) filter(image);
-  a.images[1] = b.images[0];
-  for (const size_t i : pixels()) {
-    a.images[1][i] = (b.images[0][i] + b.images[1][i]) * 0.5f;
-  }
-  const std::vector<Part> parts = parts_of(a, b);
-  const double floor = floor_of(parts);
-  Result result;
-  if (!(floor > 0) || !(a.cost > 0 && b.cost > 0)) return result;
-  result.cost = b.cost / (2 * a.cost);
-  for (const Part& part : parts) {
-    const std::vector<float> weights = weights_of(a, b, part, floor);
-    const double noise = noise_of(second, b, part, weights);
-    result.tiles.push_back({part.tile, 2 * noise_of(first, a, part, weights) - noise / 2, noise});
-  }
-  return result;
-}
-
 MethodTrial::RenderError MethodTrial::measure(const Way& way, RenderContext& context) const {
   Renders renders;
-  for (const uint64_t index : {0, 1}) render(way, *this, index, renders, context);
+  for (const uint64_t index : {0, 1}) render(*this, way, *this, index, renders, context);
   for (std::vector<Rgb>& image : renders.images) filter(image);
-  const std::vector<Part> parts = parts_of(renders, renders);
+  const std::vector<Part> parts = parts_of(*this, renders, renders);
   const double floor = floor_of(parts);
   RenderError error{0, renders.cost / 2};
   if (context.job.cancelled() || !(floor > 0)) return error;
   for (const Part& part : parts) {
-    error.rel_mse += noise_of(way, renders, part, weights_of(renders, renders, part, floor));
+    error.rel_mse += noise_of(*this, way, renders, part, weights_of(renders, renders, part, floor));
   }
   error.rel_mse /= static_cast<double>(pixels().size());
   return error;
@@ -270,32 +287,32 @@ MethodTrial::Result MethodTrial::compare(
   seen.chosen_.clear();
   std::fill(seen.wanted_.begin(), seen.wanted_.end(), 0);
   for (const MethodTrial& part : may_be_enough ? parts() : std::vector{*this}) {
-    for (const uint64_t index : {0, 1}) render(second, part, index, b, context);
-    render(first, part, 0, a, context);
+    for (const uint64_t index : {0, 1}) render(*this, second, part, index, b, context);
+    render(*this, first, part, 0, a, context);
     if (!may_be_enough || context.job.cancelled()) continue;
     for (const size_t tile : part.chosen_) {
       seen.chosen_.push_back(tile);
       seen.wanted_[tile] = 1;
     }
-    Result result = seen.first_result(first, second, a, b);
+    Result result = first_result(seen, first, second, a, b);
     if (!result.tiles.empty() && is_enough(result)) return result;
   }
-  render(first, *this, 1, a, context);
+  render(*this, first, *this, 1, a, context);
   for (const size_t k : {0, 1}) {
     filter(a.images[k]);
     filter(b.images[k]);
   }
   if (context.job.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
-  const std::vector<Part> parts = parts_of(a, b);
+  const std::vector<Part> parts = parts_of(*this, a, b);
   const double floor = floor_of(parts);
   if (!(floor > 0)) return {};
   Result result;
   result.cost = b.cost / a.cost;
-  result.deviation = deviation_of(first, parts, is_comparable);
+  result.deviation = deviation_of(grid_, first, parts, is_comparable);
   for (const Part& part : parts) {
     const std::vector<float> weights = weights_of(a, b, part, floor);
-    TileErrors errors{part.tile, noise_of(first, a, part, weights),
-                      noise_of(second, b, part, weights)};
+    TileErrors errors{part.tile, noise_of(*this, first, a, part, weights),
+                      noise_of(*this, second, b, part, weights)};
     // The squared difference between the means of both methods, minus its expectation by noise. It
     // is added to the error of the method that finds less light here. By chance alone, sums over
     // many tiles are 0 on average. Not with more_variance, whose light is in neither render.

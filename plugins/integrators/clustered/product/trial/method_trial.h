@@ -52,6 +52,9 @@ class MethodTrial {
   /// Keeps about this fraction of the tiles, but at least kMinTiles. The remaining tiles are spread
   /// over the image, too.
   void keep(double share);
+  const PixelFilter& film_filter() const { return filter_; }
+  /// Filters the pixels of the chosen tiles. Ignores the weights of other pixels.
+  void filter(std::vector<Rgb>& image) const;
   /// Pixels of the chosen tiles (TileGrid::pixel), tile by tile, row by row.
   std::vector<size_t> pixels() const;
   /// Calls fn(block, worker, counters) for each block of the image, like TileGrid::for_each_block.
@@ -126,31 +129,8 @@ class MethodTrial {
                  const std::function<bool(const Result&)>& is_enough = nullptr) const;
 
  private:
-  struct Renders {
-    std::vector<Rgb> images[2];
-    double cost = 0;  ///< of all renders so far
-  };
-  /// A tile that was rendered.
-  struct Part {
-    int tile;
-    std::vector<size_t> pixels;
-    Rgb means[4];  ///< two by the first method, then two by the second
-    Rgb mean() const { return (means[0] + means[1] + means[2] + means[3]) * 0.25f; }
-  };
-  void render(const Way& way, const MethodTrial& tiles, uint64_t index, Renders& renders,
-              RenderContext& context) const;
-  Result first_result(const Way& first, const Way& second, Renders a, Renders b) const;
   /// Returns the parts of the trial, which are rendered one after another.
   std::vector<MethodTrial> parts() const;
-  void filter(std::vector<Rgb>& image) const;
-  std::vector<Part> parts_of(const Renders& a, const Renders& b) const;
-  /// Square of the brightness below which errors are absolute. 0 if all is black.
-  static double floor_of(const std::vector<Part>& parts);
-  double noise_of(const Way& way, const Renders& renders, const Part& part,
-                  const std::vector<float>& weights) const;
-  static std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part,
-                                       double floor);
-  double deviation_of(const Way& first, const std::vector<Part>& parts, bool is_comparable) const;
 
   const TileGrid& grid_;
   PixelFilter filter_;
