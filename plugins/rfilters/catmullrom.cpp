@@ -9,17 +9,9 @@
 namespace kinome {
 namespace {
 
-class CatmullRomFilter final : public wide::FormulaFilter<CatmullRomFilter> {
+class CatmullRomFilter final : public CubicFilter {
  public:
-  explicit CatmullRomFilter(const Properties&) { radius_ = CubicWeights::kRadius; }
-
-  template <class F>
-  F weight(F x) const {
-    return weights_.at(x);
-  }
-
- private:
-  CubicWeights weights_{0, 0.5f};
+  explicit CatmullRomFilter(const Properties&) : CubicFilter(0, 0.5f) {}
 };
 
 }  // namespace

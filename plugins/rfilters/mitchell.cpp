@@ -17,24 +17,16 @@ const Parameter kTable[] = {
     {"C", ParameterType::kFloat, "0.33333333", "amount of ringing, from -1 to 2"},
 };
 
-class MitchellFilter final : public wide::FormulaFilter<MitchellFilter> {
+class MitchellFilter final : public CubicFilter {
  public:
-  explicit MitchellFilter(const Properties& props) : weights_(read(props, "B"), read(props, "C")) {
-    radius_ = CubicWeights::kRadius;
-  }
-
-  template <class F>
-  F weight(F x) const {
-    return weights_.at(x);
-  }
+  explicit MitchellFilter(const Properties& props)
+      : CubicFilter(read(props, "B"), read(props, "C")) {}
 
  private:
   static float read(const Properties& props, const char* name) {
     return props.real(name, "must be between -1 and 2",
                       [](float v) { return v >= kMinParameter && v <= kMaxParameter; });
   }
-
-  CubicWeights weights_;
 };
 
 }  // namespace
