@@ -4,16 +4,17 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 
 #include <fmt/format.h>
 
 #include "commands.h"
 #include "crash.h"
-#include "shell.h"
 #include "kinome/error.h"
 #include "kinome/object.h"
 #include "kinome/plugin_registry.h"
 #include "kinome/read_files.h"
+#include "shell.h"
 
 namespace kinome::app {
 namespace {
@@ -38,23 +39,8 @@ void write(const fs::path& path, const std::string& text) {
   if (!file.flush()) throw Error(fmt::format("'{}': can't be written", path.string()));
 }
 
-bool is_word_part(char c) {
-  return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
-}
-
-/// Replaces each occurrence of `word` as a whole word.
-std::string replaced(const std::string& text, const std::string& word, const std::string& by) {
-  std::string result;
-  size_t begin = 0;
-  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
-    const size_t end = at + word.size();
-    if ((at > 0 && is_word_part(text[at - 1])) || (end < text.size() && is_word_part(text[end]))) {
-      continue;
-    }
-    result += text.substr(begin, at - begin) + by;
-    begin = end;
-  }
-  return result + text.substr(begin);
+std::string replaced(const std::string& text, const std::string& pattern, const std::string& by) {
+  return std::regex_replace(text, std::regex(pattern), by);
 }
 
 /// Returns "MySkyEmitter" for "my_sky" and "emitter". No class of the core has such a name.
@@ -74,23 +60,9 @@ std::string class_name(const std::string& name, const std::string& category) {
 
 /// Replaces the plugin's name only where it identifies the plugin, because the same word may be the
 /// name of a parameter or a term in the text.
-std::string renamed(std::string text, const std::string& name, const std::string& by) {
-  for (const char* before : {"type=\"", "plugins ", "<!-- ", "Category::k"}) {
-    for (size_t at = text.find(before); at != std::string::npos; at = text.find(before, at)) {
-      at += std::string_view(before).size();
-      size_t begin = at;
-      if (before[0] == 'C') {  // KINOME_PLUGIN(CLASS, Category::kEmitter, "NAME"
-        begin = text.find('"', at);
-        if (begin == std::string::npos) break;
-        ++begin;
-      }
-      const size_t end = begin + name.size();
-      if (text.compare(begin, name.size(), name) != 0) continue;
-      if (end < text.size() && is_word_part(text[end])) continue;
-      text.replace(begin, name.size(), by);
-    }
-  }
-  return text;
+std::string renamed(const std::string& text, const std::string& name, const std::string& by) {
+  // The last place is KINOME_PLUGIN(CLASS, Category::kEmitter, "NAME".
+  return replaced(text, "(type=\"|plugins |<!-- |Category::k[^\"]*\")" + name + "\\b", "$1" + by);
 }
 
 Category known_category(const std::string& name) {
@@ -101,9 +73,9 @@ Category known_category(const std::string& name) {
 }
 
 void check_name(const std::string& name, Category category) {
+  constexpr const char* kAllowed = "abcdefghijklmnopqrstuvwxyz0123456789_";
   if (name.empty() || !std::islower(static_cast<unsigned char>(name[0])) ||
-      !std::all_of(name.begin(), name.end(),
-                   [](char c) { return is_word_part(c) && !std::isupper(c); })) {
+      name.find_first_not_of(kAllowed) != std::string::npos) {
     throw Error(
         fmt::format("'{}': a plugin's name must consist of lower-case letters, digits and _, and "
                     "begin with a letter",
@@ -148,11 +120,11 @@ int new_plugin_command(const Options& options) {
   const size_t begin = source.find(registration) + registration.size();
   const std::string old_class = source.substr(begin, source.find(',', begin) - begin);
   const std::string old_name = example.stem().string();
-  source = replaced(source, old_class, class_name(name, options.category));
+  source = replaced(source, "\\b" + old_class + "\\b", class_name(name, options.category));
   source = renamed(source, old_name, name);
   std::string build = read(templates() / "CMakeLists.txt");
   const bool is_wide = source.find("<kinome/wide/") != std::string::npos;
-  if (is_wide) build = replaced(build, "@NAME@.cpp)", "@NAME@.cpp WIDE)");
+  if (is_wide) build = replaced(build, "@NAME@.cpp\\)", "@NAME@.cpp WIDE)");
   build = replaced(replaced(build, "@NAME@", name), "@CATEGORY@", options.category);
   std::error_code failed;
   fs::create_directories(to, failed);

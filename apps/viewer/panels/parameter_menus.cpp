@@ -76,7 +76,8 @@ void ParameterWidgets::draw_menu(RenderSession& session, const SceneParameter& p
   const bool takes = parameter.kind && takes_texture(*parameter.kind);
   if (takes) {
     const auto file = choose_image("texture from a file");
-    if (file) set(session, parameter.path, bitmap(*file, *parameter.kind), false);
+    const bool is_raw = parameter.kind == ParameterType::kUnitlessTexture;
+    if (file) set(session, parameter.path, bitmap(*file, is_raw), false);
     if (ImGui::MenuItem("checkerboard")) set(session, parameter.path, checkerboard(), false);
   }
   const auto first = first_value(parameter);
@@ -105,10 +106,11 @@ void ParameterWidgets::draw_name(RenderSession& session, const SceneInfo& info,
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("normal map, bump map");
     ImGui::SameLine();
     if (ImGui::BeginPopup("around")) {
-      const auto normals = choose_image("normal map from a file");
-      if (normals) session.set({{object, normal_map(*normals)}});
-      const auto bumps = choose_image("bump map from a file");
-      if (bumps) session.set({{object, bump_map(*bumps)}});
+      for (const auto& [title, map] : {std::pair("normal map from a file", "normalmap"),
+                                       std::pair("bump map from a file", "bumpmap")}) {
+        const auto file = choose_image(title);
+        if (file) session.set({{object, map_around(map, *file)}});
+      }
       const SceneObject* const known = info.find_object(object);
       if (ImGui::MenuItem("take this map off", nullptr, false, known && known->is_around)) {
         session.set({{object, Unset{}}});

@@ -9,22 +9,10 @@
 namespace kinome::viewer {
 namespace {
 
-const char* label_of(const Status& status) {
-  switch (status.activity) {
-    case Activity::kLoading:
-      return "loading";
-    case Activity::kFailed:
-      return "stopped by an error";
-    case Activity::kPreview:
-      return "preview";
-    case Activity::kRendering:
-      return "rendering";
-    case Activity::kPaused:
-      return "paused";
-    case Activity::kFinished:
-      return "finished";
-  }
-  return "";
+const char* label_of(Activity activity) {
+  constexpr const char* kLabels[] = {
+      "loading", "stopped by an error", "preview", "rendering", "paused", "finished"};
+  return kLabels[static_cast<int>(activity)];
 }
 
 /// Progress of the render, choice of the integrator, pause, restart, and a render with a given
@@ -55,7 +43,7 @@ class RenderPanel final : public Panel {
 
  private:
   void draw_numbers(const Frame& frame) {
-    ImGui::Text("%s%s", label_of(frame.status),
+    ImGui::Text("%s%s", label_of(frame.status.activity),
                 frame.status.is_exact ? ", all samples at once" : "");
     ImGui::ProgressBar(static_cast<float>(frame.status.fraction), ImVec2(-1, 4), "");
     const PicturePointer& picture = frame.picture;

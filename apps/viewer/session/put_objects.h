@@ -9,12 +9,27 @@ namespace kinome::viewer {
 /// Descriptions of textures and maps for SceneEditor::set(). `file` is an image, named as in a
 /// scene file.
 
-/// Returns a bitmap texture for a parameter of this type. The values of unitless parameters, such
-/// as roughness, are read as stored, without conversion from sRGB.
-ObjectDescription bitmap(const std::string& file, ParameterType type);
-ObjectDescription checkerboard();
-/// Return a BSDF that wraps another one. Values are read as stored in the file.
-ObjectDescription normal_map(const std::string& file);
-ObjectDescription bump_map(const std::string& file);
+inline ObjectDescription checkerboard() {
+  return {.tag = "texture", .type = "checkerboard", .where = Location{"checkerboard"}};
+}
+
+/// Returns a bitmap texture. The values of `raw` ones are read as stored, without conversion from
+/// sRGB. `name` is its name in the object that has it.
+inline ObjectDescription bitmap(const std::string& file, bool raw, const std::string& name = "") {
+  ObjectDescription description{
+      .tag = "texture", .type = "bitmap", .name = name, .where = Location{"bitmap"}};
+  description.values.push_back({"filename", file, description.where});
+  if (raw) description.values.push_back({"raw", true, description.where});
+  return description;
+}
+
+/// Returns a BSDF that wraps another one: a "normalmap" or a "bumpmap".
+inline ObjectDescription map_around(const std::string& plugin, const std::string& file) {
+  const char* const name = plugin == "normalmap" ? "normalmap" : "texture";
+  return {.tag = "bsdf",
+          .type = plugin,
+          .where = Location{plugin},
+          .parts = {bitmap(file, true, name)}};
+}
 
 }  // namespace kinome::viewer

@@ -168,9 +168,11 @@ class Script {
         fail("there is no parameter '" + path + "'");
         return true;
       }
-      put(path, file == "checkerboard" ? checkerboard() : bitmap(file, *parameter->kind));
+      put(path, file == "checkerboard"
+                    ? checkerboard()
+                    : bitmap(file, parameter->kind == ParameterType::kUnitlessTexture));
     } else if (takes_file) {
-      put(path, command == "normalmap" ? normal_map(file) : bump_map(file));
+      put(path, map_around(command, file));
     } else {
       put(path, command == "unset" ? EditedValue(Unset{}) : AsWritten{});
     }
