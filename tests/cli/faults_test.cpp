@@ -202,7 +202,7 @@ TEST_F(Faults, FilesThatShrinkWhileTheyAreRead) {
   }
   Image map{1024, 512, {"R", "G", "B"}, std::vector<float>(1024 * 512 * 3)};
   for (float& value : map.data) value = static_cast<float>(random() % 100);
-  write_exr(folder_.path("map.exr"), map, false, {});
+  write_exr(folder_.path("map.exr"), map, ExrNumber::kFloat, {});
   const struct {
     const char* name;
     std::string contents, xml;

@@ -275,7 +275,7 @@ TEST_F(Security, PicturesThatClaimToBeHuge) {
     in_both("a.pfm", "PF\n" + std::string(size) + "\n-1.0\n0123456789");
   }
   Image map{8, 8, {"R", "G", "B"}, std::vector<float>(8 * 8 * 3, 0.5f)};
-  write_exr(folder_.path("map.exr"), map, false, {});
+  write_exr(folder_.path("map.exr"), map, ExrNumber::kFloat, {});
   const std::string exr = read_text(folder_.path("map.exr"));
   for (const int32_t last : {999999, 131071, 100000}) {
     std::string huge = exr;

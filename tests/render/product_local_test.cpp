@@ -64,7 +64,7 @@ std::string projector() {
     image.data.insert(image.data.end(), {v, 0.5f * v, 0.3f});
   }
   const std::string path = folder().path("slide.exr");
-  write_exr(path, image, false, {});
+  write_exr(path, image, ExrNumber::kFloat, {});
   return "<emitter type=\"projector\"><texture name=\"irradiance\" type=\"bitmap\">"
          "<string name=\"filename\" value=\"" +
          path + "\"/><boolean name=\"raw\" value=\"true\"/></texture>" + number("scale", 10) +

@@ -36,7 +36,7 @@ std::string normal_map(const std::string& nested) {
     image.data.insert(image.data.end(), {colour.x, colour.y, colour.z});
   }
   const std::string path = folder().path("normals.exr");
-  write_exr(path, image, false, {});
+  write_exr(path, image, ExrNumber::kFloat, {});
   return bsdf("normalmap",
               "<texture name=\"normalmap\" type=\"bitmap\"><string name=\"filename\" value=\"" +
                   path + "\"/><boolean name=\"raw\" value=\"true\"/></texture>" + nested);

@@ -77,7 +77,7 @@ class Maps {
     Image image = map.image();
     image.at(3, 2, 1) = value;
     const std::string file = folder_ + "/refused" + std::to_string(count_++) + ".exr";
-    write_exr(file, image, half, {});
+    write_exr(file, image, half ? ExrNumber::kHalf : ExrNumber::kFloat, {});
     Trial t;
     t.name = name;
     t.has_environment = true;

@@ -104,7 +104,7 @@ class Files {
   std::string image(const Image& image) const {
     static int count = 0;
     const std::string file = folder_ + "/image" + std::to_string(count++) + ".exr";
-    write_exr(file, image, false, {});
+    write_exr(file, image, ExrNumber::kFloat, {});
     return file;
   }
 

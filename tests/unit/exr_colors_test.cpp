@@ -64,7 +64,7 @@ void write_parts(const std::string& path, const std::vector<Part>& parts) {
 class ExrColors : public testing::Test {
  protected:
   Image read_back(const Image& image) const {
-    write_exr(path_, image, false, {});
+    write_exr(path_, image, ExrNumber::kFloat, {});
     return read_exr(path_);
   }
   TemporaryFolder folder_;

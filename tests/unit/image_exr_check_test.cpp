@@ -31,7 +31,7 @@ class Bytes {
  public:
   Bytes() {
     const std::string path = folder_.path("a.exr");
-    write_exr(path, make_image(8, 8, {"Y"}), false, {});
+    write_exr(path, make_image(8, 8, {"Y"}), ExrNumber::kFloat, {});
     text = read_file(path);
   }
   void set(const std::string& name, const std::string& type, const std::string& value) {

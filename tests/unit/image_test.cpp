@@ -32,7 +32,7 @@ TEST(Exr, FloatRoundTripIsExact) {
   const std::string path = folder.path("a.exr");
   const Image image =
       make_image(37, 21, {"R", "G", "B", "A", "albedo.B", "albedo.G", "albedo.R", "depth.Y"});
-  write_exr(path, image, false, {});
+  write_exr(path, image, ExrNumber::kFloat, {});
   const Image back = read_exr(path);
   EXPECT_EQ(back.width, 37);
   EXPECT_EQ(back.height, 21);
@@ -58,13 +58,13 @@ TEST(Exr, BytesAreThoseOfOneThread) {
 TEST(Exr, HalfRoundTripRoundsToHalf) {
   const TemporaryFolder folder;
   const Image image = make_image(70, 45, {"R", "G", "B"});
-  write_exr(folder.path("a.exr"), image, true, {});
+  write_exr(folder.path("a.exr"), image, ExrNumber::kHalf, {});
   const Image back = read_exr(folder.path("a.exr"));
   for (size_t i = 0; i < image.data.size(); ++i) {
     ASSERT_EQ(back.data[i], static_cast<float>(half(image.data[i])));
   }
   const Image grey = make_image(5, 3, {"Y"});
-  write_exr(folder.path("y.exr"), grey, false, {});
+  write_exr(folder.path("y.exr"), grey, ExrNumber::kFloat, {});
   EXPECT_EQ(read_exr(folder.path("y.exr")).data, grey.data);
 }
 
@@ -73,7 +73,7 @@ TEST(Exr, HalfKeepsTheSunFinite) {
   Image image = make_image(4, 1, {"Y"});
   image.data = {65504.f, 65520.f, -1e30f, kInfinity};
   testing::internal::CaptureStderr();
-  write_exr(folder.path("a.exr"), image, true, {});
+  write_exr(folder.path("a.exr"), image, ExrNumber::kHalf, {});
   const std::string log = testing::internal::GetCapturedStderr();
   EXPECT_EQ(read_exr(folder.path("a.exr")).data,
             (std::vector<float>{65504.f, 65504.f, -65504.f, kInfinity}));
@@ -84,7 +84,7 @@ TEST(Exr, MetadataAndWindows) {
   const TemporaryFolder folder;
   const std::string path = folder.path("a.exr");
   const ImageMetadata metadata{{"seed", "7"}, {"scene", "sha \xc3\xa9 \"quoted\""}};
-  write_exr(path, make_image(11, 5, {"R", "G", "B"}), true, metadata, {7, 9}, {40, 30});
+  write_exr(path, make_image(11, 5, {"R", "G", "B"}), ExrNumber::kHalf, metadata, {7, 9}, {40, 30});
   ImageMetadata back;
   EXPECT_EQ(read_exr(path, {}, &back).width, 11);
   EXPECT_EQ(back["seed"], "7");
@@ -278,7 +278,8 @@ TEST(Exr, RefusesWhatIsNoWholeFile) {
   expect_error([&] { read_exr(folder.write("c.exr", "P6\n1 1\n255\nabc")); }, "c.exr",
                "not an OpenEXR file");
   for (const bool as_half : {false, true}) {
-    write_exr(path, make_image(64, 64, {"R", "G", "B"}), as_half, {{"k", "v"}});
+    write_exr(path, make_image(64, 64, {"R", "G", "B"}),
+              as_half ? ExrNumber::kHalf : ExrNumber::kFloat, {{"k", "v"}});
     const std::string whole = read_file(path);
     for (size_t length = 4; length < whole.size(); length += 1 + length / 16) {
       const std::string cut = folder.write("cut.exr", whole.substr(0, length));
@@ -289,7 +290,7 @@ TEST(Exr, RefusesWhatIsNoWholeFile) {
 
 TEST(Exr, DamagedFilesAreErrorsOrImages) {
   const TemporaryFolder folder;
-  write_exr(folder.path("a.exr"), make_image(40, 24, {"R", "G", "B"}), false, {});
+  write_exr(folder.path("a.exr"), make_image(40, 24, {"R", "G", "B"}), ExrNumber::kFloat, {});
   const std::string whole = read_file(folder.path("a.exr"));
   int errors = 0;
   for (uint64_t trial = 0; trial < 400; ++trial) {
@@ -315,10 +316,11 @@ TEST(Exr, RefusesChannelsOfOneName) {
   const TemporaryFolder folder;
   expect_error(
       [&] {
-        write_exr(folder.path("a.exr"), make_image(2, 2, {"R", "G", "R"}), true, {});
+        write_exr(folder.path("a.exr"), make_image(2, 2, {"R", "G", "R"}), ExrNumber::kHalf, {});
       },
       "a.exr", "two channels are named 'R'");
-  expect_error([&] { write_exr(folder.path("a.exr"), Image{}, true, {}); }, "a.exr", "empty");
+  expect_error([&] { write_exr(folder.path("a.exr"), Image{}, ExrNumber::kHalf, {}); }, "a.exr",
+               "empty");
   EXPECT_EQ(file_count(folder.folder()), 0);
 }
 

@@ -272,7 +272,7 @@ TEST_F(Parts, DamagedOnesAreOneClearError) {
       EXPECT_NE(std::string(error.what()).find("damaged.exr: "), std::string::npos) << error.what();
     }
   }
-  write_exr(folder_.path("picture.exr"), images_.back(), false, metadata());
+  write_exr(folder_.path("picture.exr"), images_.back(), ExrNumber::kFloat, metadata());
   expect_refused({folder_.path("picture.exr")}, "it is an image, but not a part");
   expect_refused({folder_.path("none.exr")}, "no such file");
 }

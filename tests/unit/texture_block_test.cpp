@@ -29,7 +29,7 @@ std::string write_image(const TemporaryFolder& folder, const std::string& kind, 
     for (size_t i = 0; i < channels * w * h; ++i) {
       image.data.push_back(static_cast<float>(rng() % 1000) * 0.01f);
     }
-    write_exr(path, image, false, {});
+    write_exr(path, image, ExrNumber::kFloat, {});
     return path;
   }
   std::vector<png_byte> bytes(channels * w * h);

@@ -67,7 +67,7 @@ class BitmapTest : public testing::Test {
   }
   std::string exr(const Image& image) const {
     const std::string path = folder_.path("map.exr");
-    write_exr(path, image, false, {});
+    write_exr(path, image, ExrNumber::kFloat, {});
     return path;
   }
   static std::shared_ptr<Texture> load(const std::string& path, const std::string& children = "") {

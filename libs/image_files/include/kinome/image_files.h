@@ -36,12 +36,6 @@ enum class ExrNumber { kHalf, kFloat, kUint };
 KINOME_EXPORT void write_exr(const std::string& path, const Image& image, ExrNumber number,
                              const ImageMetadata& metadata, Vec2 crop_offset = Vec2(0.f),
                              Vec2 full_size = Vec2(0.f));
-inline void write_exr(const std::string& path, const Image& image, bool half,
-                      const ImageMetadata& metadata, Vec2 crop_offset = Vec2(0.f),
-                      Vec2 full_size = Vec2(0.f)) {
-  write_exr(path, image, half ? ExrNumber::kHalf : ExrNumber::kFloat, metadata, crop_offset,
-            full_size);
-}
 /// Writes a Radiance (RGBE) file: the first three channels, or the only one as grey, with 8 bits
 /// each and a common exponent. Negative values become 0.
 KINOME_EXPORT void write_rgbe(const std::string& path, const Image& image);
