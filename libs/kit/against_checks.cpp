@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "kit/emission_checks.h"
 #include "kit/light_paths.h"
+#include "kit/subject.h"
 
 namespace kinome::check {
 namespace {

@@ -1,8 +1,8 @@
-#include "kit/audit_checks.h"
+// Checks of consistency, by the audit of renders.
 
 #include <fmt/format.h>
 
-#include "kit/surroundings.h"
+#include "kit/subject.h"
 #include "kinome/plugin_audit.h"
 
 namespace kinome::check {

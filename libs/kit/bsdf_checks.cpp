@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "kit/audit_checks.h"
 #include "kit/bsdf_blocks.h"
 #include "kit/bsdf_points.h"
 #include "kit/density_cells.h"

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "kit/verdicts.h"
 
 namespace kinome::check {
 namespace {

@@ -1,4 +1,4 @@
-#include "kit/emission_checks.h"
+// Checks of the light that leaves an emitter, along rays and as light points.
 
 #include <cmath>
 
@@ -7,6 +7,7 @@
 #include "kit/density_cells.h"
 #include "kit/emitter_scene.h"
 #include "kit/rays.h"
+#include "kit/subject.h"
 #include "kinome/clustered_light.h"
 #include "kinome/render_context.h"
 

@@ -7,10 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "kit/audit_checks.h"
 #include "kit/block_memory.h"
 #include "kit/density_cells.h"
-#include "kit/emission_checks.h"
 #include "kit/emitter_scene.h"
 #include "kit/rays.h"
 #include "kit/subject.h"

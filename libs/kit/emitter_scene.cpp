@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "kit/rays.h"
-#include "kit/surroundings.h"
+#include "kit/subject.h"
 #include "kinome/warp.h"
 
 namespace kinome::check {

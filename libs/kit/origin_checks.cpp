@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
-#include "kit/emission_checks.h"
 #include "kit/light_paths.h"
 #include "kit/rays.h"
+#include "kit/subject.h"
 
 namespace kinome::check {
 namespace {

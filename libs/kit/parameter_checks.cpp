@@ -8,7 +8,6 @@
 #include "kit/given_parameters.h"
 #include "kit/read_checks.h"
 #include "kit/subject.h"
-#include "kit/surroundings.h"
 #include "kinome/error.h"
 #include "kinome/plugin_audit.h"
 

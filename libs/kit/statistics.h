@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinome/export.h"
@@ -17,6 +19,14 @@ struct Verdict {
   double p_value = 0;
   std::string text;  ///< measured values, for the failure message
 };
+
+inline Verdict fail(std::string text) {
+  return {false, 0, std::move(text)};
+}
+/// Returns the p-value of two tests together, such that their joint false-alarm rate is alpha.
+inline double bonferroni(double p, double q) {
+  return std::min(1., 2 * std::min(p, q));
+}
 
 /// Returns P(X >= statistic) for a chi² distribution.
 KINOME_EXPORT double chi2_tail(double statistic, int degrees_of_freedom);

@@ -90,11 +90,26 @@ std::string parameter_xml(const Parameter& parameter, const std::string& value);
 /// no suitable value.
 std::string needed_xml(const Parameter& parameter);
 
+/// Returns the elements of a scene that uses the plugin of this XML element, for the camera of
+/// Subject::scene(). Returns "" for categories that aren't checked in a scene.
+std::string surroundings(const Subject& subject, const std::string& xml);
+
+/// Checks with audit_plugins(), at many points of a scene, whether the plugin's functions agree
+/// with one another. Reports only faults for which `wanted` returns true.
+Outcome audit(const Subject& subject, const std::function<bool(const std::string&)>& wanted);
+
 /// Checks the creation of the plugin with default values, and with extreme and invalid ones.
 void add_parameter_checks(const Subject& subject, Plan& plan);
 /// Finds parameters that the table declares but the plugin never reads.
 void add_read_check(const Subject& subject, Plan& plan);
 void add_emitter_checks(const Subject& subject, Plan& plan);
+/// Parts of add_emitter_checks(): the light that leaves an emitter, along rays and as light points;
+/// the light at a receiver by sample_emission() and by sample_direct(); the origins of emitted rays
+/// and the distances of sampled light; a comparison with another emitter, if the request names one.
+void add_emission_checks(const Subject& subject, Plan& plan);
+void add_irradiance_checks(const Subject& subject, Plan& plan);
+void add_origin_checks(const Subject& subject, Plan& plan);
+void add_against_check(const Subject& subject, Plan& plan);
 void add_bsdf_checks(const Subject& subject, Plan& plan);
 void add_shape_checks(const Subject& subject, Plan& plan);
 void add_texture_checks(const Subject& subject, Plan& plan);

@@ -1,4 +1,4 @@
-#include "kit/surroundings.h"
+#include "kit/subject.h"
 
 #include "kinome/emitter.h"
 

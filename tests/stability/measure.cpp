@@ -8,7 +8,7 @@
 
 #include "kinome/render.h"
 #include "kinome/render_context.h"
-#include "kit/verdicts.h"
+#include "kit/statistics.h"
 
 namespace kinome::test {
 namespace {

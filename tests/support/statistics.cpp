@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "kit/verdicts.h"
 #include "support/statistics.h"
 
 namespace kinome::test {
