@@ -11,6 +11,19 @@
 
 namespace kinome::transport {
 
+/// Calls fn(from, to) for the pointers to each column of two blocks of points.
+template <class Function>
+void for_each_column(const SurfaceBlock& from, const SurfaceBlock& to, const Function& fn) {
+  for (Columns3 SurfaceBlock::*const three :
+       {&SurfaceBlock::p, &SurfaceBlock::n, &SurfaceBlock::s, &SurfaceBlock::t, &SurfaceBlock::sn,
+        &SurfaceBlock::dp_du, &SurfaceBlock::dp_dv, &SurfaceBlock::wi}) {
+    const Columns3 &a = from.*three, &b = to.*three;
+    fn(a.x, b.x), fn(a.y, b.y), fn(a.z, b.z);
+  }
+  fn(from.uv.x, to.uv.x), fn(from.uv.y, to.uv.y), fn(from.p_error, to.p_error);
+  fn(from.primitive, to.primitive), fn(from.ray, to.ray), fn(from.shape, to.shape);
+}
+
 /// Columns (columns.h) of one capacity, which live as long as the arena. A stage makes its columns
 /// once per thread and uses them for every block. They are initialized to zero. The unused part of
 /// a long column takes addresses but no memory, so capacities may be those of the worst case.

@@ -108,14 +108,9 @@ void Surfaces::find(const RayHit16* rays, size_t count, Which which) {
 /// once, with the padding between them.
 void Surfaces::repeat_last(const Range& range) {
   const size_t end = range.first + range.count, last = range.first + padded(range.count);
-  const auto repeat = [&](auto* column) { std::fill(column + end, column + last, column[end - 1]); };
-  for (const Columns3& c : {points_.p, points_.n, points_.s, points_.t, points_.sn, points_.dp_du,
-                            points_.dp_dv, points_.wi}) {
-    repeat(c.x), repeat(c.y), repeat(c.z);
-  }
-  repeat(points_.uv.x), repeat(points_.uv.y);
-  repeat(points_.p_error);
-  repeat(points_.primitive);
+  for_each_column(points_, points_, [&](const auto*, auto* column) {
+    std::fill(column + end, column + last, column[end - 1]);
+  });
 }
 
 }  // namespace kinome::transport

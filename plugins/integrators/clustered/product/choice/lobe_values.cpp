@@ -33,20 +33,10 @@ namespace {
 
 /// Copies points number[0], number[1] ... of `from` to `to`.
 void copy_points(const SurfaceBlock& from, const uint32_t* number, size_t count, SurfaceBlock& to) {
-  const auto copy = [&](const auto* values, auto* copies) {
-    for (size_t i = 0; i < count; ++i) copies[i] = values[number[i]];
-  };
-  const auto copy_three = [&](const Columns3& values, const Columns3& copies) {
-    copy(values.x, copies.x), copy(values.y, copies.y), copy(values.z, copies.z);
-  };
   to.count = count;
-  copy_three(from.p, to.p), copy_three(from.n, to.n);
-  copy_three(from.s, to.s), copy_three(from.t, to.t), copy_three(from.sn, to.sn);
-  copy_three(from.dp_du, to.dp_du), copy_three(from.dp_dv, to.dp_dv);
-  copy_three(from.wi, to.wi);
-  copy(from.uv.x, to.uv.x), copy(from.uv.y, to.uv.y);
-  copy(from.p_error, to.p_error), copy(from.primitive, to.primitive);
-  copy(from.ray, to.ray), copy(from.shape, to.shape);
+  transport::for_each_column(from, to, [&](const auto* values, auto* copies) {
+    for (size_t i = 0; i < count; ++i) copies[i] = values[number[i]];
+  });
 }
 
 }  // namespace
