@@ -142,14 +142,14 @@ TEST(Precision, PmfsOverManyClusters) {
       for (uint32_t c = 0; c < 4096; ++c) {
         const float at = unit(c, 6);
         for (const float u : {at, std::nextafter(at, 0.f)}) {
-          const ClusterPmf::Choice choice = pmf.sample(u);
-          ASSERT_LT(choice.cluster, size);
-          ASSERT_GT(choice.probability, 0);
-          ASSERT_EQ(choice.probability, pmf.probability(choice.cluster));
+          const DrawnPoint drawn = draw_one(cut, pmf, {u, 0.5f});
+          ASSERT_LT(drawn.cluster, size);
+          ASSERT_GT(pmf.probability(drawn.cluster), 0);
+          ASSERT_EQ(drawn.weight, weight_of(cut, pmf, drawn.cluster));
         }
       }
       for (const float u : {0.f, 0x1p-149f, 0x1p-24f, kOneMinusEpsilon}) {
-        ASSERT_GT(pmf.sample(u).probability, 0);
+        ASSERT_GT(pmf.probability(draw_one(cut, pmf, {u, 0.5f}).cluster), 0);
       }
     }
   }

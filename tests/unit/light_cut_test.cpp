@@ -69,11 +69,11 @@ TEST(LightCut, PmfSumsToOneAndIsWhatIsSampled) {
       for (int i = 0; i < kSamples; ++i) {
         const float u =
             to_unit_float(static_cast<uint32_t>(hash_words(1, size, static_cast<uint64_t>(i))));
-        const ClusterPmf::Choice choice = pmf.sample(u);
-        ASSERT_LT(choice.cluster, size);
-        ASSERT_GT(choice.probability, 0);
-        ASSERT_EQ(choice.probability, pmf.probability(choice.cluster));
-        observed[choice.cluster] += 1;
+        const test::DrawnPoint drawn = test::draw_one(cut, pmf, {u, 0.5f});
+        ASSERT_LT(drawn.cluster, size);
+        ASSERT_GT(pmf.probability(drawn.cluster), 0);
+        ASSERT_EQ(drawn.weight, test::weight_of(cut, pmf, drawn.cluster));
+        observed[drawn.cluster] += 1;
       }
       const test::Verdict verdict = test::chi2_test(observed, expected, 1e-4);
       EXPECT_TRUE(verdict.passed) << verdict.text;
@@ -91,7 +91,7 @@ TEST(LightCut, NeverSamplesAnImpossibleClusterAtTheEnds) {
       // Just below, at and above each step of the distribution, and at its ends.
       for (const double u : {below, below - 1e-7, below + 1e-7, 0.0, 1.0}) {
         const float clamped = std::clamp(static_cast<float>(u), 0.f, kOneMinusEpsilon);
-        EXPECT_GT(pmf.sample(clamped).probability, 0);
+        EXPECT_GT(pmf.probability(test::draw_one(cut, pmf, {clamped, 0.5f}).cluster), 0);
       }
       below += pmf.probability(c);
     }
@@ -216,7 +216,7 @@ TEST(LightCut, NothingToReflectIsEmpty) {
   importance->weigh({Vec3(0, 0, 1), 0.5f, 0}, pmf);
   EXPECT_FALSE(pmf.empty());
   for (const float u : {0.f, 0.5f, kOneMinusEpsilon}) {
-    EXPECT_EQ(tree.points().power[cut.sample_point(pmf, {u, u}).point], Rgb(1.f));
+    EXPECT_EQ(tree.points().power[test::draw_one(cut, pmf, {u, u}).point], Rgb(1.f));
   }
   points.power = {Rgb(0.f), Rgb(0.f)};
   const LightTree dark(points);
@@ -259,11 +259,11 @@ TEST(LightCut, PointsAreDrawnWithTheirProbability) {
       }
       for (uint64_t i = 0; i < kSamples; ++i) {
         const uint64_t bits = hash_words(3, size, i);
-        const auto choice =
-            cut.sample_point(pmf, {to_unit_float(static_cast<uint32_t>(bits)),
-                                   to_unit_float(static_cast<uint32_t>(bits >> 32))});
-        ASSERT_EQ(choice.probability, cut.point_probability(pmf, choice.point));
-        observed[choice.point] += 1;
+        const test::DrawnPoint drawn =
+            test::draw_one(cut, pmf, {to_unit_float(static_cast<uint32_t>(bits)),
+                                      to_unit_float(static_cast<uint32_t>(bits >> 32))});
+        ASSERT_FLOAT_EQ(1 / drawn.weight, cut.point_probability(pmf, drawn.point));
+        observed[drawn.point] += 1;
       }
       const test::Verdict verdict = test::chi2_test(observed, expected, 1e-4);
       EXPECT_TRUE(verdict.passed) << verdict.text;
@@ -288,8 +288,8 @@ TEST(LightCut, ManyPointsAreDrawnAsOneByOne) {
       }
       std::map<uint32_t, double> one_by_one, at_once;
       for (const Vec2& number : u) {
-        const auto choice = cut.sample_point(pmf, number);
-        one_by_one[choice.point] += 1 / (static_cast<double>(choice.probability) * u.size());
+        const test::DrawnPoint drawn = test::draw_one(cut, pmf, number);
+        one_by_one[drawn.point] += static_cast<double>(drawn.weight) / u.size();
       }
       PointSelection selection;
       cut.sample_points(pmf, u, selection);

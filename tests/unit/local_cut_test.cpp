@@ -146,9 +146,9 @@ TEST(LocalCut, SamplesAsItsProbabilitiesSay) {
     std::uniform_real_distribution<float> unit(0, kOneMinusEpsilon);
     for (int i = 0; i < kSamples; ++i) {
       const float u = unit(rng);
-      const auto choice = cut.sample_point(pmf, {u, unit(rng)});
-      ++observed[choice.point];
-      ASSERT_FLOAT_EQ(choice.probability, cut.point_probability(pmf, choice.point));
+      const test::DrawnPoint drawn = test::draw_one(cut, pmf, {u, unit(rng)});
+      ++observed[drawn.point];
+      ASSERT_FLOAT_EQ(1 / drawn.weight, cut.point_probability(pmf, drawn.point));
     }
     for (uint32_t i = 0; i < 600; ++i) expected[i] = kSamples * cut.point_probability(pmf, i);
     const test::Verdict verdict = test::chi2_test(observed, expected, 1e-5);

@@ -96,21 +96,26 @@ BENCHMARK_CAPTURE(BM_Importance512, with_32_lobe_rays, kDistant, true);
 BENCHMARK_CAPTURE(BM_Importance512, local_without_lobe_rays, kLocal, false);
 BENCHMARK_CAPTURE(BM_Importance512, local_with_32_lobe_rays, kLocal, true);
 
-void BM_SamplePoint(benchmark::State& state) {
+void BM_SamplePoints128(benchmark::State& state) {
   const Fixture& f = fixture();
   const auto importance = make_joint_importance();
   importance->prepare(f.cut);
   ClusterPmf pmf;
   importance->weigh(f.point(false), pmf);
-  uint64_t i = 0;
+  std::vector<Vec2> u;
+  for (uint64_t i = 1; i <= 128; ++i) {
+    const uint64_t bits = mix_bits(i);
+    u.emplace_back(to_unit_float(static_cast<uint32_t>(bits)),
+                   to_unit_float(static_cast<uint32_t>(bits >> 32)));
+  }
+  PointSelection selection;
   for (auto _ : state) {
-    const uint64_t bits = mix_bits(++i);
-    benchmark::DoNotOptimize(
-        f.cut.sample_point(pmf, {to_unit_float(static_cast<uint32_t>(bits)),
-                                 to_unit_float(static_cast<uint32_t>(bits >> 32))}));
+    selection.clear();
+    f.cut.sample_points(pmf, u, selection);
+    benchmark::DoNotOptimize(selection);
   }
 }
-BENCHMARK(BM_SamplePoint);
+BENCHMARK(BM_SamplePoints128);
 
 void BM_BuildTree(benchmark::State& state) {
   const LightPoints points = make_sky(static_cast<uint32_t>(state.range(0)));

@@ -259,12 +259,6 @@ void LightCut::weigh(std::span<const float> weights, ClusterPmf& pmf) const {
   pmf.total_ = pmf.lane_start_[kBlockLanes];
 }
 
-LightCut::PointChoice LightCut::sample_point(const ClusterPmf& pmf, const Vec2& u) const {
-  const ClusterPmf::Choice choice = pmf.sample(u.x);
-  const LightCell& cell = cells_[choice.cluster];
-  return {cell.first + offset_in(cell, u.y), choice.probability / static_cast<float>(cell.count)};
-}
-
 void LightCut::sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
                              PointSelection& selection) const {
   if (pmf.empty() || u.empty()) return;
@@ -283,6 +277,7 @@ void LightCut::sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
     const float in_lane = target - pmf.lane_start_[lane];
     const float* const column = pmf.columns_.data() + lane;
     while (row < pmf.rows_ && column[row * ClusterPmf::kLanes] <= in_lane) ++row;
+    // Rounding moved the target past the end: takes the last entry of positive probability.
     if (row == pmf.rows_) row = pmf.last_row(lane);
     if (lane * pmf.rows_ + row != cluster) {
       cluster = lane * pmf.rows_ + row;
@@ -319,28 +314,6 @@ uint32_t ClusterPmf::last_row(uint32_t lane) const {
   uint32_t row = rows_ - 1;
   while (row > 0 && columns_[row * kLanes + lane] == columns_[(row - 1) * kLanes + lane]) --row;
   return row;
-}
-
-// Both searches return the last entry of positive probability if rounding moves the target past the
-// end.
-ClusterPmf::Choice ClusterPmf::sample(float u) const {
-  const float target = u * total_;
-  const uint32_t lane = lane_of(target, 0);
-  const float in_lane = target - lane_start_[lane];
-  const float* const column = columns_.data() + lane;
-  uint32_t first = 0, count = rows_;  // first row whose running sum exceeds in_lane
-  while (count > 0) {
-    const uint32_t half = count / 2;
-    if (column[(first + half) * kLanes] > in_lane) {
-      count = half;
-    } else {
-      first += half + 1;
-      count -= half + 1;
-    }
-  }
-  if (first == rows_) first = last_row(lane);
-  const uint32_t cluster = lane * rows_ + first;
-  return {cluster, probability(cluster)};
 }
 
 float ClusterPmf::probability(uint32_t c) const {

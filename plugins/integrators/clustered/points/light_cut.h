@@ -16,15 +16,8 @@ namespace kinome {
 /// for each shading point. Belongs to one thread while it is built; const access is thread-safe.
 class ClusterPmf {
  public:
-  struct Choice {
-    uint32_t cluster = 0;
-    float probability = 0;  ///< exact probability of this choice by sample()
-  };
   /// True if no cluster can contribute. Nothing can be sampled then.
   bool empty() const { return !(total_ > 0); }
-  /// Samples a cluster by u in [0, 1). The distribution must not be empty. Never returns a cluster
-  /// of probability 0.
-  Choice sample(float u) const;
   /// Probability of cluster c.
   float probability(uint32_t c) const;
   uint32_t size() const { return size_; }
@@ -97,23 +90,19 @@ class LightCut {
   /// clusters above the horizon, because an importance of 0 would lose light.
   void weigh_reflected(std::span<const float> weights, const Point& point, ClusterPmf& pmf) const;
 
-  struct PointChoice {
-    uint32_t point = 0;     ///< index into the tree's points
-    float probability = 0;  ///< exact probability of this choice by sample_point()
-  };
-  /// Samples a light point: a cluster by u.x (eq. 3.2), then one of its points, uniformly, by u.y
-  /// (4.3.3). The thesis reuses the remainder of the first number. In single precision, that has
-  /// too few bits for an improbable cluster of many points: some would never be chosen. The pmf
-  /// must not be empty.
-  PointChoice sample_point(const ClusterPmf& pmf, const Vec2& u) const;
-  /// Appends sample_point() for each of `u`, with the weight 1 / (n probability), in the tree's
-  /// order. Points that are drawn more than once are (mostly) merged, because they need only one
-  /// shadow ray. Several times faster than single calls. Does nothing if the pmf is empty.
+  /// Samples a light point by each of the n numbers in [0, 1)²: a cluster by u.x (eq. 3.2), then
+  /// one of its points, uniformly, by u.y (4.3.3). The thesis reuses the remainder of the first
+  /// number. In single precision, that has too few bits for an improbable cluster of many points:
+  /// some would never be chosen.
+  ///
+  /// Appends the points in the tree's order, with the weight 1 / (n probability). Points that are
+  /// drawn more than once are (mostly) merged, because they need only one shadow ray. Never chooses
+  /// a cluster of probability 0. Does nothing if the pmf is empty.
   void sample_points(const ClusterPmf& pmf, std::span<const Vec2> u,
                      PointSelection& selection) const;
   /// Returns the cluster that contains light point `point`.
   uint32_t cluster_of(uint32_t point) const;
-  /// Returns the probability that sample_point() chooses `point`.
+  /// Returns the probability that a number selects `point`.
   float point_probability(const ClusterPmf& pmf, uint32_t point) const;
 
  private:
