@@ -44,19 +44,15 @@ SharedCandidates::SharedCandidates(const CellLight& light) : light_(light), impo
   mean_point_.resize(kBlockLanes);
 }
 
-void SharedCandidates::clear() {
-  candidates_.resize(0);
-  sets_.clear();
-  nodes_.clear();
-}
-
 void SharedCandidates::begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
                                   std::span<const Visibility> visibility,
                                   std::span<const Unit> units, uint64_t seed) {
   patches_ = patches;
   visibility_ = visibility;
   seed_ = seed;
-  clear();
+  candidates_.resize(0);
+  sets_.clear();
+  nodes_.clear();
   if (units.size() < kMinPixels || !light_.has_distant()) return;
   nodes_.divide(primaries, patches, units);
   for (const PointNode& node : nodes_.nodes()) {

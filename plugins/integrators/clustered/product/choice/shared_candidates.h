@@ -29,14 +29,11 @@ class SharedCandidates {
  public:
   explicit SharedCandidates(const CellLight& light);
 
-  /// Begins a tile with the units that may share candidates. All arguments must stay unchanged
-  /// until the next call.
+  /// Begins a tile with the units that may share candidates, or none. All arguments must stay
+  /// unchanged until the next call.
   void begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
                   std::span<const Visibility> visibility, std::span<const Unit> units,
                   uint64_t seed);
-
-  /// Removes all sets, so that nothing is shared.
-  void clear();
 
   /// The candidates of one node.
   struct Set {

@@ -175,7 +175,7 @@ class LocalLight {
   /// passes them as if they weren't there, but each counts as an edge of its path. Light of lamps
   /// stops at them, unless Caustics finds it behind one of them.
   const transport::SceneTable* passing() const {
-    return passes_straight(table_, max_depth()) ? &table_ : nullptr;
+    return table_.passes_straight() && max_depth() > 2 ? &table_ : nullptr;
   }
   const LocalCellColumns& columns() const { return columns_; }
   /// Bounds of the points from which each cell was made, with a margin.

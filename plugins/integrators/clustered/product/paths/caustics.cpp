@@ -78,6 +78,8 @@ Caustics::Caustics(const Scene& scene, const Sensor& sensor, const LocalLight& l
       sensor_(sensor),
       light_(light),
       hides_environment_(hides_environment),
+      paths_of_round_(std::clamp(light.points_of_pass() / 2, kMinPathsPerRound, kMaxPathsPerRound)),
+      paths_to_estimate_(std::min(paths_of_round_, kMaxPathsToEstimate)),
       finds_extended_(light.has_extended_caustics()) {
   learn(hash_words(seed, kSeedOfRounds), counters);
   if (finds_extended_ && !is_worth_finding(hash_words(seed, kSeedOfRounds, 1), counters)) {
@@ -98,14 +100,6 @@ void Caustics::for_each_splat(uint64_t seed, uint32_t count, RenderCounters& cou
   });
 }
 
-uint32_t Caustics::paths_of_round() const {
-  return std::clamp(light_.points_of_pass() / 2, kMinPathsPerRound, kMaxPathsPerRound);
-}
-
-uint32_t Caustics::paths_to_estimate() const {
-  return std::min(paths_of_round(), kMaxPathsToEstimate);
-}
-
 /// Learns shares, guide and rates, and measures the rays per path.
 void Caustics::learn(uint64_t seed, RenderCounters& counters) {
   shares_ = light_.caustic_shares(finds_extended_);
@@ -117,26 +111,26 @@ void Caustics::learn(uint64_t seed, RenderCounters& counters) {
     std::vector<LightGuide::Use> uses;
     const uint64_t own = hash_words(seed, round);
     if (round == 0) {
-      trace_paths(own, paths_of_round(), counters, [&](const Paths& paths) {
+      trace_paths(own, paths_of_round_, counters, [&](const Paths& paths) {
         uses.insert(uses.end(), paths.reflected.begin(), paths.reflected.end());
       });
     } else {
-      for_each_splat(own, paths_of_round(), counters,
+      for_each_splat(own, paths_of_round_, counters,
                      [&](const Paths::Splat& splat) { uses.push_back(splat.use); });
     }
     if (uses.empty()) break;
-    guide_ = LightGuide(shares_, uses, paths_of_round());
+    guide_ = LightGuide(shares_, uses, paths_of_round_);
     if (!guide_.empty()) ends_ = guide_.ends();
   }
   const auto rays = [&] { return counters[RayKind::kLight] + counters[RayKind::kShadow]; };
   const auto before = rays();
   std::vector<double> used(shares_.size()), unguided(shares_.size());
-  for_each_splat(hash_words(seed, kRounds), paths_to_estimate(), counters,
+  for_each_splat(hash_words(seed, kRounds), paths_to_estimate_, counters,
                  [&](const Paths::Splat& splat) {
                    used[splat.use.source] += static_cast<double>(splat.use.use);
                    unguided[splat.use.source] += static_cast<double>(splat.use.use / splat.guided);
                  });
-  rays_per_path_ = static_cast<double>(rays() - before) / paths_to_estimate();
+  rays_per_path_ = static_cast<double>(rays() - before) / paths_to_estimate_;
   const double pixels = sensor_.film().crop().area();
   for (size_t s = 0; s < shares_.size(); ++s) {
     const double gain = unguided[s] > 0 ? used[s] / unguided[s] : 1.;
@@ -148,7 +142,7 @@ void Caustics::learn(uint64_t seed, RenderCounters& counters) {
 /// sky; see kMinLightShare.
 bool Caustics::is_worth_finding(uint64_t seed, RenderCounters& counters) const {
   double all = 0, by_light = 0;
-  for_each_splat(seed, paths_to_estimate(), counters, [&](const Paths::Splat& splat) {
+  for_each_splat(seed, paths_to_estimate_, counters, [&](const Paths::Splat& splat) {
     if (light_.is_lamp(splat.use.source) || !splat.is_chain) return;
     const auto value = static_cast<double>(mean_of(splat.value));
     all += value / static_cast<double>(splat.share);

@@ -63,8 +63,6 @@ class Caustics {
   template <class Function>
   void for_each_splat(uint64_t seed, uint32_t count, RenderCounters& counters,
                       const Function& fn) const;
-  uint32_t paths_of_round() const;
-  uint32_t paths_to_estimate() const;
   void learn(uint64_t seed, RenderCounters& counters);
   bool is_worth_finding(uint64_t seed, RenderCounters& counters) const;
   void go_on(uint64_t seed, Paths& paths) const;
@@ -74,6 +72,7 @@ class Caustics {
   const Sensor& sensor_;
   const LocalLight& light_;
   bool hides_environment_;
+  const uint32_t paths_of_round_, paths_to_estimate_;
   bool finds_extended_;        ///< paths also start at sources that rays can hit
   std::vector<float> shares_;  ///< probability of each source without the guide
   std::vector<double> ends_;   ///< running sums of the guided probabilities of sources

@@ -66,11 +66,10 @@ TileGrid::Rows Pilot::band(int index) const {
   return {index * rows, std::min((index + 1) * rows, grid_.blocks_y())};
 }
 
-Pilot::Point* Pilot::points_of(int x, int y) {
-  const Rect& crop = grid_.crop();
-  const int height = rows_of_band() * TileGrid::kBlockSide, row = y - crop.y0;
-  const size_t pixel = static_cast<size_t>(row % height) * crop.width() + (x - crop.x0);
-  return &points_[row / height % 2][pixel * effort_.primaries];
+Pilot::Point* Pilot::points_of(const TileGrid::Tile& tile) {
+  const int tiles = rows_of_band() * TileGrid::kTilesAcross * grid_.tiles_x();
+  const auto place = static_cast<size_t>(tile.index % tiles);
+  return &points_[tile.index / tiles % 2][place * kTileSide * kTileSide * effort_.primaries];
 }
 
 std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
@@ -82,7 +81,7 @@ std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
   is_wanted_ = is_wanted;
   const Rect& crop = grid_.crop();
   const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
-  const size_t pixels = static_cast<size_t>(rows) * TileGrid::kBlockSide * crop.width();
+  const auto tiles = static_cast<size_t>(rows) * TileGrid::kTilesAcross * grid_.tiles_x();
   forecast_.assign(static_cast<size_t>(crop.area()), {});
   std::vector<int> makers;  // processes that probed the previous band
   for (int i = 0; i <= bands && !context_.job.cancelled(); ++i) {
@@ -90,7 +89,7 @@ std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
                                     progress_end * (i + 1) / (bands + 1));
     std::vector<int> probed;
     if (i < bands) {
-      points_[i % 2].assign(pixels * effort_.primaries, {});
+      points_[i % 2].assign(tiles * kTileSide * kTileSide * effort_.primaries, {});
       probed = probe(band(i), light, knowledge);
     }
     if (i > 0 && !context_.job.cancelled()) plan(band(i - 1), std::move(makers), light, knowledge);
@@ -143,15 +142,9 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
   if (records.size() < patches.size()) records.resize(patches.size());
   for (auto& r : records) r.clear();
   prober.points.assign(primaries.size(), {});
-  // All pixels have the same number of primaries.
-  const auto point_of = [&](size_t i) -> Point& {
-    const auto pixel = static_cast<int>(i / effort_.primaries);
-    const int x = tile.pixels.x0 + pixel % tile.pixels.width();
-    const int y = tile.pixels.y0 + pixel / tile.pixels.width();
-    return points_of(x, y)[i % effort_.primaries];
-  };
+  Point* const points = points_of(tile);
   for (size_t i = 0; i < primaries.size(); ++i) {
-    Point& point = point_of(i);
+    Point& point = points[i];
     prober.points[i].lit = &point.lit;
     prober.points[i].followed = &point.followed;
     point.is_followed = primaries.goes_on(i);
@@ -168,7 +161,7 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
   unit.seed = hash_words(seed_, index, 1);
   prober.estimator.probe(unit, prober.points, records);
   for (size_t i = 0; i < primaries.size(); ++i) {
-    Point& point = point_of(i);
+    Point& point = points[i];
     point.patch = static_cast<int16_t>(primaries.patch(i));
     const PointPlan& plan = prober.points[i];
     point.known = mean_of(primaries.emitted(i)) + plan.glossy + plan.mirrored;
@@ -212,16 +205,17 @@ void Pilot::plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Plan
                     std::copy(plan.control, plan.control + 9, &planner.controls[p * 9]);
                     patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
                   });
+  const Point* points = points_of(tile);
   tile.for_each_pixel([&](int x, int y) {
-    forecast_[grid_.pixel(x, y)] = forecast(patches, planner.controls.data(), x, y);
+    forecast_[grid_.pixel(x, y)] = forecast(patches, planner.controls.data(), points);
+    points += effort_.primaries;
   });
 }
 
-PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* controls, int x,
-                              int y) {
+PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* controls,
+                              const Point* points) const {
   PixelForecast forecast;
   double sum = 0, squares = 0, glossy_variance = 0, followed = 0;
-  const Point* const points = points_of(x, y);
   for (uint32_t k = 0; k < effort_.primaries; ++k) {
     const Point& point = points[k];
     float value = point.known + mean_of(point.followed);

@@ -51,8 +51,9 @@ class Pilot {
 
   int rows_of_band() const;
   TileGrid::Rows band(int index) const;
-  /// Points of a pixel in the current band or the previous one.
-  Point* points_of(int x, int y);
+  /// Points of a tile in the current band or the previous one, pixel by pixel. All pixels have the
+  /// same number of points.
+  Point* points_of(const TileGrid::Tile& tile);
   /// Returns for each block the process that probed it. The same process plans it.
   std::vector<int> probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge);
   void probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, TileKnowledge& knowledge,
@@ -61,7 +62,8 @@ class Pilot {
             TileKnowledge& knowledge);
   void plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Planner& planner);
   bool is_wanted(const TileGrid::Tile& tile) const { return !is_wanted_ || is_wanted_(tile); }
-  PixelForecast forecast(const std::vector<Patch>& patches, const float* controls, int x, int y);
+  PixelForecast forecast(const std::vector<Patch>& patches, const float* controls,
+                         const Point* points) const;
 
   const ProductTask& task_;
   RenderContext& context_;

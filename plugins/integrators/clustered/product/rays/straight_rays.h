@@ -43,9 +43,4 @@ class StraightRays {
 std::vector<float> arriving_shares(const Scene& scene, const transport::SceneTable* passing,
                                    std::span<Ray> rays, RenderCounters& counters);
 
-/// True if the scene has surfaces that light passes straight, and paths of `max_depth` edges can.
-inline bool passes_straight(const transport::SceneTable& scene, uint32_t max_depth) {
-  return scene.passes_straight() && max_depth > 2;
-}
-
 }  // namespace kinome

@@ -63,9 +63,7 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
   times_.count_to(counters);
   shadow_rays_.begin(scene, counters);
   diffuse_.begin_tile(patches.size(), seed);
-  if (units.empty()) {
-    glossy_.share_nothing();
-  } else {
+  {
     const StageScope timer = times_.scope(StageTimes::kCandidates);
     glossy_.begin_tile(primaries, patches, visibility, units, hash_words(seed, kShared));
   }

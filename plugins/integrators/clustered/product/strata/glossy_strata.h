@@ -28,14 +28,12 @@ class GlossyStrata {
   /// Returns the counts for a group of the pilot, enough to estimate variances.
   static Counts pilot_counts(const Patch& patch);
 
-  /// See SharedCandidates. Nothing is shared before the first begin_tile() or after
-  /// share_nothing().
+  /// See SharedCandidates. Nothing is shared before the first begin_tile().
   void begin_tile(const TilePrimaries& primaries, std::span<const Patch> patches,
                   std::span<const Visibility> visibility, std::span<const Unit> units,
                   uint64_t seed) {
     shared_.begin_tile(primaries, patches, visibility, units, seed);
   }
-  void share_nothing() { shared_.clear(); }
   void begin_unit() { candidates_.resize(0); }
   /// False if the group reflects no such light.
   bool applies(const GroupView& group) const {
@@ -46,8 +44,7 @@ class GlossyStrata {
   Rgb add(const GroupView& group, float candidates, uint64_t seed, Strata& strata);
   /// Does the same without shared candidates.
   Rgb add(const GroupView& group, const Counts& counts, uint64_t seed, Strata& strata);
-  /// Adds `control`, the result of the last add() for the group, to `sums`, each member's part to
-  /// its own sum.
+  /// See split_control(). `control` is the result of the last add() for the group.
   void split(const GroupView& group, const Rgb& control, const UnitSums& sums) const {
     split_control(group, candidates_, first_, control, sums);
   }
@@ -56,8 +53,7 @@ class GlossyStrata {
   /// part of the mean to `patch`, and of the share of candidates from the cells that minimises the
   /// second moment.
   void plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const;
-  /// Makes shadow rays from the comb's hits on the segment that add() appended for the group, and
-  /// subtracts their control terms from `answers.sums`.
+  /// See DiffuseStrata::shoot().
   void shoot(const GroupView& group, const SegmentHits& hits, const Answers& answers,
              ShadowRays& rays) const;
 

@@ -32,8 +32,7 @@ class LocalStrata {
   /// Connects the group's points and appends the connections to the strata. `eye_rays` is the
   /// expected number of eye rays of each point. Returns the control terms, summed over the points.
   Rgb add(const GroupView& group, float eye_rays, const Numbers& numbers, Strata& strata);
-  /// Adds `control`, the result of the last add() for the group, to `sums`, each member's part to
-  /// its own sum.
+  /// See split_control(). `control` is the result of the last add() for the group.
   void split(const GroupView& group, const Rgb& control, const UnitSums& sums) const {
     split_control(group, candidates_, first_, control, sums);
   }
@@ -41,8 +40,7 @@ class LocalStrata {
   /// the unshadowed light, and the number of eye rays. Adds them to the group's points in `points`
   /// (all points of the tile) and to `patch`.
   void plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const;
-  /// Makes shadow rays from the comb's hits on the segment that add() appended for the group, and
-  /// subtracts their control terms from `answers.sums`.
+  /// See DiffuseStrata::shoot().
   void shoot(const GroupView& group, const SegmentHits& hits, const Answers& answers,
              ShadowRays& rays) const;
 

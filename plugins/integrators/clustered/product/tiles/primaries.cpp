@@ -25,8 +25,6 @@ Primaries::Primaries(const View& view)
   clear();
 }
 
-Primaries::~Primaries() = default;
-
 void Primaries::make_room(size_t rays) {
   arena_.emplace(rays);
   camera_ = std::make_unique<transport::Camera>(view_.scene, view_.sensor, rays,

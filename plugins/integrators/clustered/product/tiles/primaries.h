@@ -48,7 +48,6 @@ class Primaries {
   };
 
   explicit Primaries(const View& view);
-  ~Primaries();
 
   /// Removes all tiles.
   void clear();
