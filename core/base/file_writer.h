@@ -60,6 +60,6 @@ KINOME_EXPORT bool is_null_device(const std::string& path);
 std::string resolve_target(const std::string& path);
 /// Returns true if both paths name the same file, which needn't exist. Throws Error if it can't be
 /// written.
-bool are_written_to_one_file(const std::string& a, const std::string& b);
+KINOME_EXPORT bool are_written_to_one_file(const std::string& a, const std::string& b);
 
 }  // namespace kinome

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <thread>
 
@@ -16,6 +17,7 @@
 #include "render/commits.h"
 #include "render/group_pass.h"
 #include "render/item_cancelled.h"
+#include "render/item_timer.h"
 #include "render/progress.h"
 #include "render/thread_pool.h"
 
@@ -43,6 +45,23 @@ std::vector<size_t> tile_order(size_t count, uint64_t seed) {
     }
   }
   return order;
+}
+
+/// Returns the stage that takes most of a loop's time, or "tiles" if there are several.
+std::string stage_of_loop(const RenderCounters& counters, std::span<const Stage> stages) {
+  constexpr double kMinShare = 0.8;
+  double sum = 0;
+  std::pair<double, std::string> largest{0, ""};
+  for (const auto& [stage, seconds] : counters.stage_seconds) {
+    const bool is_nested =
+        std::any_of(stages.begin(), stages.end(), [&, &name = stage](const Stage& s) {
+          return s.name == name && counters.stage_seconds.contains(s.within);
+        });
+    if (is_nested) continue;
+    sum += seconds;
+    largest = std::max(largest, {seconds, stage});
+  }
+  return sum > 0 && largest.first >= kMinShare * sum ? largest.second : "tiles";
 }
 
 unsigned threads_of(unsigned requested) {
@@ -73,6 +92,13 @@ struct Scheduler::State {
   RenderJob& job;
   ProcessGroup* const group;
   const unsigned threads, all_threads;
+  /// Returns the timeline for a loop that this thread begins; nullptr if it isn't recorded, because
+  /// it runs within an item or on another thread than the render.
+  Timeline* recorded() const {
+    Timeline* const timeline = job.options_.timeline;
+    return timeline && timeline->is_owner() && !ItemTimer::current() ? timeline : nullptr;
+  }
+
   mutable ThreadPool pool;
   Film* film = nullptr;
   CommitCallback on_commit;
@@ -112,6 +138,7 @@ void Scheduler::for_each(size_t count, const std::function<void(size_t, RenderCo
 }
 
 void Scheduler::commit(Film& film, size_t item, std::vector<FilmTile> tiles) {
+  if (ItemTimer* const timer = ItemTimer::current()) timer->begin_commit();
   Commits* const commits = state_->commits.get();
   if (!is_root(state_->group)) {
     if (!commits) {
@@ -163,6 +190,8 @@ void Scheduler::State::run(size_t count, const Item& fn, SharedItems* shared,
   std::atomic<size_t> next{0};
   RenderStats& stats = job.stats();
   if (stats.first_tile_seconds == 0) stats.first_tile_seconds = job.seconds();
+  Timeline* const timeline = recorded();
+  if (timeline) timeline->begin_loop(used_threads, stats.counters.stage_seconds);
   std::optional<GroupPass> pass;
   if (group) {
     pass.emplace(*group, shared, count);
@@ -179,7 +208,10 @@ void Scheduler::State::run(size_t count, const Item& fn, SharedItems* shared,
       if (turn >= order.size()) return;
       const size_t index = order[turn];
       try {
-        fn(index, counters[thread]);
+        {
+          const ItemTimer timer(timeline, thread, index);
+          fn(index, counters[thread]);
+        }
         if (pass) pass->add_finished(index);
         if (group) {
           // The progress of all processes is about the number of items distributed so far.
@@ -197,6 +229,11 @@ void Scheduler::State::run(size_t count, const Item& fn, SharedItems* shared,
   });
   RenderCounters sum;
   for (const RenderCounters& c : counters) sum.add(c);
+  const std::string stage = timeline ? stage_of_loop(sum, stats.stages) : "";
+  const auto finish = [&] {
+    end_loop();
+    if (timeline) timeline->end_loop(stage, stats.counters.stage_seconds);
+  };
   // Save the checkpoint before waiting for the other processes: they may have been killed, and this
   // one may be soon.
   if (group && job.is_interrupted_here()) commits->save();
@@ -215,13 +252,13 @@ void Scheduler::State::run(size_t count, const Item& fn, SharedItems* shared,
   } catch (...) {
     job.group_at_work_ = false;
     if (source && commits->film()) source->abandon();
-    end_loop();
+    finish();
     throw;
   }
   // Close the checkpoint before the remaining items are added: a resumed render must add items in
   // their order, and commit_rest() doesn't.
   if (source && commits->film() && job.cancelled()) source->close(*commits->film());
-  end_loop();
+  finish();
 }
 
 void Scheduler::State::end_loop() {
@@ -237,10 +274,14 @@ void Scheduler::parallel_for(size_t count, const std::function<void(size_t)>& fn
   // Blocks reduce the cost of the counter for short bodies, and are small enough to balance long
   // ones.
   const size_t block = std::max<size_t>(1, count / (size_t{64} * threads));
-  state_->pool.run(threads, [&](unsigned) {
+  Timeline* const timeline = state_->recorded();
+  const auto& stage_seconds = state_->job.stats().counters.stage_seconds;
+  if (timeline) timeline->begin_loop(threads, stage_seconds);
+  state_->pool.run(threads, [&](unsigned thread) {
     while (!exception.any()) {
       const size_t first = next.fetch_add(block, std::memory_order_relaxed);
       if (first >= count) return;
+      const ItemTimer timer(timeline, thread, first);
       for (size_t i = first; i < std::min(first + block, count); ++i) {
         try {
           fn(i);
@@ -251,6 +292,7 @@ void Scheduler::parallel_for(size_t count, const std::function<void(size_t)>& fn
       }
     }
   });
+  if (timeline) timeline->end_loop("", stage_seconds);
   exception.rethrow();
 }
 

@@ -114,9 +114,10 @@ TEST_F(Help, HelpNamesEveryOption) {
   EXPECT_EQ(help.status, 0);
   EXPECT_EQ(help.err, "");
   for (const char* option :
-       {"--define", "--output", "--threads", "--sensor", "--append", "--seed", "--verbose",
-        "--quiet", "--mode", "--stats", "--png", "--time", "--error", "--variance", "--exposure",
-        "--check", "--display", "--part", "--plugin-path", "--isa", "--version"}) {
+       {"--define",  "--output",      "--threads",  "--sensor",   "--append", "--seed",
+        "--verbose", "--quiet",       "--mode",     "--stats",    "--trace",  "--png",
+        "--time",    "--error",       "--variance", "--exposure", "--check",  "--display",
+        "--part",    "--plugin-path", "--isa",      "--version"}) {
     EXPECT_NE(help.out.find(option), std::string::npos) << option;
   }
   EXPECT_EQ(kinome({"--help"}).out, help.out);

@@ -1,5 +1,8 @@
 // Tests of the program's options, output files and messages.
 
+#include <algorithm>
+#include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -282,6 +285,67 @@ TEST_F(Program, StatsAsJson) {
   }
   EXPECT_GT(stats.at("peak_memory_bytes").get<uint64_t>(), 1000000u);
   EXPECT_EQ(stats.at("non_finite_samples"), 0);
+
+  const json& stages = stats.at("stage_threads");
+  ASSERT_GE(stages.size(), 3u);
+  EXPECT_EQ(stages.front().at("stage"), "load");
+  EXPECT_EQ(stages.back().at("stage"), "write");
+  double whole = 0;
+  for (const json& stage : stages) {
+    const double time = stage.at("seconds").get<double>();
+    whole += time;
+    EXPECT_LE(stage.at("partly_idle").get<double>(), time + 1e-6) << stage;
+    ASSERT_EQ(stage.at("busy").size(), 2u);
+    ASSERT_EQ(stage.at("committing").size(), 2u);
+    for (const char* kind : {"busy", "committing"}) {
+      for (const json& of_thread : stage.at(kind)) {
+        EXPECT_GE(of_thread.get<double>(), 0) << stage;
+        EXPECT_LE(of_thread.get<double>(), time + 1e-6) << stage;
+      }
+    }
+  }
+  EXPECT_NEAR(whole, seconds.at("total").get<double>(), 0.05);
+}
+
+/// --trace writes Chrome's trace format: a row for each thread, without overlapping events.
+TEST_F(Program, TraceHasARowPerThread) {
+  const std::string trace = folder_.path("trace.json");
+  const ProcessResult result = kinome({"-q", scene_, "-t", "2", "--trace", trace});
+  ASSERT_EQ(result.status, 0) << result.err;
+  std::ifstream file(trace);
+  const json events = json::parse(file).at("traceEvents");
+  std::map<int, std::string> rows;
+  std::map<int, std::vector<std::pair<double, double>>> times;
+  std::set<std::string> names;
+  for (const json& event : events) {
+    const int thread = event.at("tid");
+    if (event.at("ph") == "M") {
+      EXPECT_EQ(event.at("name"), "thread_name");
+      EXPECT_TRUE(rows.emplace(thread, event.at("args").at("name")).second) << thread;
+      continue;
+    }
+    EXPECT_EQ(event.at("ph"), "X");
+    EXPECT_GE(event.at("dur").get<double>(), 0);
+    names.insert(event.at("name"));
+    times[thread].emplace_back(event.at("ts"), event.at("dur"));
+  }
+  EXPECT_EQ(rows, (std::map<int, std::string>{{0, "thread 0"}, {1, "thread 1"}}));
+  for (const char* name : {"load", "commit", "write"}) EXPECT_TRUE(names.count(name)) << name;
+  for (auto& [thread, intervals] : times) {
+    EXPECT_TRUE(rows.count(thread)) << thread;
+    std::sort(intervals.begin(), intervals.end());
+    for (size_t i = 1; i < intervals.size(); ++i) {
+      EXPECT_GE(intervals[i].first, intervals[i - 1].first + intervals[i - 1].second - 1e-3);
+    }
+  }
+}
+
+TEST_F(Program, TraceFilesAreChecked) {
+  expect_one_error(kinome({"-q", scene_, "--trace", folder_.path("no/trace.json")}), "",
+                   {"does not exist"});
+  const std::string image = folder_.path("a.exr");
+  expect_one_error(kinome({"-q", scene_, "-o", image, "--trace", image}), "",
+                   {"--trace " + image + ": must differ from the output file"});
 }
 
 TEST_F(Program, StatsForPeopleGoToStderr) {

@@ -104,7 +104,7 @@ void interpret_part(const RawOptions& raw, Options& options) {
 /// Throws Error for empty values, which CLI11 reads as 0 or ignores.
 void check_for_empty_values(const RawOptions& raw) {
   for (const char* const name :
-       {"--output", "--every", "--exposure", "--sensor", "--inspect", "--display"}) {
+       {"--output", "--every", "--exposure", "--sensor", "--inspect", "--display", "--trace"}) {
     const std::string* const text = raw.find(name);
     if (text && text->empty()) throw Error(std::string(name) + ": its value is empty");
   }
@@ -148,6 +148,7 @@ void interpret(const RawOptions& raw, Options& options) {
     if (options.check) throw Error("--inspect: can't be combined with --check");
     if (!options.display.empty()) throw Error(std::string("--display: ") + kNoRender);
     if (options.stats != StatsFormat::kNone) throw Error(std::string("--stats: ") + kNoRender);
+    if (!options.trace.empty()) throw Error(std::string("--trace: ") + kNoRender);
   }
   if (options.command == Options::Command::kCheckPlugin) interpret_seed(raw, options);
   if (options.command == Options::Command::kRender || options.command == Options::Command::kFilm) {

@@ -105,6 +105,9 @@ void declare_image(CLI::App& app, Options& options, RawOptions& raw) {
          "Save finished tiles to this file, until the image is written", options.checkpoint);
   option(app, "--every", "SECONDS", "Seconds between checkpoints; default: 60", options.every);
   flag(app, "--resume", "Continue from the checkpoint if there is one", options.resume);
+  option(app, "--trace", "FILE",
+         "Write the work of each thread to this file, in Chrome's trace format (JSON)",
+         options.trace);
 #ifdef KINOME_HAS_MPI
   option(app, "--mpi", "auto|on|off",
          "Render one image with all processes of an MPI launcher (mpirun, srun): on, off or auto "

@@ -41,6 +41,7 @@ struct Options {
   int verbosity = 0;
   bool quiet = false;
   StatsFormat stats = StatsFormat::kNone;
+  std::string trace;  ///< file for the work of each thread, or ""
   bool png = false;
   float exposure = 0;
   double seconds = 0;      ///< --time; 0 if not given

@@ -4,6 +4,9 @@
 #include <string_view>
 #include <vector>
 
+#include <algorithm>
+#include <numeric>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -124,6 +127,23 @@ std::string ray_table(const RenderStats& stats) {
   return text;
 }
 
+/// Formats the work of the threads in each stage; "" if it wasn't recorded.
+std::string thread_table(const RenderStats& stats) {
+  if (stats.stage_threads.empty()) return "";
+  std::string text = fmt::format("  {:<20} {:>9} {:>13} {:>11}  {}\n", "threads", "whole [s]",
+                                 "some idle [s]", "commits [s]", "busy [%], by thread");
+  for (const StageThreads& stage : stats.stage_threads) {
+    const double commits = std::accumulate(stage.committing.begin(), stage.committing.end(), 0.);
+    text += fmt::format("    {:<18} {:9.3f} {:13.3f} {:11.3f} ", stage.stage, stage.seconds,
+                        stage.partly_idle, commits);
+    for (const double busy : stage.busy) {
+      text += fmt::format(" {:.0f}", 100 * busy / std::max(stage.seconds, 1e-9));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 /// Formats the traffic between processes; "" for a single process.
 std::string traffic_table(const RenderStats& stats) {
   std::string text;
@@ -152,6 +172,7 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
                   stats.counters.embree_seconds / std::max(1u, stats.threads * stats.processes),
                   100 * embree_share(stats));
   text += ray_table(stats);
+  text += thread_table(stats);
   text += traffic_table(stats);
   if (stats.rel_mse >= 0) {
     text +=
@@ -195,6 +216,14 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
   for (const auto& [what, sent] : stats.traffic) {
     traffic[what] = {{"messages", sent.messages}, {"bytes", sent.bytes}, {"seconds", sent.seconds}};
   }
+  json stage_threads = json::array();
+  for (const StageThreads& stage : stats.stage_threads) {
+    stage_threads.push_back({{"stage", stage.stage},
+                             {"seconds", stage.seconds},
+                             {"partly_idle", stage.partly_idle},
+                             {"busy", stage.busy},
+                             {"committing", stage.committing}});
+  }
   const json report = {
       {"scene", summary.scene},
       {"output", summary.output},
@@ -205,6 +234,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"seed", summary.seed},
       {"processes", stats.processes},
       {"threads", stats.threads},
+      {"stage_threads", stage_threads},
       {"traffic", traffic},
       {"complete", stats.complete},
       {"filled", stats.filled},

@@ -2,19 +2,23 @@
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "base/clock.h"
+#include "base/file_writer.h"
 #include "commands.h"
 #include "crash.h"
 #include "farm/group.h"
 #include "render/inspect.h"
 #include "kinome/checkpoint.h"
 #include "kinome/log.h"
+#include "kinome/output_files.h"
 #include "kinome/render.h"
 #include "render/progress.h"
 #include "render/render_image.h"
+#include "render/trace_file.h"
 #include "options/sensor_index.h"
 #include "say.h"
 #include "signals.h"
@@ -87,7 +91,7 @@ int check_command(const Options& options) {
   for (const auto& [name, is_given] :
        {std::pair("-o", !options.output.empty()), std::pair("-s", has_sensor),
         std::pair("--png", options.png), std::pair("--display", !options.display.empty()),
-        std::pair("--part", options.parts > 0)}) {
+        std::pair("--part", options.parts > 0), std::pair("--trace", !options.trace.empty())}) {
     if (is_given) log_warn(fmt::format("{} is ignored: --check renders nothing", name));
   }
   warn_of_missing_folders(options);
@@ -122,6 +126,7 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   together(group, [&] {
     if (!is_root) return;
     check_output_folder(options);
+    if (!options.trace.empty()) check_writable(options.trace);
     if (!options.display.empty()) split_address(options.display);
     checkpoint = open_checkpoint(options);
   });
@@ -132,6 +137,11 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   const auto seconds_to_write = [&](const Image& image) {
     return writing_seconds(options, *film_to_write, image, output);
   };
+  std::optional<Timeline> timeline;
+  if (options.stats != StatsFormat::kNone || !options.trace.empty()) timeline.emplace(start);
+  const auto end_serial = [&timeline](const char* stage) {
+    if (timeline) timeline->end_serial(stage);
+  };
   RenderContext context({.threads = options.threads,
                          .seed = options.seed,
                          .cancel = &cancel_flag(),
@@ -141,7 +151,8 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
                                     .rel_mse = options.rel_mse,
                                     .lanes = options.renders,
                                     .seconds_after = seconds_to_write},
-                         .group = group});
+                         .group = group,
+                         .timeline = timeline ? &*timeline : nullptr});
   RenderStats& stats = context.job.stats();
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
@@ -160,6 +171,9 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
     part = part_to_render(options, *scene, *sensor);
     warn_of_layers(*scene, sensor->film());
     for (const std::string& written : output.files()) {
+      if (!options.trace.empty() && are_written_to_one_file(written, options.trace)) {
+        throw Error(fmt::format("--trace {}: must differ from the output file", options.trace));
+      }
       if (!checkpoint || !checkpoint->is_written_to(written)) continue;
       throw Error(
           fmt::format("--checkpoint {}: must differ from the output file", checkpoint->path()));
@@ -180,16 +194,21 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   if (!options.display.empty()) {
     display = std::make_unique<Display>(options.display, output.image);
   }
+  end_serial("load");
   begin_interruptible_render(group != nullptr);
   progress.begin();
   const Image image = render_image(options, *scene, *sensor, context, display.get(), part.get());
   progress.finish();
+  end_serial("develop");
   int status = 0;
   together(group, [&] {
     if (!is_root) return;
     const RenderSummary summary = finish_image(options, *scene, *sensor, context, registry, image,
                                                output, checkpoint.get(), part.get());
     stats.total_seconds = seconds_since(start);
+    end_serial("write");
+    if (timeline) stats.stage_threads = stage_threads(*timeline, context.scheduler.threads());
+    if (!options.trace.empty()) write_text(options.trace, trace_json(*timeline));
     stats.peak_memory_bytes = peak_memory_bytes();
     warn_of_missed_budget(context.job.budget(), stats, stats.total_seconds, {});
     report(options, stats, summary);

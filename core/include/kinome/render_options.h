@@ -9,6 +9,7 @@ namespace kinome {
 
 struct Image;
 class ProcessGroup;
+class Timeline;
 
 /// Called now and then during a render, by one thread at a time, with the fraction of tiles done.
 using ProgressCallback = std::function<void(double fraction)>;
@@ -48,6 +49,9 @@ struct RenderOptions {
   /// Group of processes that render the same image with the same options, except for threads,
   /// progress and clock. nullptr: a single process. Must outlive the context.
   ProcessGroup* group = nullptr;
+  /// Records the work of each thread of this process; nullptr: nothing is recorded. Must outlive
+  /// the context.
+  Timeline* timeline = nullptr;
 };
 
 }  // namespace kinome

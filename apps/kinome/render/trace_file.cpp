@@ -1,0 +1,36 @@
+#include "render/trace_file.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace kinome::app {
+
+std::string trace_json(const Timeline& timeline) {
+  using nlohmann::json;
+  constexpr double kMicroseconds = 1e6;
+  json events = json::array();
+  for (size_t thread = 0; thread < timeline.events().size(); ++thread) {
+    const json place = {{"pid", 1}, {"tid", thread}};
+    json name = {{"name", "thread_name"},
+                 {"ph", "M"},
+                 {"args", {{"name", fmt::format("thread {}", thread)}}}};
+    name.update(place);
+    events.push_back(std::move(name));
+    for (const Timeline::Event& event : timeline.events()[thread]) {
+      const std::string& stage = timeline.parts()[event.part].stage;
+      json one = {{"name", event.is_commit ? "commit"
+                           : stage.empty() ? "other"
+                                           : stage},
+                  {"cat", stage},
+                  {"ph", "X"},
+                  {"ts", kMicroseconds * event.begin},
+                  {"dur", kMicroseconds * (event.end - event.begin)},
+                  {"args", {{"item", event.item}}}};
+      one.update(place);
+      events.push_back(std::move(one));
+    }
+  }
+  return json{{"displayTimeUnit", "ms"}, {"traceEvents", std::move(events)}}.dump() + "\n";
+}
+
+}  // namespace kinome::app

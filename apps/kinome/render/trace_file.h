@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include "kinome/timeline.h"
+
+namespace kinome::app {
+
+/// Formats a timeline in Chrome's trace format, which chrome://tracing and https://ui.perfetto.dev
+/// show: one row per thread; each item is an event with the name of its stage, or "commit".
+std::string trace_json(const Timeline& timeline);
+
+}  // namespace kinome::app
