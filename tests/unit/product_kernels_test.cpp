@@ -392,16 +392,5 @@ TEST(CandidateKernels, SharedOnesAreWhatTheySum) {
   }
 }
 
-TEST(CellKernels, BlocksAreSummed) {
-  Random random(3);
-  std::vector<float> values(80), sums(5);
-  double expected[5] = {};
-  for (size_t i = 0; i < values.size(); ++i) expected[i / 16] += values[i] = random.unit();
-  double total = 0;
-  for (const double e : expected) total += e;
-  EXPECT_NEAR(simd::sum_blocks(values.data(), values.size(), sums.data()), total, 1e-5 * total);
-  for (int i = 0; i < 5; ++i) EXPECT_NEAR(sums[i], expected[i], 1e-6 * expected[i]);
-}
-
 }  // namespace
 }  // namespace kinome::test::product_kernels_test

@@ -3,6 +3,7 @@
 // candidates, teeth, records or points.
 #include <benchmark/benchmark.h>
 
+#include <numeric>
 #include <random>
 
 #include "clustered/cells/light_cells.h"
@@ -142,15 +143,6 @@ void BM_GlossyImportance(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(f.padded));
 }
 BENCHMARK(BM_GlossyImportance);
-
-void BM_SumBlocks(benchmark::State& state) {
-  CellFixture& f = cell_fixture();
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(simd::sum_blocks(f.visibility.data(), f.padded, f.sums.data()));
-  }
-  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(f.padded));
-}
-BENCHMARK(BM_SumBlocks);
 
 /// Candidates in a lobe at kPoints points.
 struct LobeFixture {
@@ -307,7 +299,11 @@ BENCHMARK(BM_LookUp);
 void BM_Comb(benchmark::State& state) {
   CellFixture& f = cell_fixture();
   const auto teeth = static_cast<size_t>(state.range(0));
-  const float total = simd::sum_blocks(f.sigma.data(), f.padded, f.sums.data());
+  float total = 0;
+  for (size_t block = 0; block < f.padded / simd::kCellLanes; ++block) {
+    const float* const first = f.sigma.data() + block * simd::kCellLanes;
+    total += f.sums[block] = std::accumulate(first, first + simd::kCellLanes, 0.f);
+  }
   std::vector<Comb::Hit> hits;
   for (auto _ : state) {
     hits.clear();

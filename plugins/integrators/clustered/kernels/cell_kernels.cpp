@@ -225,12 +225,4 @@ float glossy_importance(const CellColumns& cells, const GlossyQuery& query, floa
   return total;
 }
 
-float sum_blocks(const float* values, size_t count, float* block_sums) {
-  float total = 0;
-  for (size_t i = 0; i < count; i += kCellLanes) {
-    total += * block_sums++ = sum_block(i, [&](size_t k) { return Float::load(values + k); });
-  }
-  return total;
-}
-
 }  // namespace kinome::simd

@@ -118,7 +118,4 @@ struct GlossyQuery {
 float glossy_importance(const CellColumns& cells, const GlossyQuery& query, float* importance,
                         float* block_sums);
 
-/// Writes the sums of each kCellLanes of `count` (padded) values. Returns the sum of all.
-float sum_blocks(const float* values, size_t count, float* block_sums);
-
 }  // namespace kinome::simd

@@ -10,12 +10,6 @@
 namespace kinome {
 namespace {
 
-/// Negative channels, as in some photographs, count by their magnitude. The importance of a point
-/// is 0 only if its power is 0.
-float importance_of(const Rgb& power) {
-  return luminance(glm::abs(power));
-}
-
 Vec3 normalized_or_zero(const Vec3& v) {
   const float length = glm::length(v);
   return length > 1e-6f ? v / length : Vec3(0.f);
@@ -57,7 +51,7 @@ class Builder {
       : points_(points), cells_(cells), order_(points.size()) {
     std::iota(order_.begin(), order_.end(), 0u);
     double total = 0;
-    for (const Rgb& power : points.power) total += importance_of(power);
+    for (const Rgb& power : points.power) total += LightTree::weight_of(power);
     if (total > 0) deviation_scale_ = static_cast<double>(points.size()) / total;
     cells_.resize(2 * points.size() - 1);
     next_cell_ = 1;
@@ -98,7 +92,7 @@ class Builder {
 
   Sums leaf_sums(uint32_t point) const {
     Sums sums;
-    sums.weight = importance_of(points_.power[point]);
+    sums.weight = LightTree::weight_of(points_.power[point]);
     sums.extent = points_.extent[point];
     sums.position = points_.position[point];
     // The box contains an area of the point's extent. Otherwise, no lobe ray would ever hit the box
@@ -168,8 +162,6 @@ LightTree::LightTree(LightPoints points) : points_(std::move(points)) {
   permute(points_.power, builder.order());
   permute(points_.extent, builder.order());
   permute(points_.emission_id, builder.order());
-  weights_.reserve(points_.size());
-  for (const Rgb& power : points_.power) weights_.push_back(importance_of(power));
 }
 
 std::vector<uint32_t> select_cut(const LightTree& tree, uint32_t size, CutCriterion criterion) {

@@ -37,12 +37,14 @@ class LightTree {
   explicit LightTree(LightPoints points);
   const LightPoints& points() const { return points_; }
   const std::vector<LightCell>& cells() const { return cells_; }  ///< cells()[0] is the root
-  /// Importance weight of point i (tree order); 0 only if its power is 0.
-  float point_weight(uint32_t i) const { return weights_[i]; }
+  /// Importance weight of a point; 0 only if its power is 0. Negative channels, as in some
+  /// photographs, count by their magnitude.
+  static float weight_of(const Rgb& power) { return luminance(glm::abs(power)); }
+  /// Importance weight of point i (tree order).
+  float point_weight(uint32_t i) const { return weight_of(points_.power[i]); }
 
  private:
   LightPoints points_;
-  std::vector<float> weights_;
   std::vector<LightCell> cells_;
 };
 
