@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kinome/color.h"
-#include "picture/curve_table.h"
+#include "picture/curves.h"
 
 namespace kinome::viewer {
 namespace {

@@ -8,7 +8,6 @@
 #include "kinome/color.h"
 #include "kinome/image.h"
 #include "picture/channels.h"
-#include "picture/curve_table.h"
 #include "picture/curves.h"
 
 namespace kinome::viewer {
