@@ -11,7 +11,7 @@
 #include "clustered/kernels/cell_kernels.h"
 #include "clustered/product/rays/comb.h"
 #include "clustered/product/tiles/visibility.h"
-#include "kinome/emitter.h"
+#include "kinome/clustered_light.h"
 #include "kinome/render_context.h"
 #include "kinome/sampler.h"
 
@@ -23,7 +23,7 @@ constexpr size_t kCandidates = 1024;
 constexpr uint32_t kPoints = 64;  ///< surface points, to which the candidates belong
 
 /// An environment map of noise with a sun, in the layout of the plugin envmap.
-class Sky final : public Emitter {
+class Sky final : public Emitter, public ClusteredLight {
  public:
   explicit Sky(int columns) : columns_(columns), rows_(columns / 2) {
     std::mt19937 rng(1);
@@ -67,7 +67,7 @@ const Scheduler& scheduler() {
   static const RenderContext instance({.threads = 2});
   return instance.scheduler;
 }
-DistantCells make_cells(const Emitter& sky) {
+DistantCells make_cells(const Sky& sky) {
   return {sky, *sky.cell_grid(), kCells, scheduler()};
 }
 
@@ -88,6 +88,7 @@ struct CellFixture {
   std::vector<float> sigma = random_floats(padded, 3);
   std::vector<float> p, sums, mixed;
   simd::PatchCells patch;
+  std::vector<uint32_t> blocks;
 
   CellFixture() : p(2 * padded), sums(padded), mixed(padded) {
     columns.count = padded;
@@ -103,13 +104,14 @@ struct CellFixture {
   }
   void classify() {
     const float normal[3] = {0.28f, 0.8f, 0.53f};
-    simd::classify_cells(columns, normal, 0.1f, {visibility.data(), sigma.data(), sigma.data()},
-                         nullptr, patch);
+    cells.blocks().find_facing(Vec3(normal[0], normal[1], normal[2]), 0.1f, blocks);
+    simd::classify_cells(columns, blocks, normal, 0.1f,
+                         {visibility.data(), sigma.data(), sigma.data()}, nullptr, patch);
   }
 };
 CellFixture& cell_fixture() {
   static CellFixture instance;
-  return instance.scheduler;
+  return instance;
 }
 
 void BM_ClassifyCells(benchmark::State& state) {
@@ -187,7 +189,7 @@ struct LobeFixture {
 };
 LobeFixture& lobe_fixture() {
   static LobeFixture instance;
-  return instance.scheduler;
+  return instance;
 }
 void count_candidates(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(kCandidates));
@@ -321,8 +323,8 @@ void BM_VisibilityLearner(benchmark::State& state) {
   std::mt19937 rng(8);
   std::vector<VisibilityRecord> records;
   for (size_t i = 0; i < kRecords; ++i) records.emplace_back(rng() % kCells, rng() % 2 == 0);
-  VisibilityLearner learner(simd::pad_lanes(kCells));
-  Visibility out(simd::pad_lanes(kCells));
+  VisibilityLearner learner(padded(kCells));
+  Visibility out(padded(kCells));
   for (auto _ : state) {
     learner.begin();
     learner.add(records, 16);
