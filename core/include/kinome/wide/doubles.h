@@ -20,6 +20,13 @@ concept PlainDouble = std::same_as<T, double>;
 template <class T>
 concept DoubleLiteral = PlainDouble<T> || std::same_as<T, int>;
 
+#define KINOME_WIDE_OPERATOR(op, function)                             \
+  friend KINOME_WIDE Double operator op(Double a, Double b) {          \
+    return {hn::function(a.low, b.low), hn::function(a.high, b.high)}; \
+  }                                                                    \
+  friend KINOME_WIDE Double& operator op##=(Double& a, Double b) {     \
+    return a = a op b;                                                 \
+  }
 struct Double {
   hn::Vec<DoubleTag> low, high;  ///< first and second half of the lanes
 
@@ -27,7 +34,27 @@ struct Double {
   KINOME_WIDE Double(hn::Vec<DoubleTag> l, hn::Vec<DoubleTag> h) : low(l), high(h) {}
   KINOME_WIDE Double(DoubleLiteral auto x)
       : low(hn::Set(DoubleTag(), static_cast<double>(x))), high(low) {}
+
+  KINOME_WIDE_OPERATOR(+, Add)
+  KINOME_WIDE_OPERATOR(-, Sub)
+  KINOME_WIDE_OPERATOR(*, Mul)
+  KINOME_WIDE_OPERATOR(/, Div)
+
+  friend KINOME_WIDE Double operator-(Double a) { return {hn::Neg(a.low), hn::Neg(a.high)}; }
+  friend KINOME_WIDE Double sqrt(Double a) { return {hn::Sqrt(a.low), hn::Sqrt(a.high)}; }
+  friend KINOME_WIDE Double abs(Double a) { return {hn::Abs(a.low), hn::Abs(a.high)}; }
+  friend KINOME_WIDE Double copysign(Double a, Double sign) {
+    return {hn::CopySign(a.low, sign.low), hn::CopySign(a.high, sign.high)};
+  }
+  /// Same treatment of NaN and signed zeros as for Float.
+  friend KINOME_WIDE Double min(Double a, Double b) {
+    return {detail::least(a.low, b.low), detail::least(a.high, b.high)};
+  }
+  friend KINOME_WIDE Double max(Double a, Double b) {
+    return {detail::greatest(a.low, b.low), detail::greatest(a.high, b.high)};
+  }
 };
+#undef KINOME_WIDE_OPERATOR
 
 KINOME_WIDE Double to_double(Float a) {
 #if HWY_TARGET == HWY_SCALAR
@@ -47,22 +74,6 @@ KINOME_WIDE Float to_float(Double a) {
   return Float(
       hn::Combine(FloatTag(), hn::DemoteTo(HalfTag(), a.high), hn::DemoteTo(HalfTag(), a.low)));
 #endif
-}
-
-#define KINOME_WIDE_OPERATOR(op, function)                                   \
-  KINOME_WIDE Double operator op(Double a, Double b) {                       \
-    return {hn::function(a.low, b.low), hn::function(a.high, b.high)};       \
-  }                                                                          \
-  KINOME_WIDE Double& operator op##=(Double& a, Double b) {                  \
-    return a = a op b;                                                       \
-  }
-KINOME_WIDE_OPERATOR(+, Add)
-KINOME_WIDE_OPERATOR(-, Sub)
-KINOME_WIDE_OPERATOR(*, Mul)
-KINOME_WIDE_OPERATOR(/, Div)
-#undef KINOME_WIDE_OPERATOR
-KINOME_WIDE Double operator-(Double a) {
-  return {hn::Neg(a.low), hn::Neg(a.high)};
 }
 
 namespace detail {
@@ -112,35 +123,7 @@ KINOME_WIDE Double select(Mask m, Double a, Double b) {
   const auto [low, high] = detail::halves(m);
   return {hn::IfThenElse(low, a.low, b.low), hn::IfThenElse(high, a.high, b.high)};
 }
-KINOME_WIDE Double sqrt(Double a) {
-  return {hn::Sqrt(a.low), hn::Sqrt(a.high)};
-}
-KINOME_WIDE Double abs(Double a) {
-  return {hn::Abs(a.low), hn::Abs(a.high)};
-}
-KINOME_WIDE Double copysign(Double a, Double sign) {
-  return {hn::CopySign(a.low, sign.low), hn::CopySign(a.high, sign.high)};
-}
-/// Same treatment of NaN and signed zeros as for Float.
-KINOME_WIDE Double min(Double a, Double b) {
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
-  return {hn::Min(b.low, a.low), hn::Min(b.high, a.high)};
-#else
-  return {hn::IfThenElse(hn::Lt(b.low, a.low), b.low, a.low),
-          hn::IfThenElse(hn::Lt(b.high, a.high), b.high, a.high)};
-#endif
-}
-KINOME_WIDE Double max(Double a, Double b) {
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
-  return {hn::Max(b.low, a.low), hn::Max(b.high, a.high)};
-#else
-  return {hn::IfThenElse(hn::Lt(a.low, b.low), b.low, a.low),
-          hn::IfThenElse(hn::Lt(a.high, b.high), b.high, a.high)};
-#endif
-}
-KINOME_WIDE Mask is_finite(Double a) {
-  return abs(a) < HUGE_VAL;
-}
+KINOME_WIDE_FUNCTION(Mask, is_finite, Double, abs(a) < HUGE_VAL)
 
 /// Rounds to the nearest integer, halves to even; for |a| < 2^51.
 KINOME_WIDE Double round(Double a) {
@@ -169,52 +152,29 @@ struct DVec3 {
   DVec3() = default;
   KINOME_WIDE DVec3(Double x_, Double y_, Double z_) : x(x_), y(y_), z(z_) {}
   KINOME_WIDE DVec3(const glm::dvec3& a) : x(a.x), y(a.y), z(a.z) {}
+
+  friend KINOME_WIDE DVec3 operator+(DVec3 a, DVec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend KINOME_WIDE DVec3 operator-(DVec3 a, DVec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend KINOME_WIDE DVec3 operator-(DVec3 a) { return {-a.x, -a.y, -a.z}; }
+  friend KINOME_WIDE DVec3 operator*(DVec3 a, Double b) { return {a.x * b, a.y * b, a.z * b}; }
+  friend KINOME_WIDE DVec3 operator/(DVec3 a, Double b) { return {a.x / b, a.y / b, a.z / b}; }
+  friend KINOME_WIDE DVec3 select(Mask m, DVec3 a, DVec3 b) {
+    return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
+  }
+  friend KINOME_WIDE Double dot(DVec3 a, DVec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+  friend KINOME_WIDE Double length(DVec3 a) { return sqrt(dot(a, a)); }
+  friend KINOME_WIDE DVec3 normalize(DVec3 a) { return a * (1.0 / length(a)); }
 };
 
-KINOME_WIDE DVec3 operator+(DVec3 a, DVec3 b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-KINOME_WIDE DVec3 operator-(DVec3 a, DVec3 b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-KINOME_WIDE DVec3 operator-(DVec3 a) {
-  return {-a.x, -a.y, -a.z};
-}
-KINOME_WIDE DVec3 operator*(DVec3 a, Double b) {
-  return {a.x * b, a.y * b, a.z * b};
-}
-KINOME_WIDE DVec3 operator/(DVec3 a, Double b) {
-  return {a.x / b, a.y / b, a.z / b};
-}
 KINOME_WIDE DVec3 operator*(const glm::dmat3& m, DVec3 a) {
-  return {m[0][0] * a.x + m[1][0] * a.y + m[2][0] * a.z,
-          m[0][1] * a.x + m[1][1] * a.y + m[2][1] * a.z,
-          m[0][2] * a.x + m[1][2] * a.y + m[2][2] * a.z};
+  return matrix_product(m, a);
 }
 /// Product with the transpose of m.
 KINOME_WIDE DVec3 operator*(DVec3 a, const glm::dmat3& m) {
-  return {m[0][0] * a.x + m[0][1] * a.y + m[0][2] * a.z,
-          m[1][0] * a.x + m[1][1] * a.y + m[1][2] * a.z,
-          m[2][0] * a.x + m[2][1] * a.y + m[2][2] * a.z};
+  return matrix_product(glm::transpose(m), a);
 }
-KINOME_WIDE DVec3 select(Mask m, DVec3 a, DVec3 b) {
-  return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
-}
-KINOME_WIDE Double dot(DVec3 a, DVec3 b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-KINOME_WIDE Double length(DVec3 a) {
-  return sqrt(dot(a, a));
-}
-KINOME_WIDE DVec3 normalize(DVec3 a) {
-  return a * (1.0 / length(a));
-}
-KINOME_WIDE DVec3 to_double(Vec3 a) {
-  return {to_double(a.x), to_double(a.y), to_double(a.z)};
-}
-KINOME_WIDE Vec3 to_float(DVec3 a) {
-  return {to_float(a.x), to_float(a.y), to_float(a.z)};
-}
+KINOME_WIDE_FUNCTION(DVec3, to_double, Vec3, DVec3(to_double(a.x), to_double(a.y), to_double(a.z)))
+KINOME_WIDE_FUNCTION(Vec3, to_float, DVec3, Vec3(to_float(a.x), to_float(a.y), to_float(a.z)))
 
 template <>
 struct NumberTraits<double> {
@@ -254,24 +214,16 @@ using FloatOf = typename Precisions<D>::OtherNumber;
 template <class D>
 using DVecOf = typename Precisions<D>::DVec3;
 
-KINOME_WIDE double to_double(Real auto a) {
-  return a;
-}
-KINOME_WIDE float to_float(PlainDouble auto a) {
-  return static_cast<float>(a);
-}
+KINOME_WIDE_FUNCTION(double, to_double, Real auto, a)
+KINOME_WIDE_FUNCTION(float, to_float, PlainDouble auto, static_cast<float>(a))
 KINOME_WIDE glm::dvec3 to_double(const glm::vec3& a) {
   return glm::dvec3(a);
 }
 KINOME_WIDE glm::vec3 to_float(const glm::dvec3& a) {
   return glm::vec3(a);
 }
-KINOME_WIDE double sqrt(PlainDouble auto a) {
-  return std::sqrt(a);
-}
-KINOME_WIDE double abs(PlainDouble auto a) {
-  return std::abs(a);
-}
+KINOME_WIDE_FUNCTION(double, sqrt, PlainDouble auto, std::sqrt(a))
+KINOME_WIDE_FUNCTION(double, abs, PlainDouble auto, std::abs(a))
 KINOME_WIDE double copysign(PlainDouble auto a, PlainDouble auto sign) {
   return std::copysign(a, sign);
 }
@@ -287,9 +239,7 @@ KINOME_WIDE void sincos(PlainDouble auto x, double& s, double& c) {
 KINOME_WIDE double atan2(PlainDouble auto y, PlainDouble auto x) {
   return std::atan2(y, x);
 }
-KINOME_WIDE bool is_finite(PlainDouble auto a) {
-  return std::abs(a) < HUGE_VAL;
-}
+KINOME_WIDE_FUNCTION(bool, is_finite, PlainDouble auto, std::abs(a) < HUGE_VAL)
 
 }  // namespace formulas
 

@@ -22,36 +22,22 @@ KINOME_WIDE float polynomial(Real auto x, float first, C... rest) {
   return p;
 }
 
-KINOME_WIDE float exp(Real auto x) {
-  return std::exp(x);
-}
-KINOME_WIDE float log(Real auto x) {
-  return std::log(x);
-}
+KINOME_WIDE_FUNCTION(float, exp, Real auto, std::exp(a))
+KINOME_WIDE_FUNCTION(float, log, Real auto, std::log(a))
 KINOME_WIDE float pow(Real auto x, Real auto y) {
   return std::pow(x, y);
 }
-KINOME_WIDE float erf(Real auto x) {
-  return std::erf(x);
-}
-KINOME_WIDE float sin(Real auto x) {
-  return std::sin(x);
-}
-KINOME_WIDE float cos(Real auto x) {
-  return std::cos(x);
-}
+KINOME_WIDE_FUNCTION(float, erf, Real auto, std::erf(a))
+KINOME_WIDE_FUNCTION(float, sin, Real auto, std::sin(a))
+KINOME_WIDE_FUNCTION(float, cos, Real auto, std::cos(a))
 KINOME_WIDE void sincos(Real auto x, float& s, float& c) {
   s = std::sin(x), c = std::cos(x);
 }
 KINOME_WIDE float atan2(Real auto y, Real auto x) {
   return std::atan2(y, x);
 }
-KINOME_WIDE float asin(Real auto x) {
-  return std::asin(x);
-}
-KINOME_WIDE float acos(Real auto x) {
-  return std::acos(x);
-}
+KINOME_WIDE_FUNCTION(float, asin, Real auto, std::asin(a))
+KINOME_WIDE_FUNCTION(float, acos, Real auto, std::acos(a))
 
 }  // namespace formulas
 
@@ -304,9 +290,7 @@ KINOME_WIDE Float inverse_erf(Float y) {
   return detail::inverse_erf(y);
 }
 inline namespace formulas {
-KINOME_WIDE float inverse_erf(Real auto y) {
-  return detail::inverse_erf(y);
-}
+KINOME_WIDE_FUNCTION(float, inverse_erf, Real auto, detail::inverse_erf(a))
 }  // namespace formulas
 
 }  // namespace HWY_NAMESPACE

@@ -48,15 +48,9 @@ KINOME_WIDE void load_rows(const float* p, Float& a, Float& b, Float& c, Float& 
 }
 
 /// Reductions over the lanes. The summation order depends on the instruction set.
-KINOME_WIDE float sum(Float a) {
-  return hn::GetLane(hn::SumOfLanes(FloatTag(), a.v));
-}
-KINOME_WIDE float smallest(Float a) {
-  return hn::GetLane(hn::MinOfLanes(FloatTag(), a.v));
-}
-KINOME_WIDE float largest(Float a) {
-  return hn::GetLane(hn::MaxOfLanes(FloatTag(), a.v));
-}
+KINOME_WIDE_FUNCTION(float, sum, Float, hn::GetLane(hn::SumOfLanes(FloatTag(), a.v)))
+KINOME_WIDE_FUNCTION(float, smallest, Float, hn::GetLane(hn::MinOfLanes(FloatTag(), a.v)))
+KINOME_WIDE_FUNCTION(float, largest, Float, hn::GetLane(hn::MaxOfLanes(FloatTag(), a.v)))
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
 /// For each mask of kLanes bits, the indices of its set lanes, in order. Highway's Compress keeps
 /// this table inside the function; GCC then copies it to the stack in each call, which takes most

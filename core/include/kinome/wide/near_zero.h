@@ -9,12 +9,8 @@ inline namespace HWY_NAMESPACE {
 
 inline namespace formulas {
 
-KINOME_WIDE float log1p(Real auto x) {
-  return std::log1p(x);
-}
-KINOME_WIDE float expm1(Real auto x) {
-  return std::expm1(x);
-}
+KINOME_WIDE_FUNCTION(float, log1p, Real auto, std::log1p(a))
+KINOME_WIDE_FUNCTION(float, expm1, Real auto, std::expm1(a))
 
 }  // namespace formulas
 

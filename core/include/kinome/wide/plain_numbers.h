@@ -10,18 +10,10 @@ inline namespace HWY_NAMESPACE {
 /// Versions for plain numbers.
 inline namespace formulas {
 
-KINOME_WIDE bool any(Boolean auto a) {
-  return a;
-}
-KINOME_WIDE bool all(Boolean auto a) {
-  return a;
-}
-KINOME_WIDE bool none(Boolean auto a) {
-  return !a;
-}
-KINOME_WIDE size_t count(Boolean auto a) {
-  return a ? 1 : 0;
-}
+KINOME_WIDE_FUNCTION(bool, any, Boolean auto, a)
+KINOME_WIDE_FUNCTION(bool, all, Boolean auto, a)
+KINOME_WIDE_FUNCTION(bool, none, Boolean auto, !a)
+KINOME_WIDE_FUNCTION(size_t, count, Boolean auto, a ? 1 : 0)
 
 /// For numbers, masks and GLM's vectors.
 template <class T>
@@ -56,95 +48,44 @@ template <Number T>
 KINOME_WIDE T clamp(T a, T lo, T hi) {
   return min(max(a, lo), hi);
 }
-KINOME_WIDE float abs(Real auto a) {
-  return std::abs(a);
-}
-KINOME_WIDE int32_t abs(std::same_as<int32_t> auto a) {
-  return std::abs(a);
-}
+KINOME_WIDE_FUNCTION(float, abs, Real auto, std::abs(a))
+KINOME_WIDE_FUNCTION(int32_t, abs, std::same_as<int32_t> auto, std::abs(a))
 KINOME_WIDE float copysign(Real auto a, Real auto sign) {
   return std::copysign(a, sign);
 }
-KINOME_WIDE float sqrt(Real auto a) {
-  return std::sqrt(a);
-}
+KINOME_WIDE_FUNCTION(float, sqrt, Real auto, std::sqrt(a))
 KINOME_WIDE float lerp(Real auto a, Real auto b, Real auto t) {
   return a * (1.f - t) + b * t;
 }
-KINOME_WIDE float floor(Real auto a) {
-  return std::floor(a);
-}
-KINOME_WIDE float ceil(Real auto a) {
-  return std::ceil(a);
-}
-KINOME_WIDE float round(Real auto a) {
-  return std::nearbyint(a);
-}
-KINOME_WIDE bool is_nan(Real auto a) {
-  return a != a;
-}
-KINOME_WIDE bool is_finite(Real auto a) {
-  return std::abs(a) < HUGE_VALF;
-}
+KINOME_WIDE_FUNCTION(float, floor, Real auto, std::floor(a))
+KINOME_WIDE_FUNCTION(float, ceil, Real auto, std::ceil(a))
+KINOME_WIDE_FUNCTION(float, round, Real auto, std::nearbyint(a))
+KINOME_WIDE_FUNCTION(bool, is_nan, Real auto, a != a)
+KINOME_WIDE_FUNCTION(bool, is_finite, Real auto, std::abs(a) < HUGE_VALF)
 
-template <int bits>
-KINOME_WIDE int32_t shift_left(std::same_as<int32_t> auto a) {
+KINOME_WIDE_FUNCTION(int32_t, to_int, Real auto, static_cast<int32_t>(a))
+KINOME_WIDE_FUNCTION(int32_t, round_to_int, Real auto, static_cast<int32_t>(std::nearbyint(a)))
+KINOME_WIDE_FUNCTION(float, to_float, Integer auto, static_cast<float>(a))
+KINOME_WIDE_FUNCTION(int32_t, as_int, Real auto, std::bit_cast<int32_t>(a))
+KINOME_WIDE_FUNCTION(int32_t, as_int, std::same_as<uint32_t> auto, static_cast<int32_t>(a))
+KINOME_WIDE_FUNCTION(uint32_t, as_uint, Real auto, std::bit_cast<uint32_t>(a))
+KINOME_WIDE_FUNCTION(uint32_t, as_uint, std::same_as<int32_t> auto, static_cast<uint32_t>(a))
+KINOME_WIDE_FUNCTION(float, as_float, Integer auto, std::bit_cast<float>(a))
+KINOME_WIDE_FUNCTION(float, sum, Real auto, a)
+KINOME_WIDE_FUNCTION(float, smallest, Real auto, a)
+KINOME_WIDE_FUNCTION(float, largest, Real auto, a)
+
+template <int bits, Integer T>
+KINOME_WIDE T shift_left(T a) {
   return a << bits;
 }
-template <int bits>
-KINOME_WIDE int32_t shift_right(std::same_as<int32_t> auto a) {
+template <int bits, Integer T>
+KINOME_WIDE T shift_right(T a) {
   return a >> bits;
 }
-template <int bits>
-KINOME_WIDE uint32_t shift_left(std::same_as<uint32_t> auto a) {
-  return a << bits;
-}
-template <int bits>
-KINOME_WIDE uint32_t shift_right(std::same_as<uint32_t> auto a) {
-  return a >> bits;
-}
-KINOME_WIDE int32_t to_int(Real auto a) {
-  return static_cast<int32_t>(a);
-}
-KINOME_WIDE int32_t round_to_int(Real auto a) {
-  return static_cast<int32_t>(std::nearbyint(a));
-}
-KINOME_WIDE float to_float(Integer auto a) {
-  return static_cast<float>(a);
-}
-KINOME_WIDE int32_t as_int(Real auto a) {
-  return std::bit_cast<int32_t>(a);
-}
-KINOME_WIDE int32_t as_int(std::same_as<uint32_t> auto a) {
-  return static_cast<int32_t>(a);
-}
-KINOME_WIDE uint32_t as_uint(Real auto a) {
-  return std::bit_cast<uint32_t>(a);
-}
-KINOME_WIDE uint32_t as_uint(std::same_as<int32_t> auto a) {
-  return static_cast<uint32_t>(a);
-}
-KINOME_WIDE float as_float(Integer auto a) {
-  return std::bit_cast<float>(a);
-}
-
-KINOME_WIDE float gather(const float* p, std::same_as<int32_t> auto i) {
+template <Number T>
+KINOME_WIDE T gather(const T* p, std::same_as<int32_t> auto i) {
   return p[i];
-}
-KINOME_WIDE int32_t gather(const int32_t* p, std::same_as<int32_t> auto i) {
-  return p[i];
-}
-KINOME_WIDE uint32_t gather(const uint32_t* p, std::same_as<int32_t> auto i) {
-  return p[i];
-}
-KINOME_WIDE float sum(Real auto a) {
-  return a;
-}
-KINOME_WIDE float smallest(Real auto a) {
-  return a;
-}
-KINOME_WIDE float largest(Real auto a) {
-  return a;
 }
 
 }  // namespace formulas

@@ -34,6 +34,20 @@ struct Vec2 {
   }
   KINOME_WIDE Float& operator[](int i) { return i == 0 ? x : y; }
   KINOME_WIDE const Float& operator[](int i) const { return i == 0 ? x : y; }
+
+  friend KINOME_WIDE Vec2 operator+(Vec2 a, Vec2 b) { return {a.x + b.x, a.y + b.y}; }
+  friend KINOME_WIDE Vec2 operator-(Vec2 a, Vec2 b) { return {a.x - b.x, a.y - b.y}; }
+  friend KINOME_WIDE Vec2 operator*(Vec2 a, Vec2 b) { return {a.x * b.x, a.y * b.y}; }
+  friend KINOME_WIDE Vec2 operator/(Vec2 a, Vec2 b) { return {a.x / b.x, a.y / b.y}; }
+
+  friend KINOME_WIDE Vec2 operator-(Vec2 a) { return {-a.x, -a.y}; }
+  friend KINOME_WIDE Vec2 select(Mask m, Vec2 a, Vec2 b) {
+    return {select(m, a.x, b.x), select(m, a.y, b.y)};
+  }
+  friend KINOME_WIDE Vec2 select(Mask m, Vec2 a) { return {select(m, a.x), select(m, a.y)}; }
+  friend KINOME_WIDE Float dot(Vec2 a, Vec2 b) { return mul_add(a.x, b.x, a.y * b.y); }
+  friend KINOME_WIDE Float length(Vec2 a) { return sqrt(dot(a, a)); }
+  friend KINOME_WIDE Vec2 floor(Vec2 a) { return {floor(a.x), floor(a.y)}; }
 };
 
 /// Point, direction or colour per lane.
@@ -62,98 +76,79 @@ struct Vec3 {
   }
   KINOME_WIDE Float& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   KINOME_WIDE const Float& operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
+
+  friend KINOME_WIDE Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend KINOME_WIDE Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend KINOME_WIDE Vec3 operator*(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+  friend KINOME_WIDE Vec3 operator/(Vec3 a, Vec3 b) { return {a.x / b.x, a.y / b.y, a.z / b.z}; }
+
+  friend KINOME_WIDE Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
+  friend KINOME_WIDE Vec3 select(Mask m, Vec3 a, Vec3 b) {
+    return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
+  }
+  friend KINOME_WIDE Vec3 select(Mask m, Vec3 a) {
+    return {select(m, a.x), select(m, a.y), select(m, a.z)};
+  }
+  /// a b + c, as for numbers.
+  friend KINOME_WIDE Vec3 mul_add(Float a, Vec3 b, Vec3 c) {
+    return {mul_add(a, b.x, c.x), mul_add(a, b.y, c.y), mul_add(a, b.z, c.z)};
+  }
+  friend KINOME_WIDE Float dot(Vec3 a, Vec3 b) {
+    return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
+  }
+  /// Rounds both products of each difference, so that equal products give 0.
+  friend KINOME_WIDE Vec3 cross(Vec3 a, Vec3 b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+  friend KINOME_WIDE Float length(Vec3 a) { return sqrt(dot(a, a)); }
+  /// Componentwise functions.
+  friend KINOME_WIDE Vec3 min(Vec3 a, Vec3 b) {
+    return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
+  }
+  friend KINOME_WIDE Vec3 max(Vec3 a, Vec3 b) {
+    return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
+  }
+  friend KINOME_WIDE Vec3 min(Vec3 a, Float b) { return min(a, Vec3(b)); }
+  friend KINOME_WIDE Vec3 max(Vec3 a, Float b) { return max(a, Vec3(b)); }
+  friend KINOME_WIDE Vec3 clamp(Vec3 a, Float lo, Float hi) { return min(max(a, lo), hi); }
+  friend KINOME_WIDE Vec3 abs(Vec3 a) { return {abs(a.x), abs(a.y), abs(a.z)}; }
+  friend KINOME_WIDE Vec3 sqrt(Vec3 a) { return {sqrt(a.x), sqrt(a.y), sqrt(a.z)}; }
+  friend KINOME_WIDE Float max_component(Vec3 a) { return max(max(a.x, a.y), a.z); }
+  friend KINOME_WIDE Mask is_finite(Vec3 a) {
+    return is_finite(a.x) & is_finite(a.y) & is_finite(a.z);
+  }
+  friend KINOME_WIDE Mask is_black(Vec3 c) { return (c.x == 0.f) & (c.y == 0.f) & (c.z == 0.f); }
+  /// Luminance of linear Rec.709, see kinome/color.h.
+  friend KINOME_WIDE Float luminance(Vec3 c) {
+    return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z;
+  }
 };
 using Rgb = Vec3;
 
-#define KINOME_WIDE_OPERATOR(op)                       \
-  KINOME_WIDE Vec2 operator op(Vec2 a, Vec2 b) {       \
-    return {a.x op b.x, a.y op b.y};                   \
-  }                                                    \
-  KINOME_WIDE Vec2 operator op(Vec2 a, Float b) {      \
-    return {a.x op b, a.y op b};                       \
-  }                                                    \
-  KINOME_WIDE Vec2 operator op(Float a, Vec2 b) {      \
-    return {a op b.x, a op b.y};                       \
-  }                                                    \
-  KINOME_WIDE Vec3 operator op(Vec3 a, Vec3 b) {       \
-    return {a.x op b.x, a.y op b.y, a.z op b.z};       \
-  }                                                    \
-  KINOME_WIDE Vec3 operator op(Vec3 a, Float b) {      \
-    return {a.x op b, a.y op b, a.z op b};             \
-  }                                                    \
-  KINOME_WIDE Vec3 operator op(Float a, Vec3 b) {      \
-    return {a op b.x, a op b.y, a op b.z};             \
-  }                                                    \
-  KINOME_WIDE Vec2& operator op##=(Vec2& a, Vec2 b) {  \
-    return a = a op b;                                 \
-  }                                                    \
-  KINOME_WIDE Vec2& operator op##=(Vec2& a, Float b) { \
-    return a = a op b;                                 \
-  }                                                    \
-  KINOME_WIDE Vec3& operator op##=(Vec3& a, Vec3 b) {  \
-    return a = a op b;                                 \
-  }                                                    \
-  KINOME_WIDE Vec3& operator op##=(Vec3& a, Float b) { \
-    return a = a op b;                                 \
+/// Operators between a vector and a number, and assignments.
+#define KINOME_WIDE_OPERATORS(V, op)             \
+  KINOME_WIDE V operator op(V a, Float b) {      \
+    return a op V(b);                            \
+  }                                              \
+  KINOME_WIDE V operator op(Float a, V b) {      \
+    return V(a) op b;                            \
+  }                                              \
+  KINOME_WIDE V& operator op##=(V& a, V b) {     \
+    return a = a op b;                           \
+  }                                              \
+  KINOME_WIDE V& operator op##=(V& a, Float b) { \
+    return a = a op b;                           \
   }
-KINOME_WIDE_OPERATOR(+)
-KINOME_WIDE_OPERATOR(-)
-KINOME_WIDE_OPERATOR(*)
-KINOME_WIDE_OPERATOR(/)
-#undef KINOME_WIDE_OPERATOR
-KINOME_WIDE Vec2 operator-(Vec2 a) {
-  return {-a.x, -a.y};
-}
-KINOME_WIDE Vec3 operator-(Vec3 a) {
-  return {-a.x, -a.y, -a.z};
-}
+KINOME_WIDE_OPERATORS(Vec2, +)
+KINOME_WIDE_OPERATORS(Vec2, -)
+KINOME_WIDE_OPERATORS(Vec2, *)
+KINOME_WIDE_OPERATORS(Vec2, /)
+KINOME_WIDE_OPERATORS(Vec3, +)
+KINOME_WIDE_OPERATORS(Vec3, -)
+KINOME_WIDE_OPERATORS(Vec3, *)
+KINOME_WIDE_OPERATORS(Vec3, /)
+#undef KINOME_WIDE_OPERATORS
 
-KINOME_WIDE Vec3 operator*(const glm::mat3& m, Vec3 a) {
-  return {m[0][0] * a.x + m[1][0] * a.y + m[2][0] * a.z,
-          m[0][1] * a.x + m[1][1] * a.y + m[2][1] * a.z,
-          m[0][2] * a.x + m[1][2] * a.y + m[2][2] * a.z};
-}
-/// Product with the transpose of m.
-KINOME_WIDE Vec3 operator*(Vec3 a, const glm::mat3& m) {
-  return {m[0][0] * a.x + m[0][1] * a.y + m[0][2] * a.z,
-          m[1][0] * a.x + m[1][1] * a.y + m[1][2] * a.z,
-          m[2][0] * a.x + m[2][1] * a.y + m[2][2] * a.z};
-}
-
-KINOME_WIDE Vec2 select(Mask m, Vec2 a, Vec2 b) {
-  return {select(m, a.x, b.x), select(m, a.y, b.y)};
-}
-KINOME_WIDE Vec3 select(Mask m, Vec3 a, Vec3 b) {
-  return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
-}
-KINOME_WIDE Vec2 select(Mask m, Vec2 a) {
-  return {select(m, a.x), select(m, a.y)};
-}
-KINOME_WIDE Vec3 select(Mask m, Vec3 a) {
-  return {select(m, a.x), select(m, a.y), select(m, a.z)};
-}
-
-/// a b + c, as for numbers.
-KINOME_WIDE Vec3 mul_add(Float a, Vec3 b, Vec3 c) {
-  return {mul_add(a, b.x, c.x), mul_add(a, b.y, c.y), mul_add(a, b.z, c.z)};
-}
-
-KINOME_WIDE Float dot(Vec2 a, Vec2 b) {
-  return mul_add(a.x, b.x, a.y * b.y);
-}
-KINOME_WIDE Float dot(Vec3 a, Vec3 b) {
-  return mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z));
-}
-/// Rounds both products of each difference, so that equal products give 0.
-KINOME_WIDE Vec3 cross(Vec3 a, Vec3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-KINOME_WIDE Float length(Vec2 a) {
-  return sqrt(dot(a, a));
-}
-KINOME_WIDE Float length(Vec3 a) {
-  return sqrt(dot(a, a));
-}
 /// Requires a squared length that is neither 0 nor infinite.
 KINOME_WIDE Vec2 normalize(Vec2 a) {
   return a * (1.f / length(a));
@@ -162,44 +157,18 @@ KINOME_WIDE Vec3 normalize(Vec3 a) {
   return a * (1.f / length(a));
 }
 
-/// Componentwise functions.
-KINOME_WIDE Vec3 min(Vec3 a, Vec3 b) {
-  return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
+template <class M, class V>
+KINOME_WIDE V matrix_product(const M& m, V a) {
+  return {m[0][0] * a.x + m[1][0] * a.y + m[2][0] * a.z,
+          m[0][1] * a.x + m[1][1] * a.y + m[2][1] * a.z,
+          m[0][2] * a.x + m[1][2] * a.y + m[2][2] * a.z};
 }
-KINOME_WIDE Vec3 max(Vec3 a, Vec3 b) {
-  return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
+KINOME_WIDE Vec3 operator*(const glm::mat3& m, Vec3 a) {
+  return matrix_product(m, a);
 }
-KINOME_WIDE Vec3 min(Vec3 a, Float b) {
-  return min(a, Vec3(b));
-}
-KINOME_WIDE Vec3 max(Vec3 a, Float b) {
-  return max(a, Vec3(b));
-}
-KINOME_WIDE Vec3 clamp(Vec3 a, Float lo, Float hi) {
-  return min(max(a, lo), hi);
-}
-KINOME_WIDE Vec3 abs(Vec3 a) {
-  return {abs(a.x), abs(a.y), abs(a.z)};
-}
-KINOME_WIDE Vec3 sqrt(Vec3 a) {
-  return {sqrt(a.x), sqrt(a.y), sqrt(a.z)};
-}
-KINOME_WIDE Vec2 floor(Vec2 a) {
-  return {floor(a.x), floor(a.y)};
-}
-
-KINOME_WIDE Float max_component(Vec3 a) {
-  return max(max(a.x, a.y), a.z);
-}
-KINOME_WIDE Mask is_finite(Vec3 a) {
-  return is_finite(a.x) & is_finite(a.y) & is_finite(a.z);
-}
-KINOME_WIDE Mask is_black(Rgb c) {
-  return (c.x == 0.f) & (c.y == 0.f) & (c.z == 0.f);
-}
-/// Luminance of linear Rec.709, see kinome/color.h.
-KINOME_WIDE Float luminance(Rgb c) {
-  return 0.212671f * c.x + 0.715160f * c.y + 0.072169f * c.z;
+/// Product with the transpose of m.
+KINOME_WIDE Vec3 operator*(Vec3 a, const glm::mat3& m) {
+  return matrix_product(glm::transpose(m), a);
 }
 
 /// Loads values of columns at each lane's index.
