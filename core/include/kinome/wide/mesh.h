@@ -14,38 +14,31 @@
 namespace kinome::wide {
 inline namespace HWY_NAMESPACE {
 
+/// Copies `n` consecutive values of each lane to memory.
+template <size_t n>
+KINOME_WIDE void copy_rows(const float* from, Int i, float* values) {
+  alignas(kColumnAlignment) int32_t at[kLanes];
+  i.store(at);
+  for (size_t lane = 0; lane < kLanes; ++lane) {
+    std::memcpy(values + n * lane, from + at[lane], n * sizeof(float));
+  }
+}
 /// Loads three (or two) consecutive values in each lane; with three, the fourth is read, too. Loads
 /// and a transposition are faster than a gather per value.
 KINOME_WIDE Vec3 gather3(const float* from, Int i) {
-#if HWY_TARGET == HWY_SCALAR
-  return {gather(from, i), gather(from + 1, i), gather(from + 2, i)};
-#else
-  alignas(kColumnAlignment) int32_t at[kLanes];
+  if (kIsPlain) return {gather(from, i), gather(from + 1, i), gather(from + 2, i)};
   alignas(kColumnAlignment) float values[4 * kLanes];
-  i.store(at);
-  for (size_t lane = 0; lane < kLanes; ++lane) {
-    std::memcpy(values + 4 * lane, from + at[lane], 4 * sizeof(float));
-  }
+  copy_rows<4>(from, i, values);
   Vec3 v;
-  hn::Vec<FloatTag> unused;
-  hn::LoadInterleaved4(FloatTag(), values, v.x.v, v.y.v, v.z.v, unused);
+  Float unused;
+  load_rows(values, v.x, v.y, v.z, unused);
   return v;
-#endif
 }
 KINOME_WIDE Vec2 gather2(const float* from, Int i) {
-#if HWY_TARGET == HWY_SCALAR
-  return {gather(from, i), gather(from + 1, i)};
-#else
-  alignas(kColumnAlignment) int32_t at[kLanes];
+  if (kIsPlain) return {gather(from, i), gather(from + 1, i)};
   alignas(kColumnAlignment) float values[2 * kLanes];
-  i.store(at);
-  for (size_t lane = 0; lane < kLanes; ++lane) {
-    std::memcpy(values + 2 * lane, from + at[lane], 2 * sizeof(float));
-  }
-  Vec2 v;
-  hn::LoadInterleaved2(FloatTag(), values, v.x.v, v.y.v);
-  return v;
-#endif
+  copy_rows<2>(from, i, values);
+  return Vec2::load_interleaved(values);
 }
 
 inline namespace formulas {
