@@ -251,9 +251,8 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
   const CellLight& light =
       pilot_light_.emplace(make_light(0, effort.primaries + effort.rays, share));
   light_rays_ = static_cast<double>(light_rays - light_rays_before);
-  std::vector<PixelForecast> forecast =
-      Pilot(task_, view(), neighbours_, local_.get(), addresses_)
-          .learn(light, effort, is_wanted, progress_end, knowledge_);
+  Pilot pilot(task_, view(), light, neighbours_, effort, is_wanted, addresses_, knowledge_);
+  std::vector<PixelForecast> forecast = pilot.learn(progress_end);
   knowledge_.finish(context_.job.group());
   return forecast;
 }

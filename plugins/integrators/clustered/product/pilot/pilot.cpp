@@ -44,16 +44,20 @@ struct Pilot::Planner {
       : learner(padded_cells, &neighbours), strata(light), visibility(padded_cells) {}
 };
 
-Pilot::Pilot(const ProductTask& task, const Primaries::View& view, const CellNeighbours& neighbours,
-             const LocalLight* local, BsdfAddresses& addresses)
+Pilot::Pilot(const ProductTask& task, const Primaries::View& view, const CellLight& light,
+             const CellNeighbours& neighbours, Effort effort, const IsWanted& is_wanted,
+             BsdfAddresses& addresses, TileKnowledge& knowledge)
     : task_(task),
       context_(task.context),
       grid_(task.grid),
       view_(view),
+      light_(light),
       neighbours_(neighbours),
-      local_(local),
+      effort_(effort),
+      is_wanted_(is_wanted),
       seed_(hash_words(task.seed, kPilotSeed)),
-      addresses_(addresses) {}
+      addresses_(addresses),
+      knowledge_(knowledge) {}
 
 int Pilot::rows_of_band() const {
   const int pixels = std::min(task_.settings.remembered_pixels, kPixelsOfBand);
@@ -72,13 +76,9 @@ Pilot::Point* Pilot::points_of(const TileGrid::Tile& tile) {
   return &points_[tile.index / tiles % 2][place * kTileSide * kTileSide * effort_.primaries];
 }
 
-std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
-                                        const IsWanted& is_wanted, double progress_end,
-                                        TileKnowledge& knowledge) {
+std::vector<PixelForecast> Pilot::learn(double progress_end) {
   // A tile at the border of a band learns from tiles of the next band.
   static_assert(TileKnowledge::kReach <= TileGrid::kTilesAcross);
-  effort_ = effort;
-  is_wanted_ = is_wanted;
   const Rect& crop = grid_.crop();
   const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
   const auto tiles = static_cast<size_t>(rows) * TileGrid::kTilesAcross * grid_.tiles_x();
@@ -90,26 +90,25 @@ std::vector<PixelForecast> Pilot::learn(const CellLight& light, Effort effort,
     std::vector<int> probed;
     if (i < bands) {
       points_[i % 2].assign(tiles * kTileSide * kTileSide * effort_.primaries, {});
-      probed = probe(band(i), light, knowledge);
+      probed = probe(band(i));
     }
-    if (i > 0 && !context_.job.cancelled()) plan(band(i - 1), std::move(makers), light, knowledge);
+    if (i > 0 && !context_.job.cancelled()) plan(band(i - 1), std::move(makers));
     makers = std::move(probed);
   }
   for (auto& points : points_) points = {};
   return std::move(forecast_);
 }
 
-std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
-                              TileKnowledge& knowledge) {
+std::vector<int> Pilot::probe(TileGrid::Rows rows) {
   // Neighbours learn from the records. Points are only for the plan and stay where they are.
   SharedItems shared([&](size_t item, SharedBytes& bytes) {
     grid_.for_each_tile(grid_.first_block(rows) + static_cast<int>(item),
                         [&](const TileGrid::Tile& tile) {
-                          knowledge.transfer_kept(tile.index, bytes, addresses_);
+                          knowledge_.transfer_kept(tile.index, bytes, addresses_);
                         });
   });
   grid_.for_each_block<Prober>(
-      context_.scheduler, rows, "pilot", [&] { return std::make_unique<Prober>(view_, light); },
+      context_.scheduler, rows, "pilot", [&] { return std::make_unique<Prober>(view_, light_); },
       [&](int block, Prober& prober, RenderCounters& counters) {
         double uncounted = 0;  // the pilot is one stage
         prober.tracer.trace(
@@ -120,23 +119,23 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows, const CellLight& light,
             },
             [&](int, int) { return static_cast<uint16_t>(effort_.primaries); },
             [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
-              probe_tile(tile, primaries, knowledge, prober, counters);
+              probe_tile(tile, primaries, prober, counters);
             });
         prober.estimator.flush();
         grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-          if (is_wanted(tile)) knowledge.keep(tile.index, prober.records[tile.place]);
+          if (is_wanted(tile)) knowledge_.keep(tile.index, prober.records[tile.place]);
         });
       },
       &shared);
   return shared.makers();
 }
 
-void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
-                       TileKnowledge& knowledge, Prober& prober, RenderCounters& counters) {
-  std::vector<Patch>& patches = knowledge.patches(tile.index);
+void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, Prober& prober,
+                       RenderCounters& counters) {
+  std::vector<Patch>& patches = knowledge_.patches(tile.index);
   make_patches(primaries, patches);
   while (prober.unknown.size() < patches.size()) {
-    prober.unknown.emplace_back(knowledge.padded_cells());
+    prober.unknown.emplace_back(knowledge_.padded_cells());
   }
   auto& records = prober.records[tile.place];
   if (records.size() < patches.size()) records.resize(patches.size());
@@ -173,38 +172,37 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
   }
 }
 
-void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& light,
-                 TileKnowledge& knowledge) {
+void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers) {
   SharedItems shared([&](size_t item, SharedBytes& bytes) {
     grid_.for_each_tile(
         grid_.first_block(rows) + static_cast<int>(item), [&](const TileGrid::Tile& tile) {
-          knowledge.transfer_learned(tile.index, bytes);
+          knowledge_.transfer_learned(tile.index, bytes);
           tile.for_each_pixel([&](int x, int y) { bytes.value(forecast_[grid_.pixel(x, y)]); });
         });
   });
   shared.stay_with(std::move(makers));
   grid_.for_each_block<Planner>(
       context_.scheduler, rows, "plan",
-      [&] { return std::make_unique<Planner>(light, knowledge.padded_cells(), neighbours_); },
+      [&] { return std::make_unique<Planner>(light_, knowledge_.padded_cells(), neighbours_); },
       [&](int block, Planner& planner, RenderCounters&) {
         grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
           context_.job.check_interrupt();
-          if (is_wanted(tile)) plan_tile(tile, knowledge, planner);
+          if (is_wanted(tile)) plan_tile(tile, planner);
         });
       },
       &shared);
 }
 
-void Pilot::plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Planner& planner) {
-  std::vector<Patch>& patches = knowledge.patches(tile.index);
+void Pilot::plan_tile(const TileGrid::Tile& tile, Planner& planner) {
+  std::vector<Patch>& patches = knowledge_.patches(tile.index);
   planner.controls.assign(patches.size() * 9, 0.f);
-  knowledge.learn(tile.index, planner.learner, planner.visibility,
-                  [&](size_t p, const Visibility& visibility) {
-                    Patch& patch = patches[p];
-                    const auto plan = planner.strata.plan(patch, visibility);
-                    std::copy(plan.control, plan.control + 9, &planner.controls[p * 9]);
-                    patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
-                  });
+  knowledge_.learn(tile.index, planner.learner, planner.visibility,
+                   [&](size_t p, const Visibility& visibility) {
+                     Patch& patch = patches[p];
+                     const auto plan = planner.strata.plan(patch, visibility);
+                     std::copy(plan.control, plan.control + 9, &planner.controls[p * 9]);
+                     patch.uncertainty = plan.uncertainty + patch.glossy * patch.mean_sigma;
+                   });
   const Point* points = points_of(tile);
   tile.for_each_pixel([&](int x, int y) {
     forecast_[grid_.pixel(x, y)] = forecast(patches, planner.controls.data(), points);
@@ -232,7 +230,9 @@ PixelForecast Pilot::forecast(const std::vector<Patch>& patches, const float* co
       glossy_variance += deviation * deviation * kGlossyFactor;
       const bool mirrors = any(patch.bsdf->lobes() & Lobe::kDelta);
       forecast.mirrors += mirrors ? 1.f : 0.f;
-      if (local_) forecast.mirrors += kEyeRayCost * expected_eye_rays(patch, *local_);
+      if (light_.local) {
+        forecast.mirrors += kEyeRayCost * expected_eye_rays(patch, *light_.local);
+      }
       forecast.sharp = forecast.sharp || mirrors || is_sharp(patch);
     }
     if (point.is_followed) {

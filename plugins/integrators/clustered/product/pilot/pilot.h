@@ -21,18 +21,17 @@ class Pilot {
     uint32_t rays = 0;       ///< of each pixel
   };
 
-  /// All arguments must outlive the pilot.
-  Pilot(const ProductTask& task, const Primaries::View& view, const CellNeighbours& neighbours,
-        const LocalLight* local, BsdfAddresses& addresses);
-
   using IsWanted = std::function<bool(const TileGrid::Tile&)>;
-  /// Probes the wanted tiles (all if `is_wanted` is empty), and returns the forecast of each pixel
-  /// of the crop window. Forecasts of other tiles are zero. Works in bands of blocks: a band is
-  /// planned after the next one is probed, so that the points of at most two bands are kept. If
-  /// `context` is cancelled, the result and `knowledge` are incomplete and must not be used.
-  std::vector<PixelForecast> learn(const CellLight& light, Effort effort,
-                                   const IsWanted& is_wanted, double progress_end,
-                                   TileKnowledge& knowledge);
+  /// Probes the wanted tiles (all if `is_wanted` is empty). All references must outlive the pilot.
+  Pilot(const ProductTask& task, const Primaries::View& view, const CellLight& light,
+        const CellNeighbours& neighbours, Effort effort, const IsWanted& is_wanted,
+        BsdfAddresses& addresses, TileKnowledge& knowledge);
+
+  /// Returns the forecast of each pixel of the crop window; it is zero in tiles that aren't wanted.
+  /// Works in bands of blocks: a band is planned after the next one is probed, so that the points
+  /// of at most two bands are kept. If the render is cancelled, the result and the knowledge are
+  /// incomplete and must not be used.
+  std::vector<PixelForecast> learn(double progress_end);
 
  private:
   /// Data of a primary that the plan needs.
@@ -55,12 +54,11 @@ class Pilot {
   /// same number of points.
   Point* points_of(const TileGrid::Tile& tile);
   /// Returns for each block the process that probed it. The same process plans it.
-  std::vector<int> probe(TileGrid::Rows rows, const CellLight& light, TileKnowledge& knowledge);
-  void probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, TileKnowledge& knowledge,
-                  Prober& prober, RenderCounters& counters);
-  void plan(TileGrid::Rows rows, std::vector<int> makers, const CellLight& light,
-            TileKnowledge& knowledge);
-  void plan_tile(const TileGrid::Tile& tile, TileKnowledge& knowledge, Planner& planner);
+  std::vector<int> probe(TileGrid::Rows rows);
+  void probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, Prober& prober,
+                  RenderCounters& counters);
+  void plan(TileGrid::Rows rows, std::vector<int> makers);
+  void plan_tile(const TileGrid::Tile& tile, Planner& planner);
   bool is_wanted(const TileGrid::Tile& tile) const { return !is_wanted_ || is_wanted_(tile); }
   PixelForecast forecast(const std::vector<Patch>& patches, const float* controls,
                          const Point* points) const;
@@ -69,12 +67,13 @@ class Pilot {
   RenderContext& context_;
   const TileGrid& grid_;
   const Primaries::View view_;
+  const CellLight& light_;
   const CellNeighbours& neighbours_;
-  const LocalLight* local_;  ///< nullptr if there is no local light
+  const Effort effort_;
+  const IsWanted is_wanted_;
   const uint64_t seed_;
   BsdfAddresses& addresses_;
-  Effort effort_;
-  IsWanted is_wanted_;
+  TileKnowledge& knowledge_;
   std::vector<Point> points_[2];  ///< points of the bands with even and odd index
   std::vector<PixelForecast> forecast_;
 };

@@ -20,7 +20,6 @@ class VisibilityRecord {
   static constexpr uint32_t kWhole = 255;
 
   VisibilityRecord() = default;
-  VisibilityRecord(uint32_t cell, bool visible) : VisibilityRecord(cell, visible ? 1.f : 0.f) {}
   /// `share` in [0, 1].
   VisibilityRecord(uint32_t cell, float share)
       : cell_{static_cast<uint8_t>(cell), static_cast<uint8_t>(cell >> 8)},
