@@ -111,7 +111,7 @@ class MpiTest(unittest.TestCase):
         self.assert_same_bits([CORNELL, "-Dspp=1"], (12, 1))
 
     def test_a_time_and_the_report_are_of_all(self):
-        done = run(self.scene, "--time=3", "--stats", "-o", self.folder / "a.exr",
+        done = run(self.scene, "--time=1", "--stats", "-o", self.folder / "a.exr",
                    launcher=processes(2))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("2 processes, ", done.stderr)
