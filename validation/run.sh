@@ -8,6 +8,7 @@
 #   sh validation/run.sh maps [SCENE...] [--spp N] [...]
 #   sh validation/run.sh budgets [SCENE|FILE|FOLDER...] [--minutes N] [--seeds N] [--threads N]
 #                        [--size WxH] [--seconds S,...] [...]
+#   sh validation/run.sh threads [SCENE...] [...]
 #   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
 #
 # engine: time per sample of Kinome and of Mitsuba's llvm_ad_rgb, and the engine's other goals.
@@ -20,6 +21,9 @@
 # budgets: is clustered worse than path or ptracer, by samples, time and error, on these scenes, scene
 # files, or all scene files of a folder? Writes validation/budgets/. Begins no scene that would end
 # after 10 minutes; run the same command again to continue. Doesn't need Mitsuba.
+#
+# threads: the time of renders with 1 to 16 threads, measured or simulated, in 2 minutes. Writes
+# validation/threads/. Doesn't need Mitsuba.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are used only if they
 # or their group are given; `all` selects every scene.
@@ -89,12 +93,15 @@ if [ "$modes" != report ]; then
     ninja -C "$build" kinome_renderer
   fi
   "$kinome_python" "$root/scenes/make_assets.py"
-  if [ "$modes" != maps ] && [ "$modes" != budgets ]; then
+  case $modes in
+  maps | budgets | threads) ;;
+  *)
     # Mitsuba's llvm variants need libllvm19.
     (kinome_packages=libllvm19 && kinome_install_packages) ||
       echo "validation: libllvm19 not found: Mitsuba's llvm variants are left out" >&2
     environment "$build/validation/mitsuba" "$root/validation/requirements.txt" Mitsuba
-  fi
+    ;;
+  esac
   case " $modes " in
     *" benchmark "*) environment "$build/validation/cycles" \
       "$root/validation/requirements-cycles.txt" "Cycles (bpy)" ;;

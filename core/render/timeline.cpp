@@ -54,7 +54,7 @@ void Timeline::name_parts(const std::string& stage) {
 
 void Timeline::end_serial(const std::string& stage) {
   const double begin = parts_.empty() ? 0 : parts_.back().end;
-  parts_.push_back({stage, begin, now()});
+  parts_.push_back({stage, begin, now(), false});
   if (events_.empty()) events_.resize(1);
   events_[0].push_back({parts_.size() - 1, 0, begin, parts_.back().end, false});
 }
@@ -65,7 +65,7 @@ void Timeline::begin_loop(unsigned threads, const std::map<std::string, double>&
   if (!stage.empty()) name_parts(stage);
   seconds_ = seconds;
   if (events_.size() < threads) events_.resize(threads);
-  parts_.push_back({"", parts_.back().end, 0});
+  parts_.push_back({"", parts_.back().end, 0, true});
 }
 
 void Timeline::end_loop(const std::string& stage, const std::map<std::string, double>& seconds) {

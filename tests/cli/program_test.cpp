@@ -326,6 +326,8 @@ TEST_F(Program, TraceHasARowPerThread) {
     }
     EXPECT_EQ(event.at("ph"), "X");
     EXPECT_GE(event.at("dur").get<double>(), 0);
+    EXPECT_TRUE(event.at("cat") == "loop" || event.at("cat") == "serial") << event;
+    EXPECT_TRUE(event.at("args").at("part").is_number()) << event;
     names.insert(event.at("name"));
     times[thread].emplace_back(event.at("ts"), event.at("dur"));
   }

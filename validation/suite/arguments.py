@@ -9,8 +9,8 @@ from .tables import (ALL_WORD, ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SC
                      named)
 
 MODES = ("correctness", "benchmark", "report")
-ENGINE, MAPS, BUDGETS = "engine", "maps", "budgets"  # run only if given
-WORDS = (*MODES, ENGINE, MAPS, BUDGETS)
+ENGINE, MAPS, BUDGETS, SPEEDUP = "engine", "maps", "budgets", "threads"  # run only if given
+WORDS = (*MODES, ENGINE, MAPS, BUDGETS, SPEEDUP)
 DESCRIPTION = """\
 Compares Kinome with Mitsuba 3, and with Blender's Cycles where it supports the scene. Runs the modes
 `correctness`, `benchmark` (error over time) and `report` (a page of both), unless one mode is given.
@@ -19,8 +19,9 @@ These modes run only if they are given:
   engine   time per sample compared with Mitsuba's llvm_ad_rgb, and other goals
   maps     error of clustered with product in each pixel
   budgets  is clustered worse than path on any scene with any budget?
+  threads  time of a render by its number of threads, measured or simulated
 
-Finished measurements are kept and not repeated, except by `maps`.
+Finished measurements are kept and not repeated, except by `maps` and `threads`.
 
 Exit status: 0 success; 1 a comparison failed; 2 something was left out, as reported, or a bad argument;
 3 another run uses the same build folder; 130 or 143 interrupted."""
@@ -60,7 +61,7 @@ def parse(arguments=None):
                              f"({', '.join(GROUP_WORDS)}; {ALL_WORD}: all {len(SCENES)}); for engine "
                              f"also parts ({', '.join(ENGINE_PARTS)}); for budgets also scene files "
                              "and folders. Default: correctness, benchmark and report, all parts, "
-                             "and a selection of scenes (maps: six, budgets: all)")
+                             "and a selection of scenes (maps: six, budgets: all, threads: two)")
     parser.add_argument("--scenes", metavar="A,B", default="",
                         help="scenes, in addition to those among the words")
     parser.add_argument("--quick", action="store_true",
@@ -131,13 +132,13 @@ def parse(arguments=None):
     if options.spp is not None and (options.modes != (MAPS,) or options.spp < 1):
         parser.error("--spp is only for maps, and must be at least 1")
     options.spp = options.spp or 16
-    if options.modes == (MAPS,) and options.words and not timed & set(options.words):
-        parser.error(f'maps doesn\'t support {", ".join(options.words)}; scenes are '
+    if options.modes in ((MAPS,), (SPEEDUP,)) and options.words and not timed & set(options.words):
+        parser.error(f'{options.modes[0]} doesn\'t support {", ".join(options.words)}; scenes are '
                      f'{", ".join(sorted(timed))}')
     if options.seeds < 2:
         parser.error(f"--seeds must be at least 2, got {options.seeds}: the error is the variance "
                      "between seeds")
-    name = options.modes[0] if options.modes[0] in (ENGINE, MAPS, BUDGETS) else "report"
+    name = options.modes[0] if options.modes[0] in (ENGINE, MAPS, BUDGETS, SPEEDUP) else "report"
     options.output = options.output or ROOT / ("out" if options.quick else "validation") / name
     if name in options.modes:
         reason = unwritable(options.output)

@@ -168,6 +168,26 @@ class Session:
             write_whole(options.output / "README.md", maps_page.page(found))
             self.log.say(f"wrote {options.output / 'README.md'}")
 
+    def threads(self):
+        from . import threads, threads_page
+        options = self.options
+        work = threads.Threads(self.kinome, threads.SIZES[:1] if options.quick else threads.SIZES,
+                               self.folder / "threads", self.log)
+        rows = []
+        for scene in chosen(options.words or threads.SCENES, self.effort):
+            try:
+                rows += work.scene(scene)
+            except Problem as reason:
+                self.log.problem(reason)
+        if not rows:
+            raise Problem("nothing was measured")
+        write_whole(options.output / "README.md", threads_page.page(rows, machine(), commit()))
+        write_whole(options.output / "measurements.csv", threads_page.measurements(rows))
+        with whole(options.output / "plot.png") as file:
+            file.write(threads_page.plot(rows))
+        print("\n".join(summary.markdown(*threads_page.table(rows))))
+        self.log.say(f"wrote {options.output / 'README.md'}")
+
     def budgets(self):
         from bounces import NAMES, scene_of as bounces_scene
 
@@ -213,7 +233,7 @@ class Session:
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
         saved = read_json(self.results / "problems.json") or {}
         problems = [line for mode, lines in saved.items()
-                    if mode not in ("engine", "maps", "budgets")  # these have separate pages
+                    if mode not in ("engine", "maps", "budgets", "threads")  # these have separate pages
                     for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,

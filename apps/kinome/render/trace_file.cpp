@@ -17,15 +17,14 @@ std::string trace_json(const Timeline& timeline) {
     name.update(place);
     events.push_back(std::move(name));
     for (const Timeline::Event& event : timeline.events()[thread]) {
-      const std::string& stage = timeline.parts()[event.part].stage;
-      json one = {{"name", event.is_commit ? "commit"
-                           : stage.empty() ? "other"
-                                           : stage},
-                  {"cat", stage},
+      const Timeline::Part& part = timeline.parts()[event.part];
+      const std::string stage = part.stage.empty() ? "other" : part.stage;
+      json one = {{"name", event.is_commit ? "commit" : stage},
+                  {"cat", part.is_loop ? "loop" : "serial"},
                   {"ph", "X"},
                   {"ts", kMicroseconds * event.begin},
                   {"dur", kMicroseconds * (event.end - event.begin)},
-                  {"args", {{"item", event.item}}}};
+                  {"args", {{"stage", stage}, {"part", event.part}, {"item", event.item}}}};
       one.update(place);
       events.push_back(std::move(one));
     }

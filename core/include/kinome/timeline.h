@@ -24,6 +24,7 @@ class KINOME_EXPORT Timeline {
   struct Part {
     std::string stage;  ///< "" until it is known
     double begin = 0, end = 0;
+    bool is_loop = false;
   };
   /// Work of a thread in a part. Events of a thread don't overlap.
   struct Event {
