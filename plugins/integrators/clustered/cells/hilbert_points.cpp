@@ -16,22 +16,21 @@ IntegerPoint sobol_point(uint32_t index) {
           owen_scramble(reverse_bits(sobol_second_reversed(index)), ~kScramble)};
 }
 
-struct KeyedPoint {
-  uint32_t key;
+struct OrderedPoint {
+  uint32_t key;    ///< distance along the curve
+  uint32_t index;  ///< in the sequence
   IntegerPoint point;
 };
 
-std::vector<IntegerPoint> ordered_points(uint32_t count) {
-  std::vector<KeyedPoint> keyed(count);
+/// Returns the first `count` points in the order of the curve.
+std::vector<OrderedPoint> ordered_points(uint32_t count) {
+  std::vector<OrderedPoint> points(count);
   for (uint32_t i = 0; i < count; ++i) {
     const IntegerPoint point = sobol_point(i);
-    keyed[i] = {hilbert_index(point.x >> 16, point.y >> 16), point};
+    points[i] = {hilbert_index(point.x >> 16, point.y >> 16), i, point};
   }
-  std::sort(keyed.begin(), keyed.end(),
-            [](const KeyedPoint& a, const KeyedPoint& b) { return a.key < b.key; });
-  std::vector<IntegerPoint> points;
-  points.reserve(count);
-  for (const KeyedPoint& k : keyed) points.push_back(k.point);
+  std::sort(points.begin(), points.end(),
+            [](const OrderedPoint& a, const OrderedPoint& b) { return a.key < b.key; });
   return points;
 }
 
@@ -72,12 +71,18 @@ const HilbertPoints& HilbertPoints::get() {
 HilbertPoints::HilbertPoints() {
   for (uint32_t log2 = 0; log2 <= kMaxLog2; ++log2) {
     auto& [x, y] = powers_.emplace_back();
-    for (const IntegerPoint& point : ordered_points(1u << log2)) {
-      x.push_back(point.x);
-      y.push_back(point.y);
+    for (const OrderedPoint& ordered : ordered_points(1u << log2)) {
+      x.push_back(ordered.point.x);
+      y.push_back(ordered.point.y);
     }
   }
-  for (uint32_t n = 0; n <= kMaxCount; ++n) firsts_.push_back(ordered_points(n));
+  const std::vector<OrderedPoint> all = ordered_points(kMaxCount);
+  for (uint32_t count = 0; count <= kMaxCount; ++count) {
+    auto& list = firsts_.emplace_back();
+    for (const OrderedPoint& ordered : all) {
+      if (ordered.index < count) list.push_back(ordered.point);
+    }
+  }
 }
 
 }  // namespace kinome
