@@ -57,6 +57,24 @@ std::string options_in_roff(const CLI::App& app) {
   return page;
 }
 
+/// Returns the command with its arguments, such as "kinome film [OPTION]... SCENE.xml".
+std::string synopsis_in_roff(const CLI::App& app) {
+  std::string arguments;
+  for (const CLI::Option* option : app.get_options()) {
+    if (!option->get_positional()) continue;
+    const std::string name =
+        option->get_name() + (option->get_items_expected_max() > 1 ? "..." : "");
+    arguments += option->get_required() ? " " + name : " [" + name + "]";
+  }
+  return ".B " + app.get_name() + "\n.RI [ OPTION ]... \"" + roff(arguments) + "\"\n";
+}
+
+std::string description_in_roff(const CLI::App& app) {
+  std::string text = roff(app.get_description());
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text + "\n";
+}
+
 std::string upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
@@ -106,50 +124,23 @@ ValuePatterns value_patterns(const std::vector<const CLI::App*>& commands) {
 }  // namespace
 
 std::string man_page(const CLI::App& render, const std::vector<const CLI::App*>& commands) {
-  std::string of_commands;
+  std::string synopsis = synopsis_in_roff(render), description;
+  std::string options = ".SH OPTIONS\n" + options_in_roff(render);
   for (const CLI::App* command : commands) {
-    of_commands +=
-        ".SH OPTIONS OF " + upper(command->get_name()) + "\n" + options_in_roff(*command);
+    synopsis += ".br\n" + synopsis_in_roff(*command);
+    description += ".PP\n.B " + command->get_name() + ":\n" + description_in_roff(*command);
+    options += ".SH OPTIONS OF " + upper(command->get_name()) + "\n" + options_in_roff(*command);
   }
   return R"(.TH KINOME 1 "" "kinome )" KINOME_VERSION R"(" "User Commands"
 .SH NAME
 kinome \- renders scenes in Mitsuba's format
 .SH SYNOPSIS
-.B kinome
-.RI [ OPTION ]... " SCENE.xml"
-.br
-.B kinome film
-.RI [ OPTION ]... " SCENE.xml"
-.br
-.B kinome merge
-.RI [ OPTION ]... " PART.exr... " \-o " FILE"
-.br
-.B kinome plugins
-.RI [ OPTION ]... " " [ NAME ]
-.br
-.B kinome check
-.RI [ OPTION ]... " PLUGIN"
-.br
-.B kinome new
-.RI [ OPTION ]... " CATEGORY NAME"
-.SH DESCRIPTION
+)" + synopsis +
+         R"(.SH DESCRIPTION
 Renders a scene of Mitsuba 3, or of Mitsuba 0.4 to 0.6, into an OpenEXR or PFM file beside the scene
 file.
-.B kinome film
-renders an animation of a scene, and
-.B kinome merge
-(or
-.BR kinome\-merge )
-adds the separately rendered parts of an image. Scenes are built from plugins:
-.B kinome plugins
-lists all plugins, those of a category, or the parameters of one,
-.B kinome check
-checks a plugin for errors, and
-.B kinome new
-starts a new plugin.
-.SH OPTIONS
-)" + options_in_roff(render) +
-         of_commands + R"(.SH EXIT STATUS
+)" + description +
+         options + R"(.SH EXIT STATUS
 .TP
 .B 0
 The image is written.
