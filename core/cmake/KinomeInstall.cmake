@@ -20,12 +20,9 @@ foreach(room core libs/audit libs/image_files libs/lights libs/scene_xml libs/ed
     COMPONENT dev)
 endforeach()
 # The engine of integrators, for those of other projects. Its headers include each other by name.
-kinome_list_isas(isas)
-foreach(isa IN LISTS isas ITEMS baseline)
-  set(suffix "_${isa}")
-  if(isa STREQUAL baseline)
-    set(suffix)
-  endif()
+kinome_list_isas(suffixes)
+list(TRANSFORM suffixes PREPEND _)
+foreach(suffix IN LISTS suffixes ITEMS "")
   set_target_properties(kinome_transport${suffix} PROPERTIES EXPORT_NAME transport${suffix})
   target_include_directories(kinome_transport${suffix} PUBLIC $<INSTALL_INTERFACE:include/kinome/engine>)
   install(TARGETS kinome_transport${suffix} EXPORT KinomeTargets

@@ -70,25 +70,17 @@ function(kinome_baseline_option result)
   endif()
 endfunction()
 
-# kinome_list_known_isas(RESULT): the additional instruction sets that the compiler supports.
-function(kinome_list_known_isas result)
+# kinome_list_isas(RESULT): the instruction sets for which wide plugins are built in addition to the
+# baseline: those that the compiler supports. The list is empty with sanitizers, because their findings
+# don't depend on the instruction set.
+function(kinome_list_isas result)
   set(isas)
   foreach(isa IN LISTS kinome_isas)
     string(MAKE_C_IDENTIFIER "KINOME_COMPILER_KNOWS_${isa}" knows)
-    if(${knows})
+    if(${knows} AND NOT KINOME_SANITIZER)
       list(APPEND isas ${isa})
     endif()
   endforeach()
-  set(${result} "${isas}" PARENT_SCOPE)
-endfunction()
-# kinome_list_isas(RESULT): the instruction sets for which wide plugins are built in addition to the
-# baseline. The list is empty with sanitizers, because their findings don't depend on the instruction
-# set.
-function(kinome_list_isas result)
-  set(isas)
-  if(NOT KINOME_SANITIZER)
-    kinome_list_known_isas(isas)
-  endif()
   set(${result} "${isas}" PARENT_SCOPE)
 endfunction()
 
@@ -130,24 +122,20 @@ function(kinome_add_wide_parts name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "UNITE" "INCLUDE;LINK;USES" "")
   kinome_find_highway()
   kinome_list_isas(isas)
-  foreach(isa IN LISTS isas ITEMS baseline)
-    set(suffix "_${isa}")
-    if(isa STREQUAL baseline)
-      set(isa)
-      set(suffix)
+  foreach(isa IN LISTS isas ITEMS "")  # "" is the baseline
+    set(suffix)
+    if(isa)
+      set(suffix "_${isa}")
     endif()
     set(target ${name}${suffix})
     add_library(${target} STATIC ${arg_UNPARSED_ARGUMENTS})
     if(isa)
       target_compile_options(${target} PRIVATE -march=${isa})
     endif()
-    target_link_libraries(${target} PUBLIC kinome::core hwy::hwy
+    target_link_libraries(${target} PUBLIC kinome::core hwy::hwy ${arg_USES}
       PRIVATE $<BUILD_INTERFACE:kinome_options>)
     if(arg_LINK)
       target_link_libraries(${target} PUBLIC ${arg_LINK}${suffix})
-    endif()
-    if(arg_USES)
-      target_link_libraries(${target} PUBLIC ${arg_USES})
     endif()
     if(arg_INCLUDE)
       get_filename_component(folder "${arg_INCLUDE}" ABSOLUTE)
