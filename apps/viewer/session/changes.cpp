@@ -98,19 +98,11 @@ void ChangeHistory::note(Edits before) {
   done_.push_back({std::move(before), now});
 }
 
-bool ChangeHistory::undo(SceneEditor& editor,
-                         const std::function<void(const std::string&)>& report) {
-  if (done_.empty()) return false;
-  const Edits before = std::move(done_.back().before);
+void ChangeHistory::undo(SceneEditor& editor) {
+  Edits before = std::move(done_.back().before);
   done_.pop_back();
-  try {
-    editor.set(before);
-    editor.update();
-    return true;
-  } catch (const std::exception& fault) {
-    report(text_of(fault));
-    return false;
-  }
+  editor.set(std::move(before));
+  editor.update();
 }
 
 }  // namespace kinome::viewer

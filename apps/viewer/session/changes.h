@@ -29,8 +29,8 @@ class ChangeHistory {
   /// removed. Returns true if the scene has changed. Calls `report` with each error.
   bool make(SceneEditor& editor, const std::vector<Change>& changes,
             const std::function<void(const std::string&)>& report);
-  /// Undoes the last change. Returns false if there is none, or if it can't be undone.
-  bool undo(SceneEditor& editor, const std::function<void(const std::string&)>& report);
+  /// Undoes the last change; only if can_undo(). Throws Error if that fails.
+  void undo(SceneEditor& editor);
   bool can_undo() const { return !done_.empty(); }
   void forget() { done_.clear(); }
 

@@ -90,27 +90,23 @@ uint64_t RenderSession::set(Edits edits, bool is_moving, bool is_undoable) {
 void RenderSession::undo() {
   request(true, {Request::Kind::kUndo, [this] {
                    if (!history_.can_undo()) return;
-                   bool is_new = false;
-                   {
+                   const bool is_new = attempt([this] {
                      const std::lock_guard lock(scene_mutex_);
-                     is_new =
-                         history_.undo(*editor_, [this](const auto& text) { say(true, text); });
-                   }
+                     history_.undo(*editor_);
+                   });
                    if (is_new) take_edited_scene();
                  }});
 }
 
 void RenderSession::set_integrator(std::string name) {
   request(true, {Request::Kind::kOther, [this, name = std::move(name)] {
-                   try {
+                   const bool is_new = attempt([&] {
                      const std::lock_guard lock(scene_mutex_);
                      scene_ = with_integrator(*editor_, name);
                      integrator_ = name;
                      preview_scene_.reset();
-                   } catch (const std::exception& fault) {
-                     return say(true, text_of(fault));
-                   }
-                   begin_anew();
+                   });
+                   if (is_new) begin_anew();
                  }});
 }
 
@@ -148,12 +144,10 @@ void RenderSession::render(uint32_t samples) {
 }
 
 void RenderSession::run_now(const Task& task) {
-  try {
+  attempt([&] {
     const std::lock_guard lock(scene_mutex_);
     task({*editor_, *scene_, sensor(), context_->scheduler.threads()});
-  } catch (const std::exception& fault) {
-    say(true, text_of(fault));
-  }
+  });
 }
 
 void RenderSession::run(Task task) {

@@ -211,6 +211,8 @@ class RenderSession {
   void make_at_the_end();
   void make_changes(const Request& settings);
   void run_now(const Task& task);
+  /// Returns true unless `function` throws, which becomes a message.
+  bool attempt(const std::function<void()>& function);
   void warn(const std::string& text);
   std::optional<Pick> picked(const Vec2& film_position) const;
   void take_edited_scene();

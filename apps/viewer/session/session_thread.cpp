@@ -109,15 +109,18 @@ bool RenderSession::is_still() const {
   return Clock::now() - last_change_ > kStillInterval;
 }
 
+bool RenderSession::attempt(const std::function<void()>& function) {
+  try {
+    function();
+    return true;
+  } catch (const std::exception& fault) {
+    say(true, text_of(fault));
+    return false;
+  }
+}
+
 void RenderSession::work() {
-  const auto guarded = [this](const auto& function) {
-    try {
-      function();
-    } catch (const std::exception& fault) {
-      say(true, text_of(fault));
-    }
-  };
-  guarded([&] {
+  attempt([&] {
     context_ = std::make_unique<RenderContext>(
         RenderOptions{.threads = options_.threads,
                       .seed = options_.seed,
@@ -128,7 +131,7 @@ void RenderSession::work() {
   notify();
   while (true) {
     if (scene_ && !wants_preview_ && (!is_moving_ || is_still())) {
-      guarded([&] { publish_info(); });
+      attempt([&] { publish_info(); });
     }
     std::vector<Request> requests;
     {
@@ -179,7 +182,7 @@ void RenderSession::work() {
     }
     notify();
   }
-  guarded([&] { make_at_the_end(); });
+  attempt([&] { make_at_the_end(); });
   live_.reset();
 }
 
