@@ -71,21 +71,17 @@ class ComparePanel final : public Panel {
  private:
   void draw_reference(Frame& frame) {
     ImGui::InputTextWithHint("reference##file", "file.exr", path_, sizeof path_);
-    if (ImGui::Button("Load")) {
+    const auto set = [&](const auto&... source) {
       try {
-        set_reference(frame, std::make_shared<const Reference>(std::string(path_)));
+        set_reference(frame, std::make_shared<const Reference>(source...));
       } catch (const std::exception& fault) {
         fault_ = fault.what();
       }
-    }
+    };
+    if (ImGui::Button("Load")) set(std::string(path_));
     ImGui::SameLine();
     if (ImGui::Button("Keep this picture") && frame.picture) {
-      try {
-        set_reference(frame,
-                      std::make_shared<const Reference>(frame.picture->image, "kept picture"));
-      } catch (const std::exception& fault) {
-        fault_ = fault.what();
-      }
+      set(frame.picture->image, "kept picture");
     }
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("Use this picture as the reference");
     if (display_->reference) {

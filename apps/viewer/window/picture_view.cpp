@@ -12,23 +12,20 @@ namespace {
 
 constexpr float kMaxZoom = 256;
 
-void to_srgb(const Picture& picture, std::vector<uint8_t>& rgba) {
-  static const ToneMapper plain{Tone()};
-  rgba = plain.map(picture.image);
-}
-
 }  // namespace
 
-PictureView::PictureView() : tone_(to_srgb) {}
-
 void PictureView::set_tone(ToneFunction tone) {
-  tone_ = tone ? std::move(tone) : to_srgb;
+  tone_ = std::move(tone);
   refresh();
 }
 
 void PictureView::upload(const Picture& picture) {
   const auto& image = picture.image;
-  tone_(picture, rgba_);
+  if (tone_) {
+    tone_(picture, rgba_);
+  } else {
+    rgba_ = ToneMapper(Tone()).map(image);
+  }
   rgba_.resize(4 * static_cast<size_t>(image.width) * image.height);
   texture_.set(image.width, image.height, rgba_);
   shown_generation_ = picture.generation;

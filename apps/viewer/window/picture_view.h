@@ -35,9 +35,7 @@ using ToneFunction = std::function<void(const Picture& picture, std::vector<uint
 /// Displays an image with zoom and offset. For the thread of the OpenGL context only.
 class PictureView {
  public:
-  PictureView();
-
-  /// Replaces the default tone mapping, plain sRGB, and converts the image again.
+  /// Replaces the default tone mapping, plain sRGB (nullptr), and converts the image again.
   void set_tone(ToneFunction tone);
   /// Converts the image again. Call it when the settings of the ToneFunction have changed.
   void refresh() { shown_generation_ = 0; }
