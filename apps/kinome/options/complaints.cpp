@@ -23,49 +23,45 @@ std::string name_in(const std::string& word) {
   return word.substr(0, word.find('='));
 }
 
-/// Returns advice on options of other renderers and versions of Mitsuba that have another name or
-/// none in Kinome; nullptr for all other options.
-const char* advice_on(const std::string& name) {
-  static const std::map<std::string, const char*> advice = {
-      {"-p", "-t COUNT sets the number of threads"},
-      {"-z", "-q prints no progress"},
-      {"-b", "leave it out: the size of blocks can't be set"},
-      {"--block-size", "leave it out: the size of blocks can't be set"},
-      {"-u", "leave it out: scenes of Mitsuba 0.4 to 3 are loaded as they are"},
-      {"--update", "leave it out: scenes of Mitsuba 0.4 to 3 are loaded as they are"},
-      {"-w", "leave it out: warnings never end a render"},
-      {"-r", "--checkpoint FILE saves finished tiles"},
-      {"-c", "--part renders a part of the image, for kinome merge"},
-      {"--size", "the scene sets the film's size; -D sets parameters of the scene"},
-      {"--resolution", "the scene sets the film's size; -D sets parameters of the scene"},
-      {"--denoise", "there is no denoiser"},
-      {"-i", "-D integrator=NAME sets the integrator of scenes that use $integrator"},
-      {"-O", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
-      {"-S", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
-      {"-W", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
-      {"-V", "leave it out: it is for Mitsuba's LLVM and CUDA variants"},
-      {"--mpi", "this build of kinome has no MPI"}};
-  const auto found = advice.find(name);
-  return found == advice.end() ? nullptr : found->second;
+/// Texts about options of other renderers and of other versions of Mitsuba.
+using Table = std::vector<std::pair<std::string, Words>>;
+
+/// Returns the text about an option; "" if there is none.
+std::string text_about(const std::string& name, const Table& table) {
+  for (const auto& [text, names] : table) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) return text;
+  }
+  return "";
 }
 
-/// Returns the scene parameter that has the effect of another renderer's option; "" if no parameter
-/// does.
+/// Returns advice on an option that has another name or none in Kinome.
+std::string advice_on(const std::string& name) {
+  static const Table advice = {
+      {"-t COUNT sets the number of threads", {"-p"}},
+      {"-q prints no progress", {"-z"}},
+      {"leave it out: the size of blocks can't be set", {"-b", "--block-size"}},
+      {"leave it out: scenes of Mitsuba 0.4 to 3 are loaded as they are", {"-u", "--update"}},
+      {"leave it out: warnings never end a render", {"-w"}},
+      {"--checkpoint FILE saves finished tiles", {"-r"}},
+      {"--part renders a part of the image, for kinome merge", {"-c"}},
+      {"the scene sets the film's size; -D sets parameters of the scene",
+       {"--size", "--resolution"}},
+      {"there is no denoiser", {"--denoise"}},
+      {"-D integrator=NAME sets the integrator of scenes that use $integrator", {"-i"}},
+      {"leave it out: it is for Mitsuba's LLVM and CUDA variants", {"-O", "-S", "-W", "-V"}},
+      {"this build of kinome has no MPI", {"--mpi"}}};
+  return text_about(name, advice);
+}
+
+/// Returns the scene parameter that has the effect of another renderer's option.
 std::string scene_parameter(const std::string& name) {
-  static const std::map<std::string, std::string> parameters = {{"--spp", "spp"},
-                                                                {"--samples", "spp"},
-                                                                {"--sample-count", "spp"},
-                                                                {"--sample_count", "spp"},
-                                                                {"--width", "resx"},
-                                                                {"--height", "resy"},
-                                                                {"--resx", "resx"},
-                                                                {"--resy", "resy"},
-                                                                {"--integrator", "integrator"},
-                                                                {"--max-depth", "max_depth"},
-                                                                {"--max_depth", "max_depth"},
-                                                                {"--depth", "max_depth"}};
-  const auto found = parameters.find(name);
-  return found == parameters.end() ? "" : found->second;
+  static const Table parameters = {
+      {"spp", {"--spp", "--samples", "--sample-count", "--sample_count"}},
+      {"resx", {"--width", "--resx"}},
+      {"resy", {"--height", "--resy"}},
+      {"integrator", {"--integrator"}},
+      {"max_depth", {"--max-depth", "--max_depth", "--depth"}}};
+  return text_about(name, parameters);
 }
 
 Words option_names(const CLI::App& app) {
@@ -77,8 +73,7 @@ Words option_names(const CLI::App& app) {
 }
 
 bool has_option(const CLI::App& app, const std::string& name) {
-  const Words names = option_names(app);
-  return std::find(names.begin(), names.end(), name) != names.end();
+  return app.get_option_no_throw(name) != nullptr;
 }
 
 /// The value that is given to the option `word`, by '=' or as the next word; "" if there is none.
@@ -102,8 +97,8 @@ std::string unknown_option(const CLI::App& app, const std::string& word, const W
     return text + " (did you mean '-D " + parameter + "=" + (value.empty() ? "VALUE" : value) +
            "', which sets $" + parameter + " in the scene?)";
   }
-  const char* const advice = has_option(app, "--checkpoint") ? advice_on(name) : nullptr;
-  if (advice) return text + "; " + advice;
+  const std::string advice = has_option(app, "--checkpoint") ? advice_on(name) : "";
+  if (!advice.empty()) return text + "; " + advice;
   const bool is_letter = name.size() == 2;
   return text + (is_letter ? "" : did_you_mean(nearest_name(twice, option_names(app))));
 }
