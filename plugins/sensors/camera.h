@@ -169,12 +169,7 @@ struct CameraRay {
   wide::VecOf<F> o, d;
   F tmin, tmax;
 
-  Ray one() const {
-    Ray ray;
-    ray.o = o, ray.d = d;
-    ray.tmin = tmin, ray.tmax = tmax;
-    return ray;
-  }
+  Ray one() const { return {o, d, tmin, tmax}; }
 };
 
 /// Transform a vector or a point, or several (wide::Vec3).
@@ -192,22 +187,6 @@ inline wide::Vec3 transform_point(const Transform& to_world, const wide::Vec3& p
   return transform_vector(to_world, p) + wide::Vec3(Vec3(to_world.matrix()[3]));
 }
 
-/// Implements Sensor::sample_ray_block by camera.ray(film_position, aperture) with wide::Float.
-template <class Camera>
-void make_rays(const Camera& camera, const Columns2& film_position, const Columns2& aperture,
-               size_t count, RayHit16* out) {
-  wide::for_lanes(count, [&](size_t i) {
-    const CameraRay<wide::Float> ray = camera.template ray<wide::Float>(
-        wide::Vec2::load(film_position, i), wide::Vec2::load(aperture, i));
-    Ray16& to = out[i / kBlockLanes].ray;
-    const size_t lane = i % kBlockLanes;
-    ray.o.store({to.ox, to.oy, to.oz}, lane);
-    ray.d.store({to.dx, to.dy, to.dz}, lane);
-    ray.tmin.store(to.tmin + lane);
-    ray.tmax.store(to.tmax + lane);
-  });
-}
-
 /// One SensorConnection (F is float) or a vector of them (F is wide::Float).
 template <class F>
 struct Connection {
@@ -221,20 +200,6 @@ struct Connection {
     return SensorConnection{film_position, d, distance, weight};
   }
 };
-
-/// Implements Sensor::connect_block by camera.connection(p, aperture) with wide::Float.
-template <class Camera>
-void make_connections(const Camera& camera, const Columns3& p, const Columns2& aperture,
-                      size_t count, const ConnectionBlock& out) {
-  wide::for_lanes(count, [&](size_t i) {
-    const Connection<wide::Float> c = camera.template connection<wide::Float>(
-        wide::Vec3::load(p, i), wide::Vec2::load(aperture, i));
-    c.film_position.store(out.film_position, i);
-    select(c.is_seen, c.d, wide::Vec3(0.f, 0.f, 1.f)).store(out.d, i);
-    c.distance.store(out.distance + i);
-    select(c.is_seen, c.weight).store(out.weight + i);
-  });
-}
 
 template <class V2>
 auto contains(const Rect& pixels, const V2& p) {
@@ -277,14 +242,30 @@ class FormulaSensor : public ParsedSensor {
   }
   void sample_ray_block(const Columns2& film_position, const Columns2& aperture, size_t count,
                         RayHit16* out) const override {
-    make_rays(self(), film_position, aperture, count, out);
+    wide::for_lanes(count, [&](size_t i) {
+      const CameraRay<wide::Float> ray = self().template ray<wide::Float>(
+          wide::Vec2::load(film_position, i), wide::Vec2::load(aperture, i));
+      Ray16& to = out[i / kBlockLanes].ray;
+      const size_t lane = i % kBlockLanes;
+      ray.o.store({to.ox, to.oy, to.oz}, lane);
+      ray.d.store({to.dx, to.dy, to.dz}, lane);
+      ray.tmin.store(to.tmin + lane);
+      ray.tmax.store(to.tmax + lane);
+    });
   }
   std::optional<SensorConnection> connect(const Vec3& p, const Vec2& aperture) const override {
     return self().template connection<float>(p, aperture).one();
   }
   void connect_block(const Columns3& p, const Columns2& aperture, size_t count,
                      const ConnectionBlock& out) const override {
-    make_connections(self(), p, aperture, count, out);
+    wide::for_lanes(count, [&](size_t i) {
+      const Connection<wide::Float> c = self().template connection<wide::Float>(
+          wide::Vec3::load(p, i), wide::Vec2::load(aperture, i));
+      c.film_position.store(out.film_position, i);
+      select(c.is_seen, c.d, wide::Vec3(0.f, 0.f, 1.f)).store(out.d, i);
+      c.distance.store(out.distance + i);
+      select(c.is_seen, c.weight).store(out.weight + i);
+    });
   }
 
  protected:

@@ -52,18 +52,13 @@ class Distant final : public ParsedSensor {
   bool needs_aperture_sample() const override { return true; }
 
   Ray sample_ray(const Vec2&, const Vec2& aperture) const override {
-    Ray ray;
-    ray.d = frame_.n;
-    ray.tmin = 0;
-    ray.tmax = kInfinity;
+    const Vec3& d = frame_.n;
     if (shape_ || target_) {
       const Vec3 target = shape_ ? shape_->sample_surface(aperture).p : *target_;
-      ray.o = target - ray.d * (2 * radius_);  // outside the scene if the target is inside
-    } else {
-      const Vec2 p = square_to_disk_concentric(aperture) * radius_;
-      ray.o = centre_ + frame_.s * p.x + frame_.t * p.y - ray.d * radius_;
+      return {target - d * (2 * radius_), d};  // outside the scene if the target is inside
     }
-    return ray;
+    const Vec2 p = square_to_disk_concentric(aperture) * radius_;
+    return {centre_ + frame_.s * p.x + frame_.t * p.y - d * radius_, d};
   }
 
  private:

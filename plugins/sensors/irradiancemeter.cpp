@@ -8,8 +8,6 @@
 //     </sensor>
 //   </shape>
 
-#include <numbers>
-
 #include "kinome/error.h"
 #include "kinome/plugin.h"
 #include "kinome/shape.h"
@@ -25,7 +23,7 @@ class IrradianceMeter final : public ParsedSensor {
  public:
   explicit IrradianceMeter(const Properties& props) : ParsedSensor(props) {
     // Directions are sampled with density cosine / pi.
-    film_->set_response(std::numbers::pi_v<float>);
+    film_->set_response(kPi);
   }
 
   bool is_surface() const override { return true; }
@@ -39,12 +37,8 @@ class IrradianceMeter final : public ParsedSensor {
     const Vec2 size(film_->width(), film_->height());
     const Vec2 u = glm::clamp(film_position / size, Vec2(0.f), Vec2(kOneMinusEpsilon));
     const SurfaceInteraction si = shape_->sample_surface(u);
-    Ray ray;
-    ray.d = si.frame.to_world(square_to_cosine_hemisphere(aperture));
-    ray.o = si.ray_origin(ray.d);
-    ray.tmin = 0;
-    ray.tmax = kInfinity;
-    return ray;
+    const Vec3 d = si.frame.to_world(square_to_cosine_hemisphere(aperture));
+    return {si.ray_origin(d), d};
   }
 
  private:

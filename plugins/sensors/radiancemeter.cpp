@@ -25,8 +25,6 @@ class RadianceMeter final : public ParsedSensor {
  public:
   explicit RadianceMeter(const Properties& props) : ParsedSensor(props) {
     check_film_of_one_pixel(props, *film_);
-    ray_.tmin = 0;
-    ray_.tmax = kInfinity;
     if (props.has("origin") != props.has("direction")) {
       throw props.error(props.has("origin") ? "origin" : "direction",
                         "requires both origin and direction");

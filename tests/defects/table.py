@@ -39,7 +39,7 @@ DEFECTS = [Defect(*row) for row in (
      "clustered", "*PhongJoint"),
 
     ("irradiance_without_pi", "plugins/sensors/irradiancemeter.cpp",
-     "std::numbers::pi_v<float>", "1.f",
+     "kPi", "1.f",
      "path", "IrradianceMeter.*"),
     ("cross_section_too_small", "plugins/sensors/distant.cpp",
      "square_to_disk_concentric(aperture) * radius_",
