@@ -2,42 +2,51 @@
 
 #include <iterator>
 
+#include "plugin/property_types.h"
+
 namespace kinome {
+namespace {
+
+/// Properties of a ParameterType.
+struct TypeRow {
+  const char* name;
+  const char* values;  ///< accepted values
+  Quantity quantity = Quantity::kNone;
+};
+constexpr TypeRow kTypes[] = {  // in the order of ParameterType
+    {"boolean", "a boolean"},
+    {"integer", "an integer"},
+    {"float", "a float"},
+    {"string", "a string"},
+    {"float or name", "a float or a name"},
+    {"file", "a string (a file name)"},
+    {"vector", "a vector (point or vector)"},
+    {"emission", "a color (rgb, spectrum or float)", Quantity::kEmission},
+    {"emission texture", "a texture, color or float", Quantity::kEmission},
+    {"reflectance texture", "a texture, color or float", Quantity::kReflectance},
+    {"unitless texture", "a texture, color or float", Quantity::kUnitless},
+    {"color texture", "a texture, color or float", Quantity::kColor},
+    {"transform", "a transform"},
+    {"pixels", "an array of pixels"},
+    {"object", "an object"}};
+static_assert(std::size(kTypes) == static_cast<size_t>(ParameterType::kObject) + 1);
+
+const TypeRow& row_of(ParameterType type) {
+  return kTypes[static_cast<size_t>(type)];
+}
+
+}  // namespace
 
 const char* to_string(ParameterType type) {
-  constexpr const char* kTypeNames[] = {"boolean",
-                                        "integer",
-                                        "float",
-                                        "string",
-                                        "float or name",
-                                        "file",
-                                        "vector",
-                                        "emission",
-                                        "emission texture",
-                                        "reflectance texture",
-                                        "unitless texture",
-                                        "color texture",
-                                        "transform",
-                                        "pixels",
-                                        "object"};
-  static_assert(std::size(kTypeNames) == static_cast<size_t>(ParameterType::kObject) + 1);
-  return kTypeNames[static_cast<size_t>(type)];
+  return row_of(type).name;
+}
+
+std::string describe(ParameterType type) {
+  return row_of(type).values;
 }
 
 Quantity quantity_of(ParameterType type) {
-  switch (type) {
-    case ParameterType::kEmission:
-    case ParameterType::kEmissionTexture:
-      return Quantity::kEmission;
-    case ParameterType::kReflectanceTexture:
-      return Quantity::kReflectance;
-    case ParameterType::kUnitlessTexture:
-      return Quantity::kUnitless;
-    case ParameterType::kColorTexture:
-      return Quantity::kColor;
-    default:
-      return Quantity::kNone;
-  }
+  return row_of(type).quantity;
 }
 
 bool takes_texture(ParameterType type) {

@@ -71,32 +71,6 @@ std::string describe(const Properties::Value& value) {
   return std::visit(Visitor{}, value);
 }
 
-std::string describe(ParameterType type) {
-  switch (type) {
-    case ParameterType::kInteger:
-      return "an integer";
-    case ParameterType::kFloatOrName:
-      return "a float or a name";
-    case ParameterType::kFile:
-      return "a string (a file name)";
-    case ParameterType::kVector:
-      return "a vector (point or vector)";
-    case ParameterType::kEmission:
-      return "a color (rgb, spectrum or float)";
-    case ParameterType::kEmissionTexture:
-    case ParameterType::kReflectanceTexture:
-    case ParameterType::kUnitlessTexture:
-    case ParameterType::kColorTexture:
-      return "a texture, color or float";
-    case ParameterType::kImage:
-      return "an array of pixels";
-    case ParameterType::kObject:
-      return "an object";
-    default:
-      return std::string("a ") + to_string(type);
-  }
-}
-
 std::string describe(const Parameter& parameter) {
   return parameter.type == ParameterType::kObject ? with_article(parameter.category)
                                                   : describe(parameter.type);
