@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "kinome/plugin.h"
 #include "kinome/texture.h"
-#include "kinome/wide/bytes.h"
 #include "kinome/wide/vectors.h"
 #include "stored_image.h"
 #include "to_uv.h"
@@ -42,6 +42,16 @@ constexpr Parameter kParameters[] = {
 
 enum class Filter { kBilinear, kNearest };
 enum class Wrap { kRepeat, kMirror, kClamp };
+
+/// Loads bytes p[i] ... p[i + 3] in each lane, the first one lowest. All four must be readable, and
+/// indices must not be negative.
+KINOME_WIDE wide::Int gather_bytes(const uint8_t* p, wide::Int i) {
+  alignas(kColumnAlignment) int32_t index[wide::kLanes];
+  alignas(kColumnAlignment) uint32_t value[wide::kLanes];
+  i.store(index);
+  for (size_t lane = 0; lane < wide::kLanes; ++lane) std::memcpy(value + lane, p + index[lane], 4);
+  return wide::Int::load(value);
+}
 
 class Bitmap final : public Texture {
  public:
@@ -182,7 +192,7 @@ class Bitmap final : public Texture {
       return image_.channels == 1 ? wide::Rgb(r)
                                   : wide::Rgb(r, gather(p + 1, first), gather(p + 2, first));
     }
-    const wide::Int bytes = as_int(gather_bytes(image_.bytes.data(), first));
+    const wide::Int bytes = gather_bytes(image_.bytes.data(), first);
     const auto decode = [&](wide::Int byte) { return gather(decoded_.data(), byte & 255); };
     const wide::Float r = decode(bytes);
     return image_.channels == 1
