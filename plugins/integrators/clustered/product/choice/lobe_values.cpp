@@ -79,8 +79,7 @@ void LobeValues::glossy(const GroupView& group, const Directions& to, const Lobe
   const TilePrimaries& primaries = group.primaries;
   simd::evaluate_microfacets(kind_of(form), microfacet_of(form),
                              patch.is_uniform ? nullptr : &primaries.microfacets(), patch.lobe,
-                             group.points(), to.member, to.dx, to.dy, to.dz, to.count,
-                             {{out.f[0], out.f[1], out.f[2]}, out.density});
+                             group.points(), to.member, to.dx, to.dy, to.dz, to.count, out);
   if (form.is_turned) {
     simd::multiply_turned_factors(primaries.turned(), group.points(), to.member, to.dx, to.dy, to.dz,
                                   to.count, out.f);

@@ -11,11 +11,8 @@ struct Directions {
   const float *dx, *dy, *dz;
   size_t count;
 };
-/// BSDF values for each direction.
-struct LobeColumns {
-  float* f[3];     ///< BSDF x cosine
-  float* density;  ///< density of sampling the direction by the BSDF, per solid angle
-};
+/// BSDF x cosine for each direction, and the density of sampling it by the BSDF, per solid angle.
+using LobeColumns = simd::MicrofacetValues;
 
 /// Returns the fraction of a patch's BSDF samples that are drawn by the cosine. The rest are drawn
 /// from the glossy lobe.

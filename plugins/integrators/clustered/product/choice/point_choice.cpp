@@ -18,18 +18,13 @@ constexpr float kSoftening = 0.3f;
 
 }  // namespace
 
-/// Makes room in each column for all points. New points have no power.
-void PointChoice::grow() {
-  if (columns_[kPower].size() < points_.size()) {
-    for (auto& column : columns_) column.resize(2 * points_.size());
-  }
-}
-
 PointChoice::Block PointChoice::take(const LocalChoice& choice, uint32_t bits, uint32_t edges) {
   Block taken{points_.size(), points_.size()};
   const LocalChoice::Block block = choice.block(bits);
   points_.resize(taken.begin + padded(block.size));
-  grow();
+  if (columns_[kPower].size() < points_.size()) {
+    for (auto& column : columns_) column.resize(2 * points_.size());
+  }
   for (uint32_t i = 0; i < block.size; ++i) {
     const LightPoint& point = light_.local_points.points[block.point[i]];
     const bool is_padding = block.weight[i] == 0;

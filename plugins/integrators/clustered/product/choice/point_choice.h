@@ -46,8 +46,6 @@ class PointChoice {
   /// Columns of the points that choose() reads.
   enum Number { kPosition, kNormal = 3, kGeometric = 6, kPower = 9, kOdds, kWeight, kNumbers };
 
-  void grow();
-
   const CellLight& light_;
   std::vector<uint32_t> points_;  ///< indices into the local points of the pass, padded
   Column<float> columns_[kNumbers];

@@ -102,7 +102,7 @@ const SharedCandidates::Set* SharedCandidates::find(const GroupView& group) {
 }
 
 Rgb SharedCandidates::variate(const GroupView& group) const {
-  const PointNode& node = node_of(group);
+  const PointNode& node = nodes_.nodes()[nodes_.of(group.primary(0))];
   const Vec3 offset = node.offset(group.group.normal, group.group.viewer);
   const float likeness =
       std::exp(-glm::dot(offset, offset) / (kVariateReach2 * group.patch.alpha2()));
@@ -118,10 +118,6 @@ Rgb SharedCandidates::variate(const GroupView& group) const {
     if (first > kMinSpecular) part[c] = std::min(kMaxRatio * points, specular[c] / first);
   }
   return likeness * part;
-}
-
-Directions SharedCandidates::directions(const Set& set, uint32_t block) const {
-  return candidates_.directions(set.first + block * set.size);
 }
 
 simd::SharedValues SharedCandidates::values(const Set& set, uint32_t block) const {
@@ -210,10 +206,9 @@ void SharedCandidates::evaluate(const PointNode& node, Set& set) {
   const size_t first = set.first, size = set.blocks * set.size;
   const Directions to = candidates_.directions(first);
   const LobeColumns out = candidates_.lobe_columns(first);
-  simd::evaluate_microfacets(kind_of(patch.form), microfacet_of(patch.form), nullptr,
-                             lobe_of(node), {mean_point_, mean_id_.data(), 1},
-                             mean_member_.data(), to.dx, to.dy, to.dz, size,
-                             {{out.f[0], out.f[1], out.f[2]}, out.density});
+  simd::evaluate_microfacets(kind_of(patch.form), microfacet_of(patch.form), nullptr, lobe_of(node),
+                             {mean_point_, mean_id_.data(), 1}, mean_member_.data(), to.dx, to.dy,
+                             to.dz, size, out);
   const Visibility& visibility = visibility_[node.patch];
   const simd::CandidateQuery query{importance_.values(),
                                    importance_.inverse_total(),

@@ -56,16 +56,15 @@ class SharedCandidates {
   /// point.
   Rgb variate(const GroupView& group) const;
   /// The candidates of block `block` of a set.
-  Directions directions(const Set& set, uint32_t block) const;
+  Directions directions(const Set& set, uint32_t block) const {
+    return candidates_.directions(set.first + block * set.size);
+  }
   const uint32_t* cells(const Set& set, uint32_t block) const {
     return &candidates_.cell[set.first + block * set.size];
   }
   simd::SharedValues values(const Set& set, uint32_t block) const;
 
  private:
-  const PointNode& node_of(const GroupView& group) const {
-    return nodes_.nodes()[nodes_.of(group.primary(0))];
-  }
   bool may_share(const PointNode& node) const;
   void choose_counts(const PointNode& node, Set& set) const;
   void draw(const PointNode& node, Set& set, uint64_t seed);

@@ -240,10 +240,16 @@ class LocalLight {
   };
   /// Returns the place of light that reaches `si` by several edges. cos_light: cosine of the
   /// direction to the light, in the shading frame.
-  Place deep_place(const SurfaceInteraction& si, float cos_light) const;
+  Place deep_place(const SurfaceInteraction& si, float cos_light) const {
+    const uint32_t cell = bounce_cell(si, cos_light >= 0 ? 1.f : -1.f);
+    return {cell, deep_ratios_[cell]};
+  }
   /// Returns the place of the third surface point of a path from the eye, for points of any light
   /// on the side of si.wi.
-  Place third_place(const SurfaceInteraction& si) const;
+  Place third_place(const SurfaceInteraction& si) const {
+    const uint32_t cell = bounce_cell(si, si.wi.z >= 0 ? 1.f : -1.f);
+    return {cell, third_ratios_[cell]};
+  }
   /// Returns Place::eye_ratio of third_place() in this cell.
   float third_ratio(uint32_t cell) const { return third_ratios_[cell]; }
   /// Returns place and density of light that a ray along d from `si` found at x (nullptr: the sky).
@@ -313,9 +319,16 @@ class LocalLight {
   uint32_t parts_at(const LightPoint& point) const;
   void land(const LightWalk& walk, const SurfaceInteraction& si, float distance, Drawn& out) const;
   LocalPoints sort_by_cell(std::vector<Drawn>& chunks, const Scheduler& scheduler) const;
-  uint32_t surface_cell(const SurfaceInteraction& si) const;
-  uint32_t bounce_cell(const SurfaceInteraction& si, float side) const;
-  SourceChoice::At asked_at(const SurfaceInteraction& y, float side) const;
+  uint32_t surface_cell(const SurfaceInteraction& si) const {
+    return lamp_cells_ + surface_partition_.cell_of({si.p, si.frame.n});
+  }
+  /// `side`: 1 for the side of the shading normal, -1 for the other.
+  uint32_t bounce_cell(const SurfaceInteraction& si, float side) const {
+    return lamp_cells_ + surface_cells_ + bounce_partition_.cell_of({si.p, si.frame.n * side});
+  }
+  SourceChoice::At asked_at(const SurfaceInteraction& y, float side) const {
+    return arrivals_.at(y.p, y.frame.n * side);
+  }
   /// Returns the density at which an eye path samples light along d (from the light) at y, relative
   /// to that of the pass's points at y without a guide. Both are conditional on the point x on the
   /// light, if it has a surface. `probability` is that of the eye path selecting the source.

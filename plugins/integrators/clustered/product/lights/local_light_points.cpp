@@ -133,24 +133,12 @@ LocalPoints LocalLight::draw(uint64_t seed, RenderContext& context, float share)
   return points;
 }
 
-uint32_t LocalLight::surface_cell(const SurfaceInteraction& si) const {
-  return lamp_cells_ + surface_partition_.cell_of({si.p, si.frame.n});
-}
-
 LocalLight::Place LocalLight::surface_place(const SurfaceInteraction& si) const {
   const Source& source = sources_[source_of_.at(si.shape->emitter())];
   const float density =
       static_cast<float>(surface_count_) * source.surface_share / si.shape->area();
   const uint32_t cell = surface_cell(si);
   return {cell, eye_factors_[cell] / density};
-}
-
-uint32_t LocalLight::bounce_cell(const SurfaceInteraction& si, float side) const {
-  return lamp_cells_ + surface_cells_ + bounce_partition_.cell_of({si.p, si.frame.n * side});
-}
-
-SourceChoice::At LocalLight::asked_at(const SurfaceInteraction& y, float side) const {
-  return arrivals_.at(y.p, y.frame.n * side);
 }
 
 float LocalLight::eye_ratio(const Source& source, float probability, const SurfaceInteraction* x,
@@ -221,16 +209,6 @@ LocalLight::Place LocalLight::bounce_place(const Source& source, float probabili
                                            const Vec3& d, float distance) const {
   const uint32_t cell = bounce_cell(y, glm::dot(y.frame.n, d) >= 0 ? 1.f : -1.f);
   return {cell, eye_factors_[cell] * eye_ratio(source, probability, x, y, -d, distance)};
-}
-
-LocalLight::Place LocalLight::deep_place(const SurfaceInteraction& si, float cos_light) const {
-  const uint32_t cell = bounce_cell(si, cos_light >= 0 ? 1.f : -1.f);
-  return {cell, deep_ratios_[cell]};
-}
-
-LocalLight::Place LocalLight::third_place(const SurfaceInteraction& si) const {
-  const uint32_t cell = bounce_cell(si, si.wi.z >= 0 ? 1.f : -1.f);
-  return {cell, third_ratios_[cell]};
 }
 
 LocalLight::Found LocalLight::found_arrival(const SurfaceInteraction& si, const Vec3& d,

@@ -143,12 +143,6 @@ void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibilit
   }
 }
 
-void TileKnowledge::begin_learning(int index) {
-  Tile& tile = tiles_[index];
-  tile.learned.clear();
-  if (remembers()) tile.learned.resize(tile.patches.size() * 2 * padded_cells_);
-}
-
 void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner, Visibility& out) {
   Tile& tile = tiles_[index];
   Patch& patch = tile.patches[p];

@@ -40,8 +40,9 @@ class TileKnowledge {
   template <class Function>
   void learn(int tile, VisibilityLearner& learner, Visibility& scratch, const Function& fn) {
     check_sigma(tile, learner, scratch);
-    begin_learning(tile);
-    for (size_t p = 0; p < tiles_[tile].patches.size(); ++p) {
+    const size_t patches = tiles_[tile].patches.size();
+    tiles_[tile].learned.assign(remembers() ? patches * 2 * padded_cells_ : 0, 0);
+    for (size_t p = 0; p < patches; ++p) {
       learn_patch(tile, p, learner, scratch);
       fn(p, scratch);
     }
@@ -86,7 +87,6 @@ class TileKnowledge {
   bool remembers() const { return grid_.crop().area() <= settings_.remembered_pixels; }
   bool checks_sigma() const { return settings_.checked_sigma && settings_.learned_sigma; }
   void check_sigma(int tile, VisibilityLearner& learner, Visibility& scratch);
-  void begin_learning(int tile);
   void learn_patch(int tile, size_t index, VisibilityLearner& learner, Visibility& out);
   enum class Own { kTaken, kLeftOut };
   void learn_from_around(int tile, const Patch& patch, VisibilityLearner& learner,

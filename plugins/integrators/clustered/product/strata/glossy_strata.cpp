@@ -72,17 +72,6 @@ void GlossyStrata::draw_from_cells(const GroupView& group, size_t first, uint32_
   }
 }
 
-void GlossyStrata::draw(const GroupView& view, const Counts& counts, uint64_t seed) {
-  const Group& group = view.group;
-  importance_.find({group.normal, group.viewer, group.cosine, view.patch.alpha2()});
-  first_ = candidates_.size();
-  drawn_ = {1u << counts.lobe_log2, importance_.total() > 0 ? counts.from_cells : 0};
-  const size_t first_of_cells = first_ + drawn_.from_lobe;
-  candidates_.resize(first_of_cells + padded(drawn_.from_cells));
-  draw_from_lobe(view, counts.lobe_log2, seed);
-  if (drawn_.from_cells > 0) draw_from_cells(view, first_of_cells, drawn_.from_cells, seed);
-}
-
 Rgb GlossyStrata::add(const GroupView& group, float candidates, uint64_t seed, Strata& strata) {
   if (const SharedCandidates::Set* const set = shared_.find(group)) {
     return take(group, *set, SharedCandidates::blocks_for(*set, candidates), seed, strata);
@@ -130,9 +119,17 @@ Rgb GlossyStrata::take(const GroupView& group, const SharedCandidates::Set& set,
 }
 
 Rgb GlossyStrata::add(const GroupView& group, const Counts& counts, uint64_t seed, Strata& strata) {
-  draw(group, counts, seed);
   DistantCandidates& c = candidates_;
-  const size_t first = first_, size = c.size() - first;
+  const Group& points = group.group;
+  importance_.find({points.normal, points.viewer, points.cosine, group.patch.alpha2()});
+  drawn_ = {1u << counts.lobe_log2, importance_.total() > 0 ? counts.from_cells : 0};
+  const size_t first = first_ = c.size();
+  const size_t size = drawn_.from_lobe + padded(drawn_.from_cells);
+  c.resize(first + size);
+  draw_from_lobe(group, counts.lobe_log2, seed);
+  if (drawn_.from_cells > 0) {
+    draw_from_cells(group, first + drawn_.from_lobe, drawn_.from_cells, seed);
+  }
   values_.glossy(group, c.directions(first), c.lobe_columns(first));
   const Strata::Columns columns = strata.append(Strata::Kind::kGlossy, group.index, size, first);
   const simd::CandidateQuery query{importance_.values(),

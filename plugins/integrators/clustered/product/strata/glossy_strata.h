@@ -62,7 +62,6 @@ class GlossyStrata {
   struct Drawn {
     uint32_t from_lobe = 0, from_cells = 0;
   };
-  void draw(const GroupView& group, const Counts& counts, uint64_t seed);
   void draw_from_lobe(const GroupView& group, uint32_t lobe_log2, uint64_t seed);
   void draw_from_cells(const GroupView& group, size_t first, uint32_t count, uint64_t seed);
 

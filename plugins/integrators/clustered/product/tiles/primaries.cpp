@@ -131,7 +131,10 @@ void Primaries::trace(uint64_t seed, RenderCounters& counters) {
   }
   std::fill_n(patch_.begin(), points().count, -1);
   describe();
-  find_viewers();
+  const SurfaceBlock& p = points();
+  wide::for_lanes(p.count, [&](size_t i) {
+    wide::frame_at(p, i).to_world(wide::Vec3::load(p.wi, i)).store(three(frames_.viewer), i);
+  });
 }
 
 /// Describes each material once, for all its shapes. The elements between their ranges are
@@ -159,14 +162,6 @@ void Primaries::describe() {
       bsdf->describe_block(points().part(first, end - first), forms.from(first));
     }
   }
-}
-
-void Primaries::find_viewers() {
-  const SurfaceBlock& p = points();
-  using namespace wide;
-  for_lanes(p.count, [&](size_t i) {
-    frame_at(p, i).to_world(wide::Vec3::load(p.wi, i)).store(three(frames_.viewer), i);
-  });
 }
 
 Ray TilePrimaries::last_part(size_t ray) const {

@@ -79,7 +79,6 @@ class Primaries {
   void place_pixel(int x, int y, size_t begin, size_t end, uint64_t seed);
   void find_width(Tile& tile) const;
   void describe();
-  void find_viewers();
 
   const View view_;
   std::optional<transport::Arena> arena_;  ///< columns of rays

@@ -113,20 +113,17 @@ void VisibilityLearner::add(std::span<const VisibilityRecord> records, uint32_t 
 
 /// The halves of a sum can't overflow, because both are at most kMaxWeight.
 void VisibilityLearner::sum_up() {
-  const auto sum = [](const Count* children, size_t count, std::vector<Count>& nodes) {
-    for (size_t i = 0; i < nodes.size(); ++i) {
+  size_t count = counts_.size() - kBlockLanes;
+  const Count* children = counts_.data();
+  for (Level& level : levels_) {
+    for (size_t i = 0; i < level.counts.size(); ++i) {
       Count of_node = 0;
       const size_t end = std::min(count, (i + 1) * kFanOut);
       for (size_t k = i * kFanOut; k < end; ++k) of_node += children[k];
-      nodes[i] = of_node;
+      level.counts[i] = of_node;
     }
-  };
-  size_t count = counts_.size() - kBlockLanes;
-  const Count* counts = counts_.data();
-  for (Level& level : levels_) {
-    sum(counts, count, level.counts);
     count = level.counts.size();
-    counts = level.counts.data();
+    children = level.counts.data();
   }
 }
 
