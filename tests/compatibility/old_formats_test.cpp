@@ -268,6 +268,10 @@ TEST(OldFormats, Textures) {
       "</texture>");
   expect_near(scaled->eval(Vec2(.1f)), Rgb(.2f));
   expect_near(scaled->mean(), Rgb(.15f));
+  const auto by_name = old<Texture>(
+      "<texture type='scale'><float name='scale' value='.5'/>"
+      "<texture name='value' type='checkerboard'/></texture>");
+  expect_near(by_name->mean(), Rgb(.15f));
   const auto coloured = old<Texture>(
       "<texture type='scale'><rgb name='scale' value='1 .5 2'/><rgb name='value' value='.1 .2 .3'/>"
       "</texture>");
