@@ -31,26 +31,27 @@ SurfaceInteraction interaction_of(const SurfaceBlock& block, size_t i) {
   return si;
 }
 
+void set_point(const SurfaceBlock& points, size_t i, const SurfaceInteraction& si) {
+  points.p.set(i, si.p);
+  points.n.set(i, si.n);
+  points.s.set(i, si.frame.s);
+  points.t.set(i, si.frame.t);
+  points.sn.set(i, si.frame.n);
+  if (points.dp_du.x) points.dp_du.set(i, si.dp_du);
+  if (points.dp_dv.x) points.dp_dv.set(i, si.dp_dv);
+  points.wi.set(i, si.wi);
+  points.uv.set(i, si.uv);
+  points.p_error[i] = si.p_error;
+  points.primitive[i] = si.primitive;
+}
+
 PointBlock::PointBlock(const SurfaceInteraction& si) {
   size_t used = 0;
   const auto one = [&] { return columns_[used++]; };
-  const auto three = [&](const Vec3& value) {
-    const Columns3 columns{one(), one(), one()};
-    columns.set(0, value);
-    return columns;
-  };
-  block_.count = 1;
-  block_.p = three(si.p), block_.n = three(si.n);
-  block_.s = three(si.frame.s), block_.t = three(si.frame.t), block_.sn = three(si.frame.n);
-  block_.dp_du = three(si.dp_du), block_.dp_dv = three(si.dp_dv);
-  block_.wi = three(si.wi);
-  block_.uv = {one(), one()};
-  block_.uv.set(0, si.uv);
-  block_.p_error = one();
-  block_.p_error[0] = si.p_error;
-  block_.primitive = indices_[0], block_.ray = indices_[1];
-  block_.primitive[0] = si.primitive;
-  block_.shape = shapes_;
+  const auto three = [&] { return Columns3{one(), one(), one()}; };
+  block_ = {1,       three(), three(),        three(), three(),     three(),     three(),
+            three(), three(), {one(), one()}, one(),   indices_[0], indices_[1], shapes_};
+  set_point(block_, 0, si);
   std::fill_n(shapes_, kBlockLanes, si.shape);
 }
 
@@ -258,36 +259,17 @@ void Shape::intersect_block(const Ray16& rays, const int* valid, ShapeHit16& out
   }
 }
 
-namespace {
-
-/// Writes all columns that interaction_of() reads, except the shape.
-void store(const SurfaceInteraction& si, const SurfaceBlock& out, size_t i) {
-  out.p.set(i, si.p);
-  out.n.set(i, si.n);
-  out.s.set(i, si.frame.s);
-  out.t.set(i, si.frame.t);
-  out.sn.set(i, si.frame.n);
-  if (out.dp_du.x) out.dp_du.set(i, si.dp_du);
-  if (out.dp_dv.x) out.dp_dv.set(i, si.dp_dv);
-  out.wi.set(i, si.wi);
-  out.uv.set(i, si.uv);
-  out.p_error[i] = si.p_error;
-  out.primitive[i] = si.primitive;
-}
-
-}  // namespace
-
 void Shape::interaction_block(const RayHit16* rays, const SurfaceBlock& out) const {
   UpperHalves::clear();
   for (size_t i = 0; i < out.count; ++i) {
     const RayHit hit = ray_hit_of(rays, out.ray[i]);
-    store(interaction(hit.ray, hit.hit), out, i);
+    set_point(out, i, interaction(hit.ray, hit.hit));
   }
 }
 
 void Shape::sample_surface_block(const Columns2& u, const SurfaceBlock& out) const {
   UpperHalves::clear();
-  for (size_t i = 0; i < out.count; ++i) store(sample_surface(u.at(i)), out, i);
+  for (size_t i = 0; i < out.count; ++i) set_point(out, i, sample_surface(u.at(i)));
 }
 
 void Shape::sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,

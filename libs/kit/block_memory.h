@@ -40,13 +40,8 @@ class BlockMemory {
   }
   /// Returns columns for all fields of `count` surface points, with these shapes.
   SurfaceBlock surface(size_t count, const Shape** shapes) {
-    SurfaceBlock block;
-    block.count = count;
-    block.p = three(), block.n = three(), block.s = three(), block.t = three();
-    block.sn = three(), block.dp_du = three(), block.dp_dv = three(), block.wi = three();
-    block.uv = two(), block.p_error = one();
-    block.primitive = indices(), block.ray = indices(), block.shape = shapes;
-    return block;
+    return {count,   three(), three(), three(), three(),   three(),   three(),
+            three(), three(), two(),   one(),   indices(), indices(), shapes};
   }
   /// Returns true if a function wrote beyond a column's padding.
   bool is_overrun() const {

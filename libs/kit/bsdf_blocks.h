@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "kinome/blocks.h"
+#include "kinome/block_points.h"
 #include "kinome/bsdf.h"
 #include "kit/block_memory.h"
 
@@ -56,12 +56,7 @@ class BsdfBlock {
 
  private:
   void set(size_t i, const BsdfQuestion& q) {
-    points.p.set(i, q.si.p), points.n.set(i, q.si.n);
-    points.s.set(i, q.si.frame.s), points.t.set(i, q.si.frame.t);
-    points.sn.set(i, q.si.frame.n);
-    points.dp_du.set(i, q.si.dp_du), points.dp_dv.set(i, q.si.dp_dv);
-    points.wi.set(i, q.si.wi), points.uv.set(i, q.si.uv);
-    points.p_error[i] = q.si.p_error;
+    set_point(points, i, q.si);
     query.wo.set(i, q.wo), query.u1[i] = q.u1, query.u2.set(i, q.u2);
   }
 

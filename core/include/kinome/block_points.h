@@ -9,6 +9,9 @@ namespace kinome {
 /// Returns the interaction at point i of a block. Its t is not set.
 KINOME_EXPORT SurfaceInteraction interaction_of(const SurfaceBlock& points, size_t i);
 
+/// Sets point i of a block, except its ray and shape.
+KINOME_EXPORT void set_point(const SurfaceBlock& points, size_t i, const SurfaceInteraction& si);
+
 /// Block with a single point.
 class KINOME_EXPORT PointBlock {
  public:
