@@ -20,7 +20,7 @@ namespace {
 /// Resolution of the sphere's image, in pixels. It is scaled to the window.
 constexpr int kSphereSide = 420;
 /// Radians for each pixel of a drag.
-constexpr float kOrbitSpeed = 0.008f;
+constexpr float kSphereSpeed = 0.008f;
 constexpr ImU32 kLit = IM_COL32(255, 50, 30, 150), kShadowed = IM_COL32(70, 130, 255, 110);
 
 /// Samples of a pixel, which the user selects with Alt and a click (Åkerlund 2008, figure 5.6).
@@ -226,8 +226,8 @@ class InspectorPanel final : public Panel {
     ImGui::InvisibleButton("sphere", {std::max(side, 1.f), std::max(side, 1.f)});
     if (ImGui::IsItemActive()) {
       const ImVec2 moved = ImGui::GetIO().MouseDelta;
-      orbit_.yaw -= kOrbitSpeed * moved.x;
-      orbit_.pitch = std::clamp(orbit_.pitch + kOrbitSpeed * moved.y, -kPi / 2, kPi / 2);
+      orbit_.yaw -= kSphereSpeed * moved.x;
+      orbit_.pitch = std::clamp(orbit_.pitch + kSphereSpeed * moved.y, -kPi / 2, kPi / 2);
     }
     ImGui::GetWindowDrawList()->AddImage(sphere_.id(), corner, {corner.x + side, corner.y + side});
   }
