@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "kit/given_parameters.h"
 #include "kit/request.h"
 #include "kit/subject.h"
 #include "kinome/error.h"

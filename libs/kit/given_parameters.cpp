@@ -1,4 +1,4 @@
-#include "kit/given_parameters.h"
+#include "kit/subject.h"
 
 #include <algorithm>
 

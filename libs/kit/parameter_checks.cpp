@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "kit/given_parameters.h"
 #include "kit/read_checks.h"
 #include "kit/subject.h"
 #include "kinome/error.h"

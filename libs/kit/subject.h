@@ -4,6 +4,7 @@
 #include <string>
 
 #include "kit/plan.h"
+#include "kinome/error.h"
 #include "kinome/plugin_registry.h"
 #include "kinome/scene_loader.h"
 
@@ -89,6 +90,14 @@ std::string parameter_xml(const Parameter& parameter, const std::string& value);
 /// Returns the XML element for a required parameter without a value in the request; "" if there is
 /// no suitable value.
 std::string needed_xml(const Parameter& parameter);
+
+/// Returns true if the plugin can be created with the parameters of the request. Throws Error if
+/// they are invalid, which is a fault of the command line, not of the plugin.
+bool can_be_created(const Subject& subject);
+/// Returns true if the error stands for a plugin's exception that isn't a kinome::Error.
+inline bool is_foreign_exception(const Error& error) {
+  return error.message().starts_with("plugin '");
+}
 
 /// Returns the elements of a scene that uses the plugin of this XML element, for the camera of
 /// Subject::scene(). Returns "" for categories that aren't checked in a scene.
