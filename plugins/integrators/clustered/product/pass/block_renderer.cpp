@@ -48,7 +48,7 @@ void BlockRenderer::reserve(int block, const std::vector<PixelPlan>& plan) {
 }
 
 void BlockRenderer::render(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
-                           RenderCounters& counters, const IsWanted& is_wanted) {
+                           RenderCounters& counters, const TileGrid::IsWanted& is_wanted) {
   reserve(block, plan);
   pixels_.clear();
   for (auto* const column : {&samples_.x, &samples_.y, &samples_.alpha}) column->clear();

@@ -26,18 +26,17 @@ class BlockRenderer {
  public:
   explicit BlockRenderer(const PassView& view);
 
-  using IsWanted = std::function<bool(const TileGrid::Tile&)>;
   /// Renders the tiles of the block that `is_wanted` accepts (all tiles if it is empty). `plan` has
   /// an entry for each pixel of the image.
   void render(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
-              RenderCounters& counters, const IsWanted& is_wanted = nullptr);
+              RenderCounters& counters, const TileGrid::IsWanted& is_wanted = nullptr);
 
   /// Number of pixels rendered last. Pixels are in the order of tiles (TileGrid::for_each_tile),
   /// row by row within a tile.
   size_t size() const { return pixels_.size(); }
   /// Returns the mean over the pixel's samples, which are spread evenly over the pixel.
   Rgb colour(size_t pixel) const;
-  /// Returns the values of kProductChannels. Valid only if PassView::settings.diagnostics is set.
+  /// Returns the values of kProductChannels. Valid only if ProductSettings::diagnostics is set.
   const Vec3& diagnostics(size_t pixel) const { return diagnostics_[pixel]; }
 
   /// Adds the pixels of the block rendered last to a tile of the film, each with the same total

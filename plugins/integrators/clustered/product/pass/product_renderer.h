@@ -76,7 +76,7 @@ class ProductRenderer final : public Passes {
   CellLight make_light(uint64_t seed, double rays_per_pixel, float share = 1) const;
   Pilot::Effort effort_of_pilot(double rays_per_pixel) const;
   /// The pilot probes the tiles that `is_wanted` selects, or all if it is empty.
-  std::vector<PixelForecast> send_pilot(Pilot::Effort effort, const Pilot::IsWanted& is_wanted,
+  std::vector<PixelForecast> send_pilot(Pilot::Effort effort, const TileGrid::IsWanted& is_wanted,
                                         double progress_end);
   void allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast, int width,
                 int height);

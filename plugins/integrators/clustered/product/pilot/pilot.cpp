@@ -45,7 +45,7 @@ struct Pilot::Planner {
 };
 
 Pilot::Pilot(const ProductTask& task, const Primaries::View& view, const CellLight& light,
-             const CellNeighbours& neighbours, Effort effort, const IsWanted& is_wanted,
+             const CellNeighbours& neighbours, Effort effort, const TileGrid::IsWanted& is_wanted,
              BsdfAddresses& addresses, TileKnowledge& knowledge)
     : task_(task),
       context_(task.context),

@@ -21,10 +21,9 @@ class Pilot {
     uint32_t rays = 0;       ///< of each pixel
   };
 
-  using IsWanted = std::function<bool(const TileGrid::Tile&)>;
   /// Probes the wanted tiles (all if `is_wanted` is empty). All references must outlive the pilot.
   Pilot(const ProductTask& task, const Primaries::View& view, const CellLight& light,
-        const CellNeighbours& neighbours, Effort effort, const IsWanted& is_wanted,
+        const CellNeighbours& neighbours, Effort effort, const TileGrid::IsWanted& is_wanted,
         BsdfAddresses& addresses, TileKnowledge& knowledge);
 
   /// Returns the forecast of each pixel of the crop window; it is zero in tiles that aren't wanted.
@@ -70,7 +69,7 @@ class Pilot {
   const CellLight& light_;
   const CellNeighbours& neighbours_;
   const Effort effort_;
-  const IsWanted is_wanted_;
+  const TileGrid::IsWanted is_wanted_;
   const uint64_t seed_;
   BsdfAddresses& addresses_;
   TileKnowledge& knowledge_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 
 #include "clustered/product/tiles/primaries.h"
 #include "kinome/film.h"
@@ -32,6 +33,7 @@ class TileGrid {
       }
     }
   };
+  using IsWanted = std::function<bool(const Tile&)>;
   /// Range of rows of blocks: [first, end).
   struct Rows {
     int first = 0;
