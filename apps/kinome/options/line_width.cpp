@@ -1,20 +1,19 @@
 #include "options/line_width.h"
 
-#include <charconv>
+#include <cstdint>
 #include <cstdlib>
-#include <cstring>
 
 #include <sys/ioctl.h>
 #include <unistd.h>
+
+#include "options/interpret_options.h"
 
 namespace kinome::app {
 
 size_t line_width() {
   if (const char* const columns = std::getenv("COLUMNS")) {
     size_t width = 0;
-    const char* const end = columns + std::strlen(columns);
-    const auto [rest, error] = std::from_chars(columns, end, width);
-    if (error == std::errc{} && rest == end && width > 0) return width;
+    if (parse_in_range(columns, size_t{1}, SIZE_MAX, width).empty()) return width;
   }
   winsize size{};
   const bool is_terminal = isatty(STDOUT_FILENO) && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0;

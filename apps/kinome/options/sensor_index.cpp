@@ -1,12 +1,12 @@
 #include "options/sensor_index.h"
 
-#include <charconv>
 #include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "kinome/error.h"
+#include "options/interpret_options.h"
 
 namespace kinome::app {
 
@@ -21,10 +21,8 @@ size_t sensor_index(const Scene& scene, const std::string& wanted) {
     if (!id.empty()) ids.push_back(id);
   }
   size_t index = 0;
-  const char* end = wanted.data() + wanted.size();
-  const auto [rest, error] = std::from_chars(wanted.data(), end, index);
-  if (error == std::errc{} && rest == end && index < sensors.size()) return index;
   const size_t count = sensors.size();
+  if (parse_in_range(wanted, size_t{0}, count - 1, index).empty()) return index;
   const std::string known = count == 1 ? "the scene has only one, 0"
                                        : fmt::format("the scene has {}, 0 to {}", count, count - 1);
   constexpr size_t kMaxListed = 5;

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <bit>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
@@ -25,6 +24,7 @@
 
 #include "kinome/error.h"
 #include "kinome/log.h"
+#include "options/interpret_options.h"
 
 namespace kinome::app {
 namespace {
@@ -153,9 +153,7 @@ std::pair<std::string, std::string> split_address(const std::string& address) {
     host = host.substr(1, host.size() - 2);
   }
   int number = 0;
-  const char* const end = port.data() + port.size();
-  const auto [rest, error] = std::from_chars(port.data(), end, number);
-  if (host.empty() || error != std::errc{} || rest != end || number < 1 || number > 65535) {
+  if (host.empty() || !parse_in_range(port, 1, 65535, number).empty()) {
     throw Error(fmt::format(
         "--display: expected the viewer's HOST:PORT, such as localhost:14158, got '{}'", address));
   }
