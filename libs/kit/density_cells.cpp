@@ -108,15 +108,15 @@ double fraction(double a, double b) {
   return a / (a + b);
 }
 
-constexpr int kSide = 8, kUniform = kSide * kSide;  ///< uniform directions in each cell
+constexpr int kGrid = 8, kUniform = kGrid * kGrid;  ///< uniform directions in each cell
 
 /// Computes the sums over uniform directions of each cell.
 void integrate(const DensityCells& test, Cells& cells, Random& random) {
   for (Cell& cell : cells.all()) {
     const double weight = cell.q * cell.solid_angle() / kUniform;
     for (int i = 0; i < kUniform; ++i) {
-      const double s = (i % kSide + double{random.unit()}) / kSide;
-      const double t = (static_cast<double>(i / kSide) + double{random.unit()}) / kSide;
+      const double s = (i % kGrid + double{random.unit()}) / kGrid;
+      const double t = (static_cast<double>(i / kGrid) + double{random.unit()}) / kGrid;
       const double p = std::max(0., test.pdf(direction_of(
                                         {cell.z0 + s * (cell.z1 - cell.z0),
                                          cell.phi0 + t * (cell.phi1 - cell.phi0)})));

@@ -13,7 +13,7 @@ namespace kinome::check {
 namespace {
 
 /// Minimum number of rays that cross a receiver, so that means are normally distributed.
-constexpr double kMinHits = 100;
+constexpr double kMinCrossings = 100;
 
 /// Describes a difference between the flux by light tracing, `emitted`, and by sample_direct(),
 /// `seen`.
@@ -48,8 +48,8 @@ void test_receiver(const Subject& subject, const EmitterScene& at, const ProbeRa
         "directions";
     return;
   }
-  const bool has_light = seen.contributions() > kMinHits;
-  if (plan.expected_hits < kMinHits && (has_light || plan.expected_hits > 0)) {
+  const bool has_light = seen.contributions() > kMinCrossings;
+  if (plan.expected_hits < kMinCrossings && (has_light || plan.expected_hits > 0)) {
     const std::string text = fmt::format("{} of {} rays of sample_emission() hit a {}",
                                          emitted.contributions(), count, receiver.name());
     if (has_light && plan.expected_hits == 0) {
