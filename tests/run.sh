@@ -12,7 +12,7 @@
 #                 --fuzz
 # --tsan:         uses the thread sanitizer, in a separate build folder
 # -R REGEX:       runs only tests whose names match
-# --only NAMES:   builds and runs only these areas (`unit` is all of tests/unit) and test programs, as
+# --only NAMES:   builds and runs only these areas (`core` is all of tests/core) and test programs, as
 #                 tests/…/CMakeLists.txt names them (`film` has the tests of films)
 # --plugins NAMES: with --only: builds only these plugins (`bsdf_diffuse`) instead of all
 # --stability:    renders every hard case with every integrator and material, in some minutes, and

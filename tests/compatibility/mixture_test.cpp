@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "unit/shape_helpers.h"
+#include "support/shape_helpers.h"
 
 namespace kinome::test::mixture_test {
 namespace {

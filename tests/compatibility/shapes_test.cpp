@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "unit/shape_helpers.h"
+#include "support/shape_helpers.h"
 
 namespace kinome::test::shapes_test {
 namespace {

@@ -282,7 +282,7 @@ class ModuleTest(unittest.TestCase):
             seen.append(samples)
             time.sleep(0.05)
         picture = kinome.render(scene, time=0.6, on_pass=look)
-        # The number of calls depends on the machine; tests/unit/progressive_test.cpp uses a
+        # The number of calls depends on the machine; tests/libs/progressive_test.cpp uses a
         # simulated clock.
         self.assertTrue(seen)
         self.assertGreaterEqual(picture.stats["samples"], seen[-1])

@@ -237,7 +237,7 @@ Case texels(Maps& maps) {
   Case c{5,
          "Negative texels; NaN, Inf; half floats that overflow",
          "Negative texels are kept; NaN becomes 0 and infinity the largest value, with a warning.",
-         "statistical/envmap_test.cpp unit/texture_test.cpp",
+         "statistical/envmap_test.cpp plugins/texture_test.cpp",
          {}};
   c.trials = {
       maps.trial(
@@ -301,7 +301,7 @@ Case horizons(Maps& maps) {
   Case c{10,
          "Approximate and exact cosines in one comparison",
          "The evaluated cosines decide which cells and clusters straddle the horizon.",
-         "unit/light_cut_test.cpp render/product_places_test.cpp",
+         "plugins/light_cut_test.cpp render/product_places_test.cpp",
          {}};
   c.trials = {
       maps.trial("bright band on the horizon", 64, 33,

@@ -182,9 +182,9 @@ constexpr const char* kBeside = R"(## Related tests
 - [precision_test.cpp](stability/precision_test.cpp) compares distributions and trees of four million
   lights of 1e-30 to 1e30 with exact sums, and tests that no index of zero probability is drawn. It
   compares warps and BSDFs with double precision, in ulps.
-- [product_kernels_test.cpp](unit/product_kernels_test.cpp),
-  [lobe_kernels_test.cpp](unit/lobe_kernels_test.cpp) and
-  [local_parts_test.cpp](unit/local_parts_test.cpp) compare the kernels of every instruction set with
+- [product_kernels_test.cpp](plugins/product_kernels_test.cpp),
+  [lobe_kernels_test.cpp](plugins/lobe_kernels_test.cpp) and
+  [local_parts_test.cpp](plugins/local_parts_test.cpp) compare the kernels of every instruction set with
   scalar code.
 - [product_learning_test.cpp](render/product_learning_test.cpp) runs `product` with falsified
   visibilities: all 1, all 0, the opposite of the learned ones, shuffled, or another surface's. It
@@ -192,7 +192,7 @@ constexpr const char* kBeside = R"(## Related tests
 - [product_test.cpp](render/product_test.cpp) and
   [product_local_test.cpp](render/product_local_test.cpp) render without a pilot, and with pilots of
   a ray or two.
-- `EyeRaysBoundWhatNearPointsWeigh` of [local_parts_test.cpp](unit/local_parts_test.cpp) tests the
+- `EyeRaysBoundWhatNearPointsWeigh` of [local_parts_test.cpp](plugins/local_parts_test.cpp) tests the
   maximum weight of single samples. Light points have no bound by 1 / d²; the fraction of eye rays
   bounds them.
 
@@ -230,7 +230,7 @@ constexpr const char* kNotHeld = R"(
 - In half floats (`component_format` of `float16`, the default as in Mitsuba) the largest value of an
   image is 65504. It replaces brighter light, and -65504 replaces large negative noise of `product`.
 - Embree's robust mode loses some of the rays that are aimed exactly at a vertex
-  (unit/self_intersection_test.cpp).
+  (plugins/self_intersection_test.cpp).
 )";
 
 }  // namespace

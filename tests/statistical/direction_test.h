@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "support/statistics.h"
-#include "unit/shape_helpers.h"
+#include "support/shape_helpers.h"
 
 namespace kinome::test {
 

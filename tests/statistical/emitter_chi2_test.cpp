@@ -12,7 +12,7 @@
 #include "emitter_cases.h"
 #include "shape_cells.h"
 #include "support/statistics.h"
-#include "unit/shape_helpers.h"
+#include "support/shape_helpers.h"
 
 namespace kinome::test::emitter_chi2_test {
 namespace {
