@@ -3,11 +3,10 @@
 #include <cmath>
 #include <optional>
 
-#include "clustered/product/trial/path_tiles.h"
-#include "clustered/product/pilot/pilot.h"
 #include "clustered/product/pass/product_renderer.h"
+#include "clustered/product/pilot/pilot.h"
 #include "clustered/product/tiles/spread.h"
-#include "kinome/primary_rays.h"
+#include "clustered/product/trial/path_tiles.h"
 
 namespace kinome {
 namespace {

@@ -13,10 +13,6 @@ enum Number : uint32_t { kLobe, kLobeX, kLobeY, kSurvival };
 
 }  // namespace
 
-void EyeChains::push(const SurfaceInteraction& y, const Begin& begin) {
-  go_on(y, begin, light_.passing() != nullptr);
-}
-
 /// Sends the next ray of a chain from y. Drops samples that go straight through y if
 /// `drops_straight` is set.
 void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drops_straight) {

@@ -29,7 +29,9 @@ class EyeChains {
   };
   /// Starts a chain at y, which has delta lobes. Straight transmission at y is left out if the
   /// scene has surfaces that light passes straight, because other rays follow it.
-  void push(const SurfaceInteraction& y, const Begin& begin);
+  void push(const SurfaceInteraction& y, const Begin& begin) {
+    go_on(y, begin, light_.passing() != nullptr);
+  }
   void trace(const Scene& scene, RenderCounters& counters);
 
  private:

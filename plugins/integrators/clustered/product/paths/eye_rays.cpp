@@ -138,11 +138,6 @@ void EyeRays::send_mirrored(const SurfaceInteraction& si, uint32_t primary, uint
         hash_words(seed, primary, kNumbers), &sum});
 }
 
-void EyeRays::push(const Ray& ray, const EyeRay& eye) {
-  hits_.push_back({ray, Hit{}});
-  rays_.push_back(eye);
-}
-
 void EyeRays::trace(ShadowRays& shadow_rays) {
   while (!rays_.empty()) {
     std::swap(hits_, traced_hits_);

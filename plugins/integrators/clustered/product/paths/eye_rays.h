@@ -73,7 +73,10 @@ class EyeRays {
     Rgb radiance{0.f};
   };
   void draw(const GroupView& group, uint64_t seed);
-  void push(const Ray& ray, const EyeRay& eye);
+  void push(const Ray& ray, const EyeRay& eye) {
+    hits_.push_back({ray, Hit{}});
+    rays_.push_back(eye);
+  }
   void find_light(const RayHit& met, const EyeRay& eye, ShadowRays& shadow_rays);
   void pass(const RayHit& ray, const SurfaceInteraction& y, const EyeRay& eye);
   uint32_t max_passes(const EyeRay& eye, uint32_t edges) const;
