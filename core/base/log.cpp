@@ -9,6 +9,7 @@
 #include <mutex>
 #include <set>
 
+#include "base/log_capture.h"
 #include "base/log_once.h"
 #include "kinome/error.h"
 #include "kinome/log_listener.h"
@@ -49,6 +50,8 @@ bool is_repeated(const std::string& warning) {
   const std::lock_guard lock(logged().mutex);
   return logged().scopes > 0 && !logged().warnings.insert(warning).second;
 }
+
+thread_local LogCapture* capture = nullptr;
 
 /// All existing listeners. Never destroyed, either.
 struct Listeners {
@@ -98,16 +101,35 @@ LogLevel log_level() {
   return static_cast<LogLevel>(spdlog::level::err - logger().level());
 }
 
+LogCapture::LogCapture() : outer_(capture) {
+  capture = this;
+}
+
+LogCapture::~LogCapture() {
+  capture = outer_;
+}
+
+void LogCapture::log(const Message& message) {
+  if (capture) {
+    capture->kept_.push_back(message);
+  } else if (message.level == LogLevel::kInfo) {
+    logger().info("{}", message.text);
+  } else if (message.level == LogLevel::kDebug) {
+    logger().debug("{}", message.text);
+  } else if (!is_repeated(message.text)) {
+    logger().warn("warning: {}", message.text);
+    tell_listeners(message.text);
+  }
+}
+
 void log_warn(const std::string& message) {
-  if (is_repeated(message)) return;
-  logger().warn("warning: {}", message);
-  tell_listeners(message);
+  LogCapture::log({LogLevel::kWarn, message});
 }
 void log_info(const std::string& message) {
-  logger().info("{}", message);
+  LogCapture::log({LogLevel::kInfo, message});
 }
 void log_debug(const std::string& message) {
-  logger().debug("{}", message);
+  LogCapture::log({LogLevel::kDebug, message});
 }
 
 void log_unused(const std::string& file, const std::vector<std::string>& what) {

@@ -40,12 +40,16 @@ ReadFiles::~ReadFiles() {
   registry().owners.erase(this);
 }
 
-ReadFiles::Recording::Recording(ReadFiles& files) : outer_(recording) {
-  recording = &files;
+ReadFiles::Recording::Recording(ReadFiles* files) : outer_(recording) {
+  recording = files;
 }
 
 ReadFiles::Recording::~Recording() {
   recording = outer_;
+}
+
+ReadFiles* ReadFiles::recorded_by_this_thread() {
+  return recording;
 }
 
 std::optional<std::string> file_contents(const std::string& path) {

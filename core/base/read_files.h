@@ -15,10 +15,12 @@ class ReadFiles {
   ReadFiles(const ReadFiles&) = delete;
   ReadFiles& operator=(const ReadFiles&) = delete;
 
-  /// Makes note_read_file() of this thread add to `files` during its lifetime.
+  /// Makes note_read_file() of this thread add to `files` during its lifetime. With nullptr, the
+  /// files have no owner.
   class Recording {
    public:
-    explicit Recording(ReadFiles& files);
+    explicit Recording(ReadFiles& files) : Recording(&files) {}
+    explicit Recording(ReadFiles* files);
     ~Recording();
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
@@ -26,6 +28,8 @@ class ReadFiles {
    private:
     ReadFiles* const outer_;
   };
+  /// The owner that note_read_file() of this thread adds to; nullptr if there is none.
+  static ReadFiles* recorded_by_this_thread();
 
  private:
   friend void note_read_file(const std::string& path);

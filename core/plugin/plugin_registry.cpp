@@ -241,7 +241,10 @@ std::vector<std::shared_ptr<const Object>> nested_objects(const Properties& prop
 }  // namespace
 
 std::shared_ptr<Object> PluginRegistry::create(Properties& props) {
-  const PluginDescriptor& plugin = find(props.category(), props.plugin_name(), props.where());
+  return create(find(props.category(), props.plugin_name(), props.where()), props);
+}
+
+std::shared_ptr<Object> PluginRegistry::create(const PluginDescriptor& plugin, Properties& props) {
   if (auto faults = check_parameters(props, plugin); !faults.empty()) {
     throw Errors(std::move(faults));
   }

@@ -53,7 +53,7 @@ struct SceneEditor::State {
     loader::run_or_throw(faults, [&] {
       expansion = expand(faults);
       builder = std::make_unique<loader::Builder>(expansion, loader::base_folders(name, options),
-                                                  registry, faults);
+                                                  registry, faults, options.threads);
       contents = contents_of_scene();
     });
     parameters = std::make_unique<loader::ParameterList>(expansion.root, *builder, registry, name);

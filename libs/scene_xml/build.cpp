@@ -11,9 +11,6 @@
 namespace kinome::loader {
 namespace {
 
-/// Maximum nesting of objects, including references. The stack could hold far more.
-constexpr size_t kMaxObjectDepth = 500;
-
 /// Value of the placeholder for a texture with an error; valid for all parameters.
 constexpr float kPlaceholder = 0.5f;
 
@@ -74,11 +71,12 @@ bool is_object(const Node& node) {
 }
 
 Builder::Builder(const Expansion& expansion, std::vector<std::string> base_folders,
-                 PluginRegistry& registry, Faults& faults)
+                 PluginRegistry& registry, Faults& faults, unsigned threads)
     : expansion_(expansion),
       base_folders_(std::move(base_folders)),
       registry_(registry),
-      faults_(faults) {
+      faults_(faults),
+      threads_(threads > 0 ? threads : std::max(1u, std::thread::hardware_concurrency())) {
   for_each_id(expansion.root,
               [&](const std::string& id, const Node& node) { ids_.emplace(id, &node); });
 }
@@ -137,16 +135,34 @@ std::shared_ptr<Object> Builder::make(const Node& node) {
     if (!is_missing(node, registry_)) check_parts(node, maker);
     return nullptr;
   }
-  Parts parts = read_parts(node, *plugin, maker);
+  auto begun = begun_.extract(&node);
+  std::optional<Parts> own;
+  if (!begun) own = read_parts(node, *plugin, maker);
+  Parts& parts = begun ? begun.mapped().parts : *own;
   std::shared_ptr<Object> made;
   if (can_do_without(parts.lost, *plugin)) {
-    faults_.attempt([&] { made = create(parts.props, node.find("type")->where); });
+    faults_.attempt([&] {
+      made = create(parts.props, node.find("type")->where, begun ? &begun.mapped().object : nullptr);
+    });
   } else {
     for (const Error& fault : check_parameters(parts.props, *plugin, parts.lost)) {
       faults_.add(fault);
     }
   }
   return made;
+}
+
+/// Makes the properties of an object that reads files, and begins to make the object itself.
+void Builder::begin(const Node& node) {
+  const PluginDescriptor* const plugin = reader_of(node);
+  if (!plugin) return;
+  const UnderConstruction under_construction(*this, node);
+  if (under_construction.is_too_deep()) return;
+  const auto maker = [this](const Node& part) { return object(part); };
+  Begun& begun = begun_.emplace(&node, Begun{read_parts(node, *plugin, maker), {}}).first->second;
+  if (!can_do_without(begun.parts.lost, *plugin)) return;
+  begun.object = ahead_->begin(
+      [&props = begun.parts.props, plugin] { return PluginRegistry::create(*plugin, props); });
 }
 
 /// Finds the plugin of a node. Returns nullptr after reporting an error, for instance an unknown

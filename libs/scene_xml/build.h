@@ -13,6 +13,7 @@
 #include "kinome/shape_group.h"
 #include "kinome/stats.h"
 #include "scene_xml/node.h"
+#include "scene_xml/read_ahead.h"
 #include "plugin/plugin_check.h"
 
 namespace kinome::loader {
@@ -28,14 +29,20 @@ bool is_object(const Node& node);
 /// their files may be large.
 bool is_made_on_demand(const Node& node);
 
+/// Maximum nesting of objects, including references. The stack could hold far more.
+constexpr size_t kMaxObjectDepth = 500;
+
 /// Builds objects from expanded nodes, children first. `expansion` and `faults` must outlive it.
 ///
 /// BSDFs and textures with errors are replaced by placeholders, so that errors in objects that
 /// contain them are found, too. Objects with an invalid parameter are checked but not made.
+///
+/// With several `threads`, objects that read files are made in parallel. Errors and their order
+/// don't depend on it.
 class Builder {
  public:
   Builder(const Expansion& expansion, std::vector<std::string> base_folders,
-          PluginRegistry& registry, Faults& faults);
+          PluginRegistry& registry, Faults& faults, unsigned threads);
 
   /// Returns the object of a node (not a <scene>), which is made once. Returns nullptr after
   /// reporting an error.
@@ -76,12 +83,22 @@ class Builder {
     Properties props;
     Lost lost;
   };
+  /// An object that is made ahead of its turn.
+  struct Begun {
+    Parts parts;
+    ReadAhead::Pending object;
+  };
   class UnderConstruction;
 
   const Node* target_of(const Node& ref);
   void forget_scene();
   void add_overrides(const Node& node, const PluginDescriptor& plugin, Parts& parts);
   std::shared_ptr<Object> make(const Node& node);
+  const PluginDescriptor* reader_of(const Node& node);
+  void find_readers(const Node& node, size_t depth, std::set<const Node*>& seen,
+                    std::vector<const Node*>& readers);
+  void begin(const Node& node);
+  void begin_readers(const Node& root);
   const PluginDescriptor* find_plugin(const Node& node);
   void check_parts(const Node& node, const Maker& make);
   Parts read_parts(const Node& node, const PluginDescriptor& plugin, const Maker& make);
@@ -92,7 +109,8 @@ class Builder {
   void check_unused(const Node& root);
   void check(const Node& node);
   std::shared_ptr<Object> placeholder(const Node& node);
-  std::shared_ptr<Object> create(Properties& props, const Location& type_where);
+  std::shared_ptr<Object> create(Properties& props, const Location& type_where,
+                                 ReadAhead::Pending* begun = nullptr);
   void warn_of_ignored(const Properties& props, const PluginDescriptor& plugin);
   void warn_once_of_ignored(const Properties& props, const std::string& parameter,
                             const std::string& why, const Location& where);
@@ -115,6 +133,7 @@ class Builder {
   std::vector<std::string> base_folders_;
   PluginRegistry& registry_;
   Faults& faults_;
+  const unsigned threads_;
   std::map<std::string, const Node*> ids_;
   Objects objects_;
   const Node* integrator_ = nullptr;
@@ -135,6 +154,8 @@ class Builder {
   std::vector<std::pair<std::shared_ptr<Emitter>, Error>> surface_emitters_;
   std::map<std::string, Location> parameters_;  ///< locations of the scene's own parameters
   std::vector<Skipped> skipped_;
+  std::map<const Node*, Begun> begun_;
+  std::unique_ptr<ReadAhead> ahead_;  ///< destroyed before begun_, which its threads use
 };
 
 /// Returns a BSDF that reflects nothing, for emitting shapes without a BSDF.

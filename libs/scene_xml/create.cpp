@@ -85,13 +85,15 @@ void Builder::warn_of_dark_emitter(const Shape& shape, const Location& where) {
   log_warn(Error(where, is_last ? why + " (no further ones are reported)" : why).what());
 }
 
-std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_where) {
+/// Creates an object, or takes the one that was `begun` with the same properties.
+std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_where,
+                                        ReadAhead::Pending* begun) {
   const PluginDescriptor& plugin =
       registry_.find(props.category(), props.plugin_name(), type_where);
   const std::string name = std::string(to_string(props.category())) + "/" + props.plugin_name();
   if (std::find(plugins_.begin(), plugins_.end(), name) == plugins_.end()) plugins_.push_back(name);
   add_default_children(props, plugin);
-  auto object = registry_.create(props);
+  auto object = begun ? begun->take() : registry_.create(props);
   warn_of_ignored(props, plugin);
   made_.push_back(name);
   if (const auto* const emitter = dynamic_cast<const Emitter*>(object.get())) {

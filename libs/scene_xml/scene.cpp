@@ -40,10 +40,13 @@ void Builder::forget_scene() {
   surface_emitters_.clear();
   parameters_.clear();
   skipped_.clear();
+  ahead_.reset();
+  begun_.clear();
 }
 
 Scene::Contents Builder::scene(const Node& root) {
   forget_scene();
+  begin_readers(root);
   Scene::Contents contents;
   if (integrator_) {
     contents.integrator = std::dynamic_pointer_cast<Integrator>(object(*integrator_));
@@ -77,6 +80,8 @@ Scene::Contents Builder::scene(const Node& root) {
       set_parameter(name, value, where, contents);
     });
   }
+  ahead_.reset();
+  begun_.clear();
   check_unused(root);
   if (faults_.empty()) faults_.attempt([&] { complete_scene(root.where, contents); });
   return contents;

@@ -18,7 +18,8 @@ void read(const std::string& text, const std::string& name, const LoadOptions& o
     faults.attempt([&] {
       const loader::Expansion expansion =
           loader::expand_scene(text, name, options, whole_scene, registry, stats, faults);
-      loader::Builder builder(expansion, loader::base_folders(name, options), registry, faults);
+      loader::Builder builder(expansion, loader::base_folders(name, options), registry, faults,
+                              options.threads);
       use(expansion, builder);
     });
   } catch (const loader::Faults::Stop&) {

@@ -42,6 +42,8 @@ class KINOME_EXPORT PluginRegistry {
   /// nearest known one), types, required parameters and counts; throws all errors as Errors.
   /// Afterwards checks that the constructor read every property.
   std::shared_ptr<Object> create(Properties& props);
+  /// Does the same with a plugin that find() has returned. Thread-safe.
+  static std::shared_ptr<Object> create(const PluginDescriptor& plugin, Properties& props);
 
   /// Names of all plugins in a category, including aliases, sorted. Loads nothing.
   std::vector<std::string> names(Category category) const;

@@ -14,7 +14,8 @@ namespace kinome {
 struct LoadOptions {
   std::map<std::string, std::string> defines;  ///< -D key=value
   std::vector<std::string> search_paths;       ///< -a
-  unsigned threads = 0;  ///< threads for building the acceleration structure; 0: one per core
+  /// Threads that read files and build the acceleration structure; 0: one per core.
+  unsigned threads = 0;
   /// Skips features of Mitsuba that Kinome lacks and lists them in RenderStats::left_out. Otherwise
   /// they are errors.
   bool lenient = false;
