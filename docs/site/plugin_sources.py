@@ -4,13 +4,18 @@ import re
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LINE = re.compile(r"^kinome_add_plugin\((\w+) (\w+) (\S+\.cpp)(.*)\)", re.MULTILINE)
+LOOP = re.compile(r"^foreach\(name IN ITEMS ([^)]*)\)\n  (kinome_add_plugin.*\n)endforeach\(\)",
+                  re.MULTILINE)
 
 
 def sources(root=ROOT):
     """The file of each (category, name), other names included, by the lines of CMake."""
     found = {}
     for lists in (root / "plugins").rglob("CMakeLists.txt"):
-        for category, name, file, rest in LINE.findall(lists.read_text("utf-8")):
+        text = LOOP.sub(
+            lambda loop: "".join(loop[2].replace("${name}", name) for name in loop[1].split()),
+            lists.read_text("utf-8"))
+        for category, name, file, rest in LINE.findall(text):
             aliases = re.search(r"ALIASES ((?:[a-z0-9_]+ ?)+)", rest)
             for each in [name, *(aliases.group(1).split() if aliases else ())]:
                 found[category, each] = lists.parent / file

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "base/file_writer.h"
+#include "kinome/output_files.h"
 #include "image_files/color_channels.h"
 #include "kinome/image_files.h"
 #include "kinome/color.h"
@@ -28,7 +28,7 @@ png_byte quantise_alpha(float alpha) {
 
 }  // namespace
 
-void write_png(const std::string& path, const Image& image, float exposure) {
+std::string encode_png(const std::string& path, const Image& image, float exposure) {
   check_not_empty(path, image);
   const int alpha = image.find_channel("A");
   const int colors = color_channel_count(image);
@@ -54,13 +54,16 @@ void write_png(const std::string& path, const Image& image, float exposure) {
                (alpha >= 0 ? static_cast<unsigned>(PNG_FORMAT_FLAG_ALPHA) : 0u);
   png.flags = PNG_IMAGE_FLAG_FAST;  // a quarter of the time, for a quarter more bytes
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-  std::vector<png_byte> encoded(size);
+  std::string encoded(size, '\0');
   if (!png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes.data(), 0, nullptr)) {
     throw Error(fmt::format("cannot write '{}': {}", path, png.message));
   }
-  FileWriter writer(path);
-  writer.write(encoded.data(), size);
-  writer.commit();
+  encoded.resize(size);
+  return encoded;
+}
+
+void write_png(const std::string& path, const Image& image, float exposure) {
+  write_text(path, encode_png(path, image, exposure));
 }
 
 }  // namespace kinome

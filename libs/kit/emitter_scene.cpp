@@ -77,16 +77,16 @@ std::pair<Vec3, Rgb> EmitterScene::reference_emission(Random& random, const Vec3
   // For an emitter at a point, the reference is the light that arrives around it; parallel light is
   // the same everywhere. Half of the directions are in the beam, because others would miss a narrow
   // one.
-  if (!beam_) beam_ = Beam(*emitter_);
-  const Vec3 d = random.unit() < 0.5f ? random.direction() : beam_->direction(random);
+  if (!cone_) cone_ = EmissionCone(*emitter_);
+  const Vec3 d = random.unit() < 0.5f ? random.direction() : cone_->direction(random);
   const auto sample = emitter_->sample_direct(o + d, Vec2(0.5f));
   if (!sample) return {d, Rgb(0.f)};
   if (!(sample->distance < kInfinity)) return {-sample->d, sample->radiance};
-  const float pdf = 0.5f * kUniformSpherePdf + 0.5f * beam_->pdf(d);
+  const float pdf = 0.5f * kUniformSpherePdf + 0.5f * cone_->pdf(d);
   return {d, sample->radiance * (sqr(sample->distance) / pdf)};
 }
 
-EmitterScene::Beam::Beam(const Emitter& emitter) {
+EmitterScene::EmissionCone::EmissionCone(const Emitter& emitter) {
   Random random(0);
   std::vector<Vec3> directions;
   Vec3 sum(0.f);
@@ -103,19 +103,19 @@ EmitterScene::Beam::Beam(const Emitter& emitter) {
   height_ = std::clamp(1.5f * height_, 1e-8f, 2.f);
 }
 
-float EmitterScene::Beam::height_of(const Vec3& d) const {
+float EmitterScene::EmissionCone::height_of(const Vec3& d) const {
   const Vec3 local = frame_.to_local(d);
   const float sine2 = sqr(local.x) + sqr(local.y);
   return local.z > 0 ? sine2 / (1 + local.z) : 1 - local.z;
 }
 
-Vec3 EmitterScene::Beam::direction(Random& random) const {
+Vec3 EmitterScene::EmissionCone::direction(Random& random) const {
   const float height = random.unit() * height_, phi = random.between(0, 2 * kPi);
   const float r = safe_sqrt(height * (2 - height));
   return frame_.to_world(Vec3(r * std::cos(phi), r * std::sin(phi), 1 - height));
 }
 
-float EmitterScene::Beam::pdf(const Vec3& d) const {
+float EmitterScene::EmissionCone::pdf(const Vec3& d) const {
   return height_of(d) <= height_ ? 1 / (2 * kPi * height_) : 0;
 }
 

@@ -44,9 +44,9 @@ class EmitterScene {
 
  private:
   /// Cone around all directions of emitted light, with a uniform density.
-  class Beam {
+  class EmissionCone {
    public:
-    explicit Beam(const Emitter& emitter);
+    explicit EmissionCone(const Emitter& emitter);
     Vec3 direction(Random& random) const;
     float pdf(const Vec3& d) const;
 
@@ -59,7 +59,7 @@ class EmitterScene {
   std::unique_ptr<Scene> scene_;
   const Emitter* emitter_ = nullptr;
   bool is_surface_ = false;
-  std::optional<Beam> beam_;  ///< for reference_emission()
+  std::optional<EmissionCone> cone_;  ///< for reference_emission()
 };
 
 /// Returns sample_emission() for random numbers.

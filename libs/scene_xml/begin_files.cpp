@@ -46,14 +46,14 @@ void Builder::find_readers(const Node& node, size_t depth, std::set<const Node*>
 
 /// Begins to make the objects of a scene that read files. All others take no time.
 void Builder::begin_readers(const Node& root) {
-  if (threads_ < 2) return;
   std::vector<const Node*> readers;
   std::set<const Node*> seen;
   for (const Node& child : root.children) {
     if (is_object(child) && !is_made_on_demand(child)) find_readers(child, 0, seen, readers);
   }
   if (readers.size() < 2) return;
-  ahead_ = std::make_unique<ReadAhead>(threads_);
+  // A single thread takes the same steps, so that the order of messages and plugins is the same.
+  ahead_ = std::make_unique<ReadAhead>(threads_ > 1 ? threads_ : 0);
   // Those without nested objects come first: the others wait for them.
   const auto has_objects = [](const Node* node) {
     bool any = false;

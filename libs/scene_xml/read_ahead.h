@@ -36,7 +36,8 @@ class ReadAhead {
     std::future<Outcome> outcome_;
   };
 
-  /// Starts the threads when there is work for them, at most `threads`.
+  /// Starts the threads when there is work for them, at most `threads`. Without threads, begin()
+  /// makes the object itself.
   explicit ReadAhead(unsigned threads) : threads_(threads) {}
   ReadAhead(const ReadAhead&) = delete;
   ReadAhead& operator=(const ReadAhead&) = delete;

@@ -72,8 +72,8 @@ TEST(Registry, SuggestsTheNearestName) {
   EXPECT_EQ(find_error(registry, "prob"),
             "f.xml:4:9: unknown texture plugin 'prob' (did you mean 'probe'?)");
   EXPECT_EQ(find_error(registry, "zzzzzz"),
-            "f.xml:4:9: unknown texture plugin 'zzzzzz' (available: foreign_abi, "
-            "no_descriptor, probe, strict, unresolved, uv_probe, wide_probe)");
+            "f.xml:4:9: unknown texture plugin 'zzzzzz' (available: boundary, "
+            "foreign_abi, no_descriptor, probe, strict, unresolved, uv_probe, wide_probe)");
   EXPECT_EQ(find_error(registry, "sphere", Category::kShape),
             "f.xml:4:9: unknown shape plugin 'sphere' (no plugins of this category "
             "in " KINOME_UNIT_PLUGINS ")");

@@ -103,16 +103,16 @@ void write_image_files(const Options& options, Film& film, const Image& image,
                        const PartRender* part) {
   if (is_null_device(output.name())) return;
   try {
-    std::future<void> png;
+    std::future<std::string> png;
     if (!output.png.empty()) {
-      png = std::async([&] { write_png(output.png, image, options.exposure); });
+      png = std::async([&] { return encode_png(output.png, image, options.exposure); });
     }
     if (part) {
       part->write(output.image, image, metadata);
     } else if (!output.image.empty()) {
       film.write(output.image, image, metadata);
     }
-    if (png.valid()) png.get();
+    if (png.valid()) write_text(output.png, png.get());
   } catch (...) {
     if (checkpoint) checkpoint->close(film);  // keeps all samples
     throw;

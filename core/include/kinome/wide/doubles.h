@@ -167,11 +167,11 @@ struct DVec3 {
 };
 
 KINOME_WIDE DVec3 operator*(const glm::dmat3& m, DVec3 a) {
-  return matrix_product(m, a);
+  return matrix_times(m, a);
 }
 /// Product with the transpose of m.
 KINOME_WIDE DVec3 operator*(DVec3 a, const glm::dmat3& m) {
-  return matrix_product(glm::transpose(m), a);
+  return matrix_times(glm::transpose(m), a);
 }
 KINOME_WIDE_FUNCTION(DVec3, to_double, Vec3, DVec3(to_double(a.x), to_double(a.y), to_double(a.z)))
 KINOME_WIDE_FUNCTION(Vec3, to_float, DVec3, Vec3(to_float(a.x), to_float(a.y), to_float(a.z)))

@@ -158,17 +158,17 @@ KINOME_WIDE Vec3 normalize(Vec3 a) {
 }
 
 template <class M, class V>
-KINOME_WIDE V matrix_product(const M& m, V a) {
+KINOME_WIDE V matrix_times(const M& m, V a) {
   return {m[0][0] * a.x + m[1][0] * a.y + m[2][0] * a.z,
           m[0][1] * a.x + m[1][1] * a.y + m[2][1] * a.z,
           m[0][2] * a.x + m[1][2] * a.y + m[2][2] * a.z};
 }
 KINOME_WIDE Vec3 operator*(const glm::mat3& m, Vec3 a) {
-  return matrix_product(m, a);
+  return matrix_times(m, a);
 }
 /// Product with the transpose of m.
 KINOME_WIDE Vec3 operator*(Vec3 a, const glm::mat3& m) {
-  return matrix_product(glm::transpose(m), a);
+  return matrix_times(glm::transpose(m), a);
 }
 
 /// Loads values of columns at each lane's index.

@@ -45,5 +45,7 @@ KINOME_EXPORT Image read_pfm(const std::string& path, const Location& asker = {}
 /// Writes an 8-bit sRGB file of the first three channels, scaled by 2^exposure, and of alpha if
 /// present.
 KINOME_EXPORT void write_png(const std::string& path, const Image& image, float exposure);
+/// Returns the bytes that write_png() would write.
+KINOME_EXPORT std::string encode_png(const std::string& path, const Image& image, float exposure);
 
 }  // namespace kinome

@@ -60,7 +60,11 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
   primaries_ = &primaries;
   patches_ = patches;
   visibility_ = visibility;
-  times_.count_to(counters);
+  if (units.empty()) {
+    times_.count_nowhere();  // a pilot, which is a stage of its own
+  } else {
+    times_.count_to(counters);
+  }
   shadow_rays_.begin(scene, counters);
   diffuse_.begin_tile(patches.size(), seed);
   {
