@@ -52,7 +52,8 @@ std::string list_of_names() {
 }  // namespace
 
 const char* to_string(InstructionSet set) {
-  return static_cast<size_t>(set) < std::size(kInstructionSets) ? kInstructionSets[static_cast<size_t>(set)] : "?";
+  const auto index = static_cast<size_t>(set);
+  return index < std::size(kInstructionSets) ? kInstructionSets[index] : "?";
 }
 
 std::optional<InstructionSet> instruction_set_named(std::string_view name) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <system_error>
 #include <thread>
 
@@ -55,9 +56,12 @@ void use_threads_for(uint64_t bytes) {
   if (bytes < kMinBytes) return;
   const unsigned wanted = image_file_threads;
   const unsigned threads = wanted > 0 ? wanted : std::max(1u, std::thread::hardware_concurrency());
+  // With one thread, OpenEXR works in the caller's.
+  const int count = threads > 1 ? static_cast<int>(threads) : 0;
+  static std::mutex mutex;  // OpenEXR's function is not thread-safe
+  const std::lock_guard lock(mutex);
   try {
-    // With one thread, OpenEXR works in the caller's.
-    Imf::setGlobalThreadCount(threads > 1 ? static_cast<int>(threads) : 0);
+    if (Imf::globalThreadCount() != count) Imf::setGlobalThreadCount(count);
   } catch (const std::system_error&) {
     // Without further threads, the file takes longer.
   }

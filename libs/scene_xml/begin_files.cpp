@@ -1,4 +1,4 @@
-// Begins to make, ahead of their turn, the objects of a scene that read files.
+// Starts to read the files of a scene's objects in parallel.
 
 #include <algorithm>
 
@@ -20,6 +20,8 @@ bool is_shareable(const Node& node) {
 const PluginDescriptor* Builder::reader_of(const Node& node) {
   const auto category = category_named(node.tag);
   const Attribute* const type = node.find("type");
+  // Sensors and films get default objects in their turn.
+  if (category == Category::kSensor || category == Category::kFilm) return nullptr;
   if (!category || !type || node.is_broken || objects_.count(&node)) return nullptr;
   try {
     const PluginDescriptor& plugin = registry_.find(*category, type->value, type->where);
@@ -38,13 +40,17 @@ void Builder::find_readers(const Node& node, size_t depth, std::set<const Node*>
                            std::vector<const Node*>& readers) {
   const Node* const target = resolved(node);
   if (!target || depth > kMaxObjectDepth || !seen.insert(target).second) return;
+  const bool is_replaced = integrator_ && target->tag == "integrator";
+  if (is_replaced || objects_.count(target) || is_missing(*target, registry_)) return;
   for_each_part(*target, [&](const Node& part) {
-    if (is_object(part)) find_readers(part, depth + 1, seen, readers);
+    const bool is_used = is_object(part) && !target->is_overridden(part.value("name"));
+    if (is_used) find_readers(part, depth + 1, seen, readers);
   });
   if (reader_of(*target)) readers.push_back(target);
 }
 
-/// Begins to make the objects of a scene that read files. All others take no time.
+/// Begins to make the objects of a scene that read files. Objects that read no file are made in
+/// their turn.
 void Builder::begin_readers(const Node& root) {
   std::vector<const Node*> readers;
   std::set<const Node*> seen;
@@ -54,7 +60,7 @@ void Builder::begin_readers(const Node& root) {
   if (readers.size() < 2) return;
   // A single thread takes the same steps, so that the order of messages and plugins is the same.
   ahead_ = std::make_unique<ReadAhead>(threads_ > 1 ? threads_ : 0);
-  // Those without nested objects come first: the others wait for them.
+  // Readers without nested objects come first, because the others wait for them.
   const auto has_objects = [](const Node* node) {
     bool any = false;
     for_each_part(*node, [&](const Node& part) { any |= is_object(part); });

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/read_files.h"
+#include "kinome/alternate_stack.h"
 
 namespace kinome::loader {
 
@@ -59,6 +60,7 @@ ReadAhead::Pending ReadAhead::begin(Make make) {
 }
 
 void ReadAhead::serve() {
+  const AlternateStack stack;
   for (;;) {
     std::unique_lock lock(mutex_);
     wake_.wait(lock, [this] { return stops_ || !queue_.empty(); });

@@ -14,7 +14,7 @@
 
 namespace kinome::loader {
 
-/// Makes objects in threads of its own. An object's messages and exception are kept until it is
+/// Creates objects in background threads. An object's messages and exception are kept until it is
 /// taken, so that they come in the order in which the objects are taken.
 class ReadAhead {
  public:
@@ -41,7 +41,7 @@ class ReadAhead {
   explicit ReadAhead(unsigned threads) : threads_(threads) {}
   ReadAhead(const ReadAhead&) = delete;
   ReadAhead& operator=(const ReadAhead&) = delete;
-  /// Waits for the objects that are being made. Those not yet begun are left out.
+  /// Waits for the objects that are being made. Those not yet begun are dropped.
   ~ReadAhead();
 
   /// Queues an object. What `make` refers to must outlive this ReadAhead.

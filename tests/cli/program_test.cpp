@@ -348,6 +348,10 @@ TEST_F(Program, TraceFilesAreChecked) {
   const std::string image = folder_.path("a.exr");
   expect_one_error(kinome({"-q", scene_, "-o", image, "--trace", image}), "",
                    {"--trace " + image + ": must differ from the output file"});
+  expect_one_error(kinome({"-q", scene_, "--checkpoint", image, "--trace", image}), "",
+                   {"--trace " + image + ": must differ from the checkpoint"});
+  expect_one_error(kinome({"-q", scene_, "-o", image, "--trace", scene_}), "",
+                   {scene_, "was read"});
 }
 
 TEST_F(Program, StatsForPeopleGoToStderr) {

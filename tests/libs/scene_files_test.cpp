@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "kinome/log_listener.h"
 #include "support/plugins/probe_registry.h"
 #include "support/render.h"
 
@@ -314,49 +313,6 @@ TEST(SearchPath, HoldsForFilesThatPluginsRead) {
       load_object_from_string(xml, folder.path("main.xml"), {}, probe_registry()));
   EXPECT_EQ(std::dynamic_pointer_cast<Probe>(probe->texture)->file, folder.path("maps/a.txt"));
   EXPECT_EQ(std::dynamic_pointer_cast<Probe>(probe->optional)->file, folder.path("parts/b.txt"));
-}
-
-LoadOptions with_threads(unsigned threads) {
-  LoadOptions options;
-  options.threads = threads;
-  return options;
-}
-
-/// Loads a scene, and returns its warnings and errors.
-std::vector<std::string> messages_of(const std::string& path, unsigned threads) {
-  std::vector<std::string> messages;
-  const LogListener listener([&](const std::string& warning) { messages.push_back(warning); });
-  for (const std::string& error : errors_of([&] { load(path, with_threads(threads)); })) {
-    messages.push_back(error);
-  }
-  return messages;
-}
-
-TEST(FilesInThreads, GiveTheMessagesOfOneThread) {
-  const TemporaryFolder folder;
-  const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-  folder.write("a.obj", vertices + "f 1 2 3\n");
-  for (const char* const empty : {"b.obj", "c.obj"}) folder.write(empty, vertices);
-  folder.write("d.obj", vertices + "f 1 2 4\n");
-  folder.write("map.pfm", "Pf\n1 1\n-1\nabc");
-  const auto mesh = [](const std::string& name, const std::string& child) {
-    return "<shape type='obj'><string name='filename' value='" + name + "'/>" + child + "</shape>";
-  };
-  const std::string map =
-      "<bsdf type='diffuse'><texture type='bitmap' name='reflectance'>"
-      "<string name='filename' value='map.pfm'/></texture></bsdf>";
-  const std::string used = mesh("b.obj", "") + mesh("a.obj", "") +
-                           mesh("c.obj", "<emitter type='area'/>") +
-                           "<bsdf type='diffuse' id='shared'/>" + mesh("a.obj", "<ref id='shared'/>");
-  const std::string good = folder.write("good.xml", scene(used));
-  const std::string bad = folder.write(
-      "bad.xml", scene(used + mesh("d.obj", map) + mesh("none.obj", "") + mesh("d.obj", "<odd/>")));
-  for (const std::string& path : {good, bad}) {
-    const std::vector<std::string> messages = messages_of(path, 1);
-    EXPECT_EQ(messages.size(), path == good ? 4u : 7u) << testing::PrintToString(messages);
-    for (const unsigned threads : {2u, 3u, 8u}) EXPECT_EQ(messages_of(path, threads), messages);
-  }
-  EXPECT_EQ(load(good, with_threads(4))->shapes().size(), 2u);
 }
 
 TEST(SpectrumFile, HasTwoColumnsAndComments) {

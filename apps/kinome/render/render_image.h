@@ -15,7 +15,8 @@
 namespace kinome::app {
 
 void set_up_log(const Options& options);
-/// Sets up the log, signal handlers and threads for files; warns of ignored options and missing folders.
+/// Sets up the log, signal handlers and threads for files. Warns of ignored options and missing
+/// folders.
 void set_up_render(const Options& options);
 LoadOptions load_options(const Options& options);
 /// Returns the best instruction set that a loaded plugin is built for, at most the registry's. The

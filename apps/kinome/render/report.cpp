@@ -1,11 +1,9 @@
 #include "render/report.h"
 
 #include <algorithm>
+#include <numeric>
 #include <string_view>
 #include <vector>
-
-#include <algorithm>
-#include <numeric>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -129,6 +129,9 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
     if (!options.trace.empty()) check_writable(options.trace);
     if (!options.display.empty()) split_address(options.display);
     checkpoint = open_checkpoint(options);
+    if (checkpoint && !options.trace.empty() && checkpoint->is_written_to(options.trace)) {
+      throw Error(fmt::format("--trace {}: must differ from the checkpoint", options.trace));
+    }
   });
 
   Progress progress(options.quiet);
@@ -170,6 +173,7 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
     if (is_root) output = choose_output(options, sensor->film());
     part = part_to_render(options, *scene, *sensor);
     warn_of_layers(*scene, sensor->film());
+    if (is_root && !options.trace.empty()) check_writable(options.trace);  // no file of the scene
     for (const std::string& written : output.files()) {
       if (!options.trace.empty() && are_written_to_one_file(written, options.trace)) {
         throw Error(fmt::format("--trace {}: must differ from the output file", options.trace));

@@ -6,7 +6,7 @@ namespace kinome {
 
 /// Alternate signal stack of the current thread, active during the object's lifetime. Signal
 /// handlers with SA_ONSTACK run on it and can thus report a stack overflow. Each thread of the
-/// render context has one. Does nothing if memory is short or the thread has an alternate stack
+/// scheduler has one. Does nothing if memory is short or the thread has an alternate stack
 /// already.
 class KINOME_EXPORT AlternateStack {
  public:

@@ -14,7 +14,7 @@
 namespace kinome {
 
 /// Accumulates samples into pixels, and writes image files. Pixel (x, y) of the full film covers
-/// [x, x+1) x [y, y+1). Threads fill tiles in parallel; the render context merges them by commit()
+/// [x, x+1) x [y, y+1). Threads fill tiles in parallel; the scheduler merges them by commit()
 /// in a fixed order, so sums don't depend on threads. Sums are in double precision, because float
 /// would lose single samples among many thousands.
 ///

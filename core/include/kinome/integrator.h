@@ -33,7 +33,7 @@ class KINOME_EXPORT Passes {
 };
 
 /// Renders a scene into a film. Integrators create no threads; they loop over tiles or items with
-/// the render context.
+/// the scheduler.
 class KINOME_EXPORT Integrator : public Object {
  public:
   /// Film layers that render() fills (see Film::prepare()). The first layer lists channels beside

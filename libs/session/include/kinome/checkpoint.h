@@ -25,7 +25,7 @@ namespace kinome {
 /// previous one. It contains the identity of the render and ends with a checksum. Its byte order is
 /// that of the machine.
 ///
-/// Not thread-safe; the render context serialises the calls.
+/// Not thread-safe; the scheduler serialises the calls.
 class KINOME_EXPORT Checkpoint final : public WorkSource {
  public:
   struct Options {

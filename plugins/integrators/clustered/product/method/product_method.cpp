@@ -97,8 +97,8 @@ void ProductMethod::render(const Scene& scene, const Sensor& sensor, RenderConte
 
 std::unique_ptr<Passes> ProductMethod::begin(const Scene& scene, const Sensor& sensor,
                                              RenderContext& context, double seconds) const {
-  context.job.begin_pass(0, 0,
-                         0);  // the share of the trial and the pilot in the progress isn't known
+  // The share of the trial and the pilot in the progress isn't known.
+  context.job.begin_pass(0, 0, 0);
   const ProductTask task(scene, sensor, context, sampling_);
   const RenderLength length = expected_length(task, seconds);
   MethodChoice choice = choose_method(task, cells_, length);
