@@ -34,8 +34,8 @@ inline std::string why_untraceable(const Aabb& box) {
   return "";
 }
 
-/// Returns true if Embree can invert an instance's transform: it divides the adjugate by the
-/// determinant in single precision.
+/// Returns true if Embree can invert an instance's transform. Embree divides the adjugate by the
+/// determinant in single precision, so neither may overflow or underflow.
 inline bool is_invertible_by_tracer(const Mat4& to_world) {
   const glm::dmat3 linear(to_world);
   const double determinant = std::abs(glm::determinant(linear));
@@ -50,9 +50,10 @@ inline bool is_invertible_by_tracer(const Mat4& to_world) {
   return true;
 }
 
-/// Returns the largest component that the origin and direction of a ray may have, so that they stay
-/// within kFarthest in the space of an instance. If an instance is scaled far down, rays come from
-/// far away in its space.
+/// Returns the largest absolute component that a ray's origin and direction may have in world
+/// space. Within this limit, their components in the instance's local space are at most kFarthest.
+/// The limit matters for strongly scaled-down instances, because the transform to their local space
+/// enlarges coordinates.
 inline float farthest_ray(const Mat4& to_world) {
   const glm::dmat4 inverse = glm::inverse(glm::dmat4(to_world));
   double farthest = double{kFarthest};

@@ -30,8 +30,8 @@ bool holds_one_of(const Node& node, const std::set<std::string>& ids) {
   return false;
 }
 
-/// Returns a patch that removes an element, with its indentation and line if nothing precedes it
-/// there.
+/// Returns a patch that removes an element. If the element begins a line, the patch also removes
+/// the line break and the indentation before it.
 TextPatch removal(const std::string& text, size_t begin, size_t end) {
   if (!begins_line(text, begin)) return {begin, end, ""};
   const size_t before = begin == 0 ? std::string::npos : text.find_last_not_of(" \t", begin - 1);
@@ -94,7 +94,8 @@ std::optional<std::string> PatchedScene::text() {
   const File& root = file(name_);
   Patches inside;
   patch(root, root.root, nullptr, inside);
-  // These must come first, because the first of several defaults with a name is used.
+  // Defaults for -D must precede the scene's own: of several defaults with one name, the first is
+  // used.
   std::vector<std::string> first;
   for (const auto& [name, value] : defines_) {
     const Location where{name_, 0, 0};
@@ -150,7 +151,8 @@ void PatchedScene::patch_values(const File& file, const SourceElement& element, 
                                 const Owner& own, const SavedScene::Changes& changes,
                                 Patches& patches) {
   const SourceElement::Attribute* const type = element.find("type");
-  // The plugin of the text may have been replaced.
+  // If the node has another type than the text, the loader has replaced an unsupported plugin. Such
+  // a scene can't be patched.
   const std::string written = type ? file.text.substr(type->value_begin, type->length()) : "";
   is_possible_ &= written == node.value("type") || written.find('$') != std::string::npos;
   if (type && changes.type != node.value("type")) {
@@ -163,15 +165,15 @@ void PatchedScene::patch_values(const File& file, const SourceElement& element, 
   insert(file, element, missing, patches);
 }
 
-/// Writes the BSDFs that a program has wrapped around a BSDF. The outermost one gets its id and
-/// name.
+/// Writes the BSDFs that a program has wrapped around the BSDF `node`. The id and name of `node`
+/// move to the outermost wrapper.
 void PatchedScene::patch_wrapper(const File& file, const SourceElement& element, const Node& node,
                                  Patches& patches) const {
   std::string moved;
   for (const char* const name : {"id", "name"}) {
     const SourceElement::Attribute* const attribute = element.find(name);
     if (!attribute) continue;
-    // Includes the quotes, and the blank before the name.
+    // The removed text includes the blank before the attribute, and its closing quote.
     const size_t begin = attribute->begin - 1, end = attribute->value_end + 1;
     moved += ' ';
     moved.append(file.text, attribute->begin, end - attribute->begin);
@@ -198,8 +200,8 @@ void PatchedScene::patch_children(const File& file, const SourceElement& element
   for (const SourceElement& child : element.children) patch(file, child, owner, patches);
 }
 
-/// Patches a value of an object. Returns false if the element is a nested object that is unchanged
-/// as a value of its owner.
+/// Patches an element that is a value of `owner`. Returns false if it is a nested object that
+/// remains a value of `owner`; its contents may still need patches.
 bool PatchedScene::patch_value(const File& file, const SourceElement& element, const Node& node,
                                Owner& owner, Patches& patches) {
   const std::string name = node.value("name");
@@ -216,7 +218,7 @@ bool PatchedScene::patch_value(const File& file, const SourceElement& element, c
     return true;
   }
   if (is_object(node)) return false;
-  // Files don't move with the scene.
+  // A relative file name changes if the scene is saved to another folder.
   const bool is_spectrum = node.tag == "spectrum";
   const char* const attribute = is_spectrum ? "filename" : "value";
   const SourceElement::Attribute* const value = element.find(attribute);
@@ -246,7 +248,7 @@ void PatchedScene::keep_elsewhere(const File& file, const SourceElement& element
 void PatchedScene::expand_names(const File& file, const SourceElement& element, Patches& patches) {
   const Node* const node = node_at(element.where);
   if (!node) {
-    is_possible_ = false;  // an include or a default, which later elements may need in its place
+    is_possible_ = false;  // later elements may depend on an include or a default that would move
     return;
   }
   for (const SourceElement::Attribute& attribute : element.attributes) {
@@ -257,7 +259,8 @@ void PatchedScene::expand_names(const File& file, const SourceElement& element, 
   for (const SourceElement& child : element.children) expand_names(file, child, patches);
 }
 
-/// Patches the name of an included file, and its text if that changes.
+/// Patches an include. If edits change the included text, the changed text goes to a new file, and
+/// the include refers to that file. Otherwise only a relative file name may change.
 void PatchedScene::patch_include(const File& file, const SourceElement& element, Owner* owner,
                                  Patches& patches) {
   const SourceElement::Attribute* const filename = element.find("filename");
@@ -270,6 +273,8 @@ void PatchedScene::patch_include(const File& file, const SourceElement& element,
   const auto includes = includes_;
   const auto names = saved_.names();
   Owner unused{owner ? owner->node : nullptr};
+  // Patches the included text once as a trial, as if saved in its own folder, to see if it changes.
+  // The state is restored afterwards.
   saved_.set_folder(folder_of(path));
   const bool stays = included_text(path, owner ? &unused : nullptr) == expansion_.texts.at(path);
   saved_.set_folder(folder);

@@ -66,11 +66,10 @@ class PatchedScene {
   const std::string& name_;
   SavedScene& saved_;
   bool is_possible_ = true;
-  std::map<std::string, const Node*> nodes_;  ///< by location
-  std::set<std::string> ambiguous_;           ///< locations of several nodes
-  std::map<const Node*, const Node*>
-      wrappers_;                          ///< for BSDFs, those that a program wrapped them in
-  std::set<std::string> referenced_ids_;  ///< ids of references
+  std::map<std::string, const Node*> nodes_;     ///< by location
+  std::set<std::string> ambiguous_;              ///< locations of several nodes
+  std::map<const Node*, const Node*> wrappers_;  ///< from a BSDF to the BSDF wrapped around it
+  std::set<std::string> referenced_ids_;         ///< ids that references name
   const std::map<std::string, std::string>& defines_;
   std::map<std::string, File> files_;
   std::vector<std::string>

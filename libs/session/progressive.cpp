@@ -12,32 +12,34 @@
 namespace kinome {
 namespace {
 
-/// Number of squared differences between lanes, pixels x (lanes - 1), for a good error estimate.
-/// Small films have more lanes to reach it.
+/// Number of squared differences between lanes that a good error estimate needs. Their number is
+/// pixels * (lanes - 1), so small films need more lanes.
 constexpr double kMinSquares = 4096;
 constexpr double kMinLanes = 4, kMaxLanes = 16;
 /// Log a message if the estimated error is below the target by more than this factor.
 constexpr double kBetterFactor = 1.5;
-/// Factor on the predicted number of missing samples. Without it, a round would often miss the
-/// target narrowly.
+/// Safety factor on the total number of samples that is predicted to reach the target error.
+/// Without it, a round would often miss the target narrowly.
 constexpr double kErrorMargin = 1.1;
-/// Limits on the samples of a round, relative to all samples before it. The single samples of the
-/// first round take longer and are stratified less than those of larger passes, so the second round
-/// may be large. Later rounds at most double the number of samples.
+/// Limits on the samples of a round, relative to all samples before it. The second round may be
+/// large: larger passes are faster per sample and better stratified than the single samples of the
+/// first round. Later rounds at most double the number of samples.
 constexpr double kMinGrowth = 0.25;
 constexpr double kSecondGrowth = 4, kLaterGrowth = 1;
 
-/// Fraction of the remaining time for the first round, whose time is a forecast.
+/// Fraction of the remaining time for the first round. It is low, because the time per sample is
+/// only a forecast.
 constexpr double kFirstFraction = 0.4;
-/// Fraction of the remaining time for later rounds, whose time is predicted from the previous
-/// round.
+/// Fraction of the remaining time for later rounds. Their time per sample is known from the
+/// previous round.
 constexpr double kFraction = 0.93;
-/// The same if the round is more than kUncertainGrowth times as large as the previous one.
+/// Fraction for a round that is more than kUncertainGrowth times as large as the previous one. Its
+/// time is predicted less reliably.
 constexpr double kUncertainFraction = 0.7;
 constexpr double kUncertainGrowth = 4;
 /// Maximum size of a round relative to the previous one.
 constexpr double kMaxGrowth = 16;
-/// Fraction of the whole time that is too short for another round.
+/// No further round begins if less than this fraction of the whole time is left.
 constexpr double kEndFraction = 0.01;
 
 class Progressive {
@@ -114,7 +116,8 @@ class Progressive {
     last_seconds_ = now() - start - showing_seconds_;
   }
 
-  /// Calls on_pass_. Its time counts as part of the budget, but not for the time per sample.
+  /// Calls on_pass_. The time of the call is part of the budget. It is excluded from the measured
+  /// time per sample.
   void show() {
     if (!on_pass_ || job_.cancelled()) return;
     const double start = now();
@@ -123,9 +126,10 @@ class Progressive {
     showing_seconds_ += now() - start;
   }
 
-  /// Returns the progress before and after a round of `more` samples in total. The number of
-  /// samples for a target error is predicted again before each round. So a round gets its fraction
-  /// of the remaining progress, which therefore never decreases.
+  /// Returns the progress, from 0 to 1, before and after a round of `more` samples of all lanes.
+  /// For a target error, the predicted total of samples changes from round to round. So that
+  /// progress never decreases, a round advances it by a fraction of what remains: the round's
+  /// samples divided by all samples that are predicted to be missing.
   std::pair<double, double> progress_of(double time, double more) {
     if (budget_.seconds > 0) {
       const double sample = last_ > 0 ? last_seconds_ / last_ : passes_.seconds_per_sample();
@@ -147,7 +151,7 @@ class Progressive {
 
   double next_in_time() {
     if (!deadline_) {
-      // All pixels have samples now, so later rounds may be cut off.
+      // The first round is over, so all pixels have samples. Later rounds may end at a deadline.
       const double start = now();
       const Image image = develop(film_, budget_, job_.stats());
       const double after = budget_.seconds_after ? budget_.seconds_after(image) : 0;
@@ -182,7 +186,7 @@ class Progressive {
   const PassCallback& on_pass_;
   uint64_t pass_ = 0;
   int rounds_ = 0;
-  std::vector<double> samples_ = std::vector<double>(film_.lanes());  ///< samples by lane
+  std::vector<double> samples_ = std::vector<double>(film_.lanes());  ///< samples of each lane
   double done_ = 0;                                                   ///< samples of all lanes
   double predicted_ = 0;  ///< predicted samples of all lanes at the end
   double progress_ = 0;   ///< progress at the end of the current round, 0 to 1
@@ -231,7 +235,8 @@ std::optional<double> estimate_rel_mse(const Film& film, std::span<const double>
         const glm::dvec3 others = (sum - samples[a] * colors[a] - samples[b] * colors[b]) /
                                   (all_samples - samples[a] - samples[b]);
         const glm::dvec3 size = 0.5 * (others * others + all * all);
-        // The variance of one sample, if the variance of a lane is inverse to its samples.
+        // Estimates the relative variance of one sample. Assumes that a lane's variance is
+        // inversely proportional to its number of samples.
         total += glm::dot(difference * difference / (size + floor), glm::dvec3(1 / 3.)) /
                  (1 / samples[a] + 1 / samples[b]);
       }

@@ -11,7 +11,7 @@
 #include "conductor_presets.h"
 namespace kinome {
 
-/// Values of `material`: none, or the name of a preset.
+/// Values of `material`: "none", and the names of the presets. Some presets have a second name.
 inline constexpr auto kConductorNames = [] {
   constexpr auto kSeconds = std::ranges::count_if(kConductorPresets, &ConductorPreset::second_name);
   std::array<const char*, 1 + std::size(kConductorPresets) + kSeconds> names{"none"};
@@ -47,9 +47,9 @@ class ConductorIndex {
   const ColorInput& eta() const { return *eta_; }
   const ColorInput& k() const { return *k_; }
 
-  /// Returns the index for computing the reflectance, which depends only on the squares of eta and
-  /// k. Both are at most 1e4, so that fourth powers stay finite; the reflectance there is 1 to
-  /// within a few 1e-4.
+  /// Returns the absolute value of eta or k, clamped to 1e4. The sign doesn't matter, because the
+  /// reflectance depends only on the squares of eta and k. The clamp keeps their fourth powers
+  /// finite. It hardly changes the reflectance, which differs from 1 by only a few 1e-4 at 1e4.
   template <class V>
   static V bounded(const V& index) {
     using std::abs;

@@ -2,9 +2,9 @@
 #include "kinome/plugin.h"
 
 /// Rough diffuse reflection, as in Mitsuba 0.6: Lambertian facets that shadow, mask and illuminate
-/// one another (Oren and Nayar 1994, "Generalization of Lambert's Reflectance Model", equations 27
-/// to 31; with `use_fast_approx`, equation 30 of their qualitative model). `alpha` is Beckmann's;
-/// the model's sigma is alpha / sqrt(2).
+/// one another. Source: Oren and Nayar 1994, "Generalization of Lambert's Reflectance Model",
+/// equations 27 to 31. With `use_fast_approx`, their qualitative model, equation 30. `alpha` is the
+/// roughness of a Beckmann distribution; sigma in the paper is alpha / sqrt(2).
 ///
 ///     <bsdf type="roughdiffuse">
 ///       <rgb name="reflectance" value="0.6 0.5 0.4"/><float name="alpha" value="0.5"/>
@@ -57,7 +57,8 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
     }
 
    private:
-    /// Angles between wi, wo and the normal, as the model needs them.
+    /// Functions of theta_i and theta_o, the angles of wi and wo to the normal, and of phi, the
+    /// difference of their azimuths.
     struct Angles {
       F larger_sine, smaller_tangent, cos_phi;
     };
@@ -73,8 +74,8 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
       return {max(sin_i, sin_o), min(sin_i, sin_o) / larger_cosine, cos_phi};
     }
 
-    /// Reflection without interreflection, divided by Lambertian reflection. `is_qualitative`
-    /// selects the qualitative model.
+    /// Returns the reflection without interreflection, relative to a Lambertian surface of the same
+    /// albedo. `is_qualitative` selects the qualitative model.
     F first_bounce(const VecOf<F>& wo, bool is_qualitative) const {
       const Angles a = angles(wo);
       const F c1 = 1.f - 0.5f * sigma2_ / (sigma2_ + 0.33f);
@@ -84,8 +85,10 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
       }
       const F theta_i = acos(clamp(wi_.z, F(0.f), F(1.f)));
       const F theta_o = acos(clamp(wo.z, F(0.f), F(1.f)));
+      // The angles alpha and beta of the paper; this alpha isn't the roughness.
       const F alpha = max(theta_i, theta_o), beta = min(theta_i, theta_o);
       const F of_beta = 2.f * kInvPi * beta;
+      // Nonzero only if wi and wo are on opposite sides of the normal.
       const F behind = select(a.cos_phi < 0.f, of_beta * of_beta * of_beta, F(0.f));
       const F of_both = 4.f * kInvPi * kInvPi * alpha * beta;
       const F c3 = 0.125f * sigma2_ / (sigma2_ + 0.09f) * of_both * of_both;
@@ -97,6 +100,7 @@ class RoughDiffuse final : public wide::FormulaBsdf<RoughDiffuse> {
              (1.f - abs(a.cos_phi)) * c3 * tangent;
     }
 
+    /// Returns pi times the BSDF of the full model, which includes one interreflection.
     RgbOf<F> whole_factor(const VecOf<F>& wo) const {
       const F cos_phi = angles(wo).cos_phi;
       const F beta = acos(clamp(max(wi_.z, wo.z), F(0.f), F(1.f)));

@@ -1,5 +1,5 @@
-// Box of one pixel: each sample contributes only to its own pixel. The fastest filter. Pixels stay
-// independent, so use it to compare variances.
+// Box of one pixel: each sample contributes only to its own pixel. This is the fastest filter. It
+// suits comparisons of variance, because the errors of different pixels are independent.
 //
 //   <rfilter type="box"/>
 

@@ -1,5 +1,5 @@
-// Independent uniform random numbers from a counter-based generator: each is a hash of pixel,
-// sample and dimension.
+// Independent uniform random numbers from a counter-based generator: each number is a hash of seed,
+// pixel, sample and dimension.
 //
 //   <sampler type="independent"><integer name="sample_count" value="64"/></sampler>
 

@@ -1,9 +1,9 @@
-/// Triangles from a serialized file of Mitsuba 0.5 or 0.6. It has several compressed meshes, and at
-/// the end a list of their offsets. `shape_index` selects a mesh.
+/// Triangles from a serialized file of Mitsuba 0.5 or 0.6. The file contains one or more compressed
+/// meshes and ends with a list of their offsets. `shape_index` selects a mesh.
 ///
-/// The reader uses positions, normals and texture coordinates, in single or double precision. If
-/// the file has no normals, they are averaged from the faces, weighted by angle. Format: Jakob
-/// 2014, "Mitsuba Documentation", section 8.2.1.
+/// Positions, normals and texture coordinates are read, in single or double precision. Vertex
+/// colours are ignored. If the file has no normals, they are averaged from the faces, weighted by
+/// angle. Format: Jakob 2014, "Mitsuba Documentation", section 8.2.1.
 ///
 ///     <shape type="serialized">
 ///       <string name="filename" value="bunny.serialized"/>
@@ -34,8 +34,8 @@ constexpr Parameter kTable[] = {
 };
 
 constexpr uint16_t kMagic = 0x041c;
-constexpr uint16_t kWithoutNames = 3, kWithNames = 4;  // versions
-constexpr size_t kHeader = 4;                          // bytes of magic and version
+constexpr uint16_t kWithoutNames = 3, kWithNames = 4;  // file versions
+constexpr size_t kHeader = 4;                          // size of magic and version, in bytes
 enum Flag : uint32_t {
   kHasNormals = 0x1,
   kHasUvs = 0x2,
@@ -57,7 +57,7 @@ T number_at(const std::string& bytes, size_t at) {
   return value;
 }
 
-/// Contents of one compressed block.
+/// Reader of one compressed mesh.
 class MeshSource {
  public:
   MeshSource(const std::string& file, std::string_view compressed, uint16_t version)
@@ -76,7 +76,7 @@ class MeshSource {
 
   TriangleMesh read() {
     TriangleMesh mesh;
-    mesh.positions.reserve(vertices_ + 1);
+    mesh.positions.reserve(vertices_ + 1);  // Embree reads 4 bytes past the last vertex
     vectors<3>(mesh.positions);
     if (flags_ & kHasNormals) vectors<3>(mesh.normals);
     if (flags_ & kHasUvs) vectors<2>(mesh.uvs);
@@ -112,7 +112,8 @@ class MeshSource {
       take(&c, 1);
     }
   }
-  /// Checks the sizes that the file claims before memory is allocated for them.
+  /// Throws Error if the file is too small for the counts in its header. Called before memory is
+  /// allocated for them.
   void check_size() const {
     const uint64_t bytes_per_number = flags_ & kIsDouble ? 8 : 4;
     uint64_t numbers_per_vertex = 3;
@@ -175,7 +176,8 @@ class MeshSource {
   uint64_t vertices_ = 0, triangles_ = 0;
 };
 
-/// Returns the version of the file. Throws Error if it isn't one of Mitsuba's.
+/// Returns the version in the header at offset `at`. Throws Error if no mesh begins there, or if
+/// the version is neither 3 nor 4.
 uint16_t read_version(const std::string& file, const std::string& bytes, size_t at) {
   const Location where{file, 0, 0};
   if (bytes.size() < at + kHeader || number_at<uint16_t>(bytes, at) != kMagic) {
@@ -189,8 +191,8 @@ uint16_t read_version(const std::string& file, const std::string& bytes, size_t 
   return version;
 }
 
-/// Returns the bytes of a mesh, by the list at the file's end: the offsets of all meshes, and their
-/// number.
+/// Returns the compressed bytes of a mesh. The file ends with the offsets of all meshes, followed
+/// by their number.
 std::string_view find_mesh(const std::string& file, const std::string& bytes, uint16_t version,
                            int64_t index, const Properties& props) {
   const Location where{file, 0, 0};

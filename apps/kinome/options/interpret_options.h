@@ -25,8 +25,8 @@ struct RawOptions {
   }
 };
 
-/// Parses a number, which must be whole if T is an integer type. Returns an error message unless it
-/// is between `low` and `high`, otherwise "".
+/// Parses `text` as a number between `low` and `high`; it must be whole if T is an integer type.
+/// Returns "" on success, and an error message otherwise.
 template <class T>
 std::string parse_in_range(const std::string& text, T low, T high, T& number) {
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -36,12 +36,12 @@ std::string parse_in_range(const std::string& text, T low, T high, T& number) {
                      std::is_integral_v<T> ? "whole " : "", low, high, text);
 }
 
-/// Parses values KEY=VALUE of -D. Throws Error.
+/// Parses the arguments of -D, each KEY=VALUE. Throws Error if one is malformed.
 std::map<std::string, std::string> parse_defines(const std::vector<std::string>& given);
 
 /// Parses `raw` and adds the values to `options`. Throws Error for invalid values and combinations.
 void interpret(const RawOptions& raw, Options& options);
-/// Does so for options of `kinome film` only.
+/// Does the same for the options that only `kinome film` has.
 void interpret_film(const RawOptions& raw, FilmOptions& film);
 
 }  // namespace kinome::app

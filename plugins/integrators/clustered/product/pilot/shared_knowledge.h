@@ -10,29 +10,30 @@
 #include "kinome/scene.h"
 #include "kinome/shared_items.h"
 
-/// Transfer of tiles between the processes of a group.
+/// Transfer of patches between the processes of a group. Each function writes to `bytes`, or reads
+/// from them if bytes.reads().
 namespace kinome {
 
-/// Converts pointers to BSDFs and their tables for other processes, where addresses differ. The
-/// BSDF of a shape is transferred as a number, and a table as its contents. Must outlive the
-/// transferred data.
+/// Transfers pointers to BSDFs and to their transmittance tables, whose addresses differ between
+/// processes. A BSDF is transferred as its index among the BSDFs of the scene's shapes, a table as
+/// its contents. Must outlive the patches that were read, because it owns their tables.
 class BsdfAddresses {
  public:
   explicit BsdfAddresses(const Scene& scene);
   void transfer(const Bsdf*& bsdf, SharedBytes& bytes) const;
-  /// Transfers a BsdfForm::transmittance.
+  /// Transfers a table BsdfForm::transmittance, or nullptr.
   void transfer(const float*& table, SharedBytes& bytes);
 
  private:
   using Table = std::array<float, BsdfForm::kTableSize>;
   std::vector<const Bsdf*> all_;
-  std::unordered_map<const Bsdf*, uint32_t> number_;
-  std::deque<Table> tables_;  ///< distinct tables from other processes: a few
+  std::unordered_map<const Bsdf*, uint32_t> number_;  ///< index in all_
+  std::deque<Table> tables_;  ///< distinct tables read from other processes; there are only a few
 };
 
 /// Transfers a whole patch.
 void transfer(Patch& patch, SharedBytes& bytes, BsdfAddresses& addresses);
-/// Transfers the results of the plan.
+/// Transfers only the members that planning sets: uncertainty, glossy radiance and visibilities.
 void transfer_plan(Patch& patch, SharedBytes& bytes);
 
 }  // namespace kinome
