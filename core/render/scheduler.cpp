@@ -26,10 +26,10 @@ namespace {
 
 std::vector<Rect> tiles_of(const Rect& region) {
   std::vector<Rect> tiles;
-  for (int y = region.y0; y < region.y1; y += kTileSize) {
-    for (int x = region.x0; x < region.x1; x += kTileSize) {
-      tiles.push_back(
-          {x, y, std::min(x + kTileSize, region.x1), std::min(y + kTileSize, region.y1)});
+  const int side = tile_size(region);
+  for (int y = region.y0; y < region.y1; y += side) {
+    for (int x = region.x0; x < region.x1; x += side) {
+      tiles.push_back({x, y, std::min(x + side, region.x1), std::min(y + side, region.y1)});
     }
   }
   return tiles;
@@ -75,6 +75,11 @@ unsigned sum_of_threads(ProcessGroup* group, unsigned threads) {
 }
 
 }  // namespace
+
+int tile_size(const Rect& pixels) {
+  constexpr int kSmallArea = 1 << 20;  // has 1,024 large tiles
+  return pixels.area() < kSmallArea ? kSmallTileSize : kTileSize;
+}
 
 struct Scheduler::State {
   using Item = std::function<void(size_t, RenderCounters&)>;

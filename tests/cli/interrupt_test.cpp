@@ -18,11 +18,11 @@ namespace {
 /// hundredths of a second for it, ten times as much under ThreadSanitizer, and more on a busy
 /// machine.
 #if defined(__SANITIZE_THREAD__)
-constexpr int kTilesAcross = 4, kSamples = 250, kManySamples = 512, kSamplesOfTenths = 16;
+constexpr int kTilesAcross = 8, kSamples = 250, kManySamples = 512, kSamplesOfTenths = 16;
 #else
-constexpr int kTilesAcross = 8, kSamples = 1000, kManySamples = 65536, kSamplesOfTenths = 256;
+constexpr int kTilesAcross = 16, kSamples = 1000, kManySamples = 65536, kSamplesOfTenths = 256;
 #endif
-constexpr int kWidth = kTilesAcross * kTileSize;
+constexpr int kWidth = kTilesAcross * kSmallTileSize;
 
 class Interrupt : public Cli {
  protected:
@@ -76,11 +76,11 @@ class Interrupt : public Cli {
   /// Returns the number of tiles without any light. Some single samples find no light.
   static int dark_tiles(const Image& image) {
     int tiles = 0;
-    for (int y = 0; y < image.height; y += kTileSize) {
-      for (int x = 0; x < image.width; x += kTileSize) {
+    for (int y = 0; y < image.height; y += kSmallTileSize) {
+      for (int x = 0; x < image.width; x += kSmallTileSize) {
         float light = 0;
-        for (int i = 0; i < kTileSize * kTileSize; ++i) {
-          light += image.at(x + i % kTileSize, y + i / kTileSize, 1);
+        for (int i = 0; i < kSmallTileSize * kSmallTileSize; ++i) {
+          light += image.at(x + i % kSmallTileSize, y + i / kSmallTileSize, 1);
         }
         tiles += light > 0 ? 0 : 1;
       }

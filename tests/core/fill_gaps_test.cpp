@@ -57,8 +57,8 @@ RenderStats interrupted(const Pace& pace) {
   contents.sensors = {make<Sensor>(
       "<sensor type=\"perspective\"><sampler type=\"independent\"><integer name=\"sample_count\" "
       "value=\"16\"/></sampler><film type=\"hdrfilm\"><integer name=\"width\" value=\"" +
-      std::to_string(kTiles * kTileSize) + "\"/><integer name=\"height\" value=\"" +
-      std::to_string(kTileSize) + "\"/><rfilter type=\"box\"/></film></sensor>")};
+      std::to_string(kTiles * kSmallTileSize) + "\"/><integer name=\"height\" value=\"" +
+      std::to_string(kSmallTileSize) + "\"/><rfilter type=\"box\"/></film></sensor>")};
   const Scene scene(contents, 1);
   RenderContext context({.threads = 1,
                          .cancel = &cancel,
@@ -81,7 +81,7 @@ RenderStats interrupted(const Pace& pace) {
       }
     }
   }
-  EXPECT_EQ(stats.missing, missing / (kTiles * sqr(static_cast<double>(kTileSize))));
+  EXPECT_EQ(stats.missing, missing / (kTiles * sqr(static_cast<double>(kSmallTileSize))));
   return stats;
 }
 

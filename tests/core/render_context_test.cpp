@@ -90,8 +90,8 @@ TEST(RenderContext, TilesCoverTheCropOnce) {
     std::map<std::pair<int, int>, int> visits;
     RenderContext context({.threads = 3});
     context.scheduler.for_each_tile(*film, [&](Tile& tile) {
-      EXPECT_LE(tile.pixels.width(), kTileSize);
-      EXPECT_LE(tile.pixels.height(), kTileSize);
+      EXPECT_LE(tile.pixels.width(), kSmallTileSize);
+      EXPECT_LE(tile.pixels.height(), kSmallTileSize);
       const std::lock_guard lock(mutex);
       for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
         for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) ++visits[{x, y}];

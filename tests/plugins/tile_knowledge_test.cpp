@@ -22,7 +22,7 @@ TEST(TileGrid, CoversEveryPixelOnce) {
     grid.for_each_tile(block, [&](const TileGrid::Tile& tile) {
       EXPECT_TRUE(tiles.insert(tile.index).second);
       EXPECT_TRUE(places.insert(tile.place).second);
-      EXPECT_LT(tile.place, TileGrid::kTilesOfBlock);
+      EXPECT_LT(tile.place, TileGrid::kMaxTilesOfBlock);
       for (int y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
         for (int x = tile.pixels.x0; x < tile.pixels.x1; ++x) {
           EXPECT_TRUE(x >= whole.x0 && x < whole.x1 && y >= whole.y0 && y < whole.y1);

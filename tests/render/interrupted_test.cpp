@@ -18,7 +18,7 @@ std::unique_ptr<Scene> scene_of(const std::string& integrator, const std::string
   s.light +=
       "<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"1.5\" z=\"2\"/>"
       "<rgb name=\"intensity\" value=\"5\"/></emitter>";
-  s.film = integer("width", kAcross * kTileSize) + integer("height", kDown * kTileSize) +
+  s.film = integer("width", kAcross * kSmallTileSize) + integer("height", kDown * kSmallTileSize) +
            "<rfilter type=\"box\"/>";
   return make_scene(s, "<integrator type=\"" + integrator + "\">" + parameters + "</integrator>",
                     4);
@@ -57,7 +57,7 @@ void expect_filled_anywhere(const Scene& scene, int before) {
     EXPECT_FALSE(stats.complete);
     EXPECT_EQ(stats.missing, 0);
     EXPECT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B"}));
-    EXPECT_LT(dark_pixels(image), 0.5 * kTileSize * kTileSize);
+    EXPECT_LT(dark_pixels(image), 0.5 * kSmallTileSize * kSmallTileSize);
     if (end > before) filled -= kTile;
     EXPECT_NEAR(stats.filled, filled, 1e-9);
     filled = stats.filled;

@@ -61,18 +61,25 @@ def parts_of(events):
 
 def simulate(items, threads):
     """Returns (seconds, seconds in which fewer than `threads` threads work) of a loop. A thread that is free
-    takes the next item. Only one thread at a time commits, in any order, and the others wait."""
-    free = [0.0] * threads
-    changes, film = [], 0.0
-    for work, commit in items:
-        begin = heapq.heappop(free)
-        end = begin + work
-        changes += [(begin, 1), (end, -1)]
+    takes the next item. Only one thread at a time commits, the first that has come, and the others wait."""
+    left = iter(items)
+    changes, running = [], []  # running: (end, commit) of the items that threads work on
+
+    def take(begin):
+        for work, commit in left:
+            heapq.heappush(running, (begin + work, commit))
+            changes.extend([(begin, 1), (begin + work, -1)])
+            break
+
+    for _ in range(threads):
+        take(0.0)
+    film = whole = 0.0
+    while running:
+        end, commit = heapq.heappop(running)
         if commit > 0:
-            film = max(film, end) + commit
-            end = film
-        heapq.heappush(free, end)
-    whole = max(free)
+            film = end = max(film, end) + commit
+        whole = max(whole, end)
+        take(end)
     idle = time = 0.0
     working = 0
     for at, change in [*sorted(changes), (whole, 0)]:

@@ -12,8 +12,11 @@ namespace kinome {
 class RenderJob;
 class SharedItems;
 
-/// Side of a tile in pixels (Åkerlund 2008, 4.4.1).
-inline constexpr int kTileSize = 32;
+/// Side of a tile in pixels (Åkerlund 2008, 4.4.1), and in small images, which would otherwise have
+/// too few tiles for many threads.
+inline constexpr int kTileSize = 32, kSmallTileSize = 16;
+/// Returns the side of the tiles of an image with these pixels.
+KINOME_EXPORT int tile_size(const Rect& pixels);
 
 /// Tile that one thread is rendering.
 struct Tile {
@@ -40,7 +43,7 @@ class KINOME_EXPORT Scheduler {
   explicit Scheduler(RenderJob& job);
   ~Scheduler();
 
-  /// Calls `fn` for each 32x32 tile of Film::sampled() on all threads, with denormals flushed, and
+  /// Calls `fn` for each tile of Film::sampled() on all threads, with denormals flushed, and
   /// commits the tiles to the film in their order. Starts no further tiles once cancelled. Rethrows
   /// the first exception. Collective.
   void for_each_tile(Film& film, const std::function<void(Tile&)>& fn, int layer = 0);

@@ -1,6 +1,7 @@
 // The part of LocalLight that sorts points and evaluates light that rays find.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "clustered/product/lights/light_point_draw.h"
 #include "clustered/product/lights/local_light.h"
@@ -13,6 +14,8 @@ namespace {
 
 /// Number of cells that a thread sorts together.
 constexpr uint32_t kCellsOfPart = 16;
+/// Minimum number of chunks that a thread distributes together, and maximum number of their ranges.
+constexpr size_t kChunksOfRange = 4, kMaxRanges = 32;
 
 /// Returns the Morton code of a position in the unit cube, with 10 bits per coordinate.
 uint32_t morton_code(const Vec3& at) {
@@ -53,38 +56,68 @@ simd::LightPointRow row_of(const LightPoint& p) {
 /// Sorts points by cell, and along a Morton curve within a cell, so that every nth point is spread
 /// over the cell.
 LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, const Scheduler& scheduler) const {
+  /// Chunks that a thread distributes to the cells.
+  struct Range {
+    std::span<Drawn> chunks;
+    std::vector<Aabb> boxes;     ///< of its points in each cell
+    std::vector<uint32_t> next;  ///< number of points in each cell, and later the next one's index
+    size_t reflections = 0;      ///< number, and later index of the first one
+    bool has_bent_normals = false;
+  };
+  std::vector<Range> ranges(std::clamp<size_t>(chunks.size() / kChunksOfRange, 1, kMaxRanges));
+  scheduler.parallel_for(ranges.size(), [&](size_t r) {
+    Range& range = ranges[r];
+    const size_t first = r * chunks.size() / ranges.size();
+    const size_t end = (r + 1) * chunks.size() / ranges.size();
+    range = {{chunks.data() + first, end - first},
+             std::vector<Aabb>(size_), std::vector<uint32_t>(size_, 0)};
+    for (const Drawn& chunk : range.chunks) {
+      range.reflections += chunk.reflections.size();
+      for (const LightPoint& p : chunk.points) {
+        range.boxes[p.cell].expand(p.position);
+        ++range.next[p.cell];
+        range.has_bent_normals |= p.off_surface > 0;
+      }
+    }
+  });
   LocalPoints all;
   std::vector<Aabb> boxes(size_);
   all.first.assign(size_ + 1, 0);
-  size_t reflections = 0;
-  for (const Drawn& chunk : chunks) {
-    reflections += chunk.reflections.size();
-    for (const LightPoint& p : chunk.points) {
-      boxes[p.cell].expand(p.position);
-      ++all.first[p.cell + 1];
+  for (uint32_t c = 0; c < size_; ++c) {
+    uint32_t next = all.first[c];
+    for (Range& range : ranges) {
+      boxes[c].expand(range.boxes[c]);
+      next += std::exchange(range.next[c], next);
     }
+    all.first[c + 1] = next;
   }
-  for (uint32_t c = 0; c < size_; ++c) all.first[c + 1] += all.first[c];
+  size_t reflections = 0;
+  for (Range& range : ranges) {
+    reflections += std::exchange(range.reflections, reflections);
+    all.has_bent_normals |= range.has_bent_normals;
+  }
   struct Key {
     uint32_t code;
     const LightPoint* point;
     bool operator<(const Key& other) const { return code < other.code; }
   };
   std::vector<Key> keys(all.first.back());
-  std::vector<uint32_t> next(all.first.begin(), all.first.end() - 1);
-  all.reflections.reserve(reflections);
-  for (Drawn& chunk : chunks) {
-    const auto first = static_cast<uint32_t>(all.reflections.size());
-    all.reflections.insert(all.reflections.end(), chunk.reflections.begin(),
-                           chunk.reflections.end());
-    for (LightPoint& p : chunk.points) {
-      if (p.reflection != LightPoint::kLambertian) p.reflection += first;
-      const Aabb& box = boxes[p.cell];
-      const Vec3 at = (p.position - box.lo) / glm::max(box.extent(), Vec3(1e-30f));
-      keys[next[p.cell]++] = {morton_code(at), &p};
-      all.has_bent_normals |= p.off_surface > 0;
+  all.reflections.resize(reflections);
+  scheduler.parallel_for(ranges.size(), [&](size_t r) {
+    Range& range = ranges[r];
+    for (Drawn& chunk : range.chunks) {
+      const auto first = static_cast<uint32_t>(range.reflections);
+      std::copy(chunk.reflections.begin(), chunk.reflections.end(),
+                all.reflections.begin() + first);
+      range.reflections += chunk.reflections.size();
+      for (LightPoint& p : chunk.points) {
+        if (p.reflection != LightPoint::kLambertian) p.reflection += first;
+        const Aabb& box = boxes[p.cell];
+        const Vec3 at = (p.position - box.lo) / glm::max(box.extent(), Vec3(1e-30f));
+        keys[range.next[p.cell]++] = {morton_code(at), &p};
+      }
     }
-  }
+  });
   all.points.resize(keys.size());
   all.rows.resize(keys.size());
   all.reflection.resize(keys.size());

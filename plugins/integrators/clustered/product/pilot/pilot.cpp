@@ -28,7 +28,7 @@ struct Pilot::Prober {
   Estimator estimator;
   std::vector<Visibility> unknown;
   std::vector<PointPlan> points;
-  std::vector<std::vector<VisibilityRecord>> records[TileGrid::kTilesOfBlock];
+  std::vector<std::vector<VisibilityRecord>> records[TileGrid::kMaxTilesOfBlock];
 
   Prober(const Primaries::View& view, const CellLight& light) : tracer(view), estimator(light) {}
 };
@@ -61,7 +61,7 @@ Pilot::Pilot(const ProductTask& task, const Primaries::View& view, const CellLig
 
 int Pilot::rows_of_band() const {
   const int pixels = std::min(task_.settings.remembered_pixels, kPixelsOfBand);
-  return std::clamp(pixels / (grid_.crop().width() * TileGrid::kBlockSide), 1,
+  return std::clamp(pixels / (grid_.crop().width() * grid_.block_side()), 1,
                     std::max(1, grid_.blocks_y()));
 }
 
@@ -71,17 +71,17 @@ TileGrid::Rows Pilot::band(int index) const {
 }
 
 Pilot::Point* Pilot::points_of(const TileGrid::Tile& tile) {
-  const int tiles = rows_of_band() * TileGrid::kTilesAcross * grid_.tiles_x();
+  const int tiles = rows_of_band() * grid_.tiles_across() * grid_.tiles_x();
   const auto place = static_cast<size_t>(tile.index % tiles);
   return &points_[tile.index / tiles % 2][place * kTileSide * kTileSide * effort_.primaries];
 }
 
 std::vector<PixelForecast> Pilot::learn(double progress_end) {
   // A tile at the border of a band learns from tiles of the next band.
-  static_assert(TileKnowledge::kReach <= TileGrid::kTilesAcross);
+  static_assert(TileKnowledge::kReach <= kSmallTileSize / kTileSide);
   const Rect& crop = grid_.crop();
   const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
-  const auto tiles = static_cast<size_t>(rows) * TileGrid::kTilesAcross * grid_.tiles_x();
+  const auto tiles = static_cast<size_t>(rows) * grid_.tiles_across() * grid_.tiles_x();
   forecast_.assign(static_cast<size_t>(crop.area()), {});
   std::vector<int> makers;  // processes that probed the previous band
   for (int i = 0; i <= bands && !context_.job.cancelled(); ++i) {

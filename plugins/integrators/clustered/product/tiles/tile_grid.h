@@ -16,9 +16,8 @@ namespace kinome {
 /// thread. The points of a tile, which has kTileSide x kTileSide pixels, share patches.
 class TileGrid {
  public:
-  static constexpr int kBlockSide = kTileSize;
-  static constexpr int kTilesAcross = kBlockSide / kTileSide;  ///< tiles per row of a block
-  static constexpr int kTilesOfBlock = kTilesAcross * kTilesAcross;
+  static constexpr int kMaxTilesAcross = kTileSize / kTileSide;
+  static constexpr int kMaxTilesOfBlock = kMaxTilesAcross * kMaxTilesAcross;
 
   struct Tile {
     int index;
@@ -40,20 +39,22 @@ class TileGrid {
     int end = 0;
   };
 
-  explicit TileGrid(const Rect& crop) : crop_(crop) {}
+  explicit TileGrid(const Rect& crop) : crop_(crop), block_side_(tile_size(crop)) {}
 
   const Rect& crop() const { return crop_; }
+  int block_side() const { return block_side_; }
+  int tiles_across() const { return block_side_ / kTileSide; }  ///< tiles per row of a block
   int tiles_x() const { return (crop_.width() + kTileSide - 1) / kTileSide; }
   int tiles_y() const { return (crop_.height() + kTileSide - 1) / kTileSide; }
   int tiles() const { return tiles_x() * tiles_y(); }
-  int blocks_x() const { return (crop_.width() + kBlockSide - 1) / kBlockSide; }
-  int blocks_y() const { return (crop_.height() + kBlockSide - 1) / kBlockSide; }
+  int blocks_x() const { return (crop_.width() + block_side_ - 1) / block_side_; }
+  int blocks_y() const { return (crop_.height() + block_side_ - 1) / block_side_; }
   Rows all_rows() const { return {0, blocks_y()}; }
 
   Rect block(int index) const {
-    const int left = crop_.x0 + index % blocks_x() * kBlockSide;
-    const int top = crop_.y0 + index / blocks_x() * kBlockSide;
-    return {left, top, std::min(left + kBlockSide, crop_.x1), std::min(top + kBlockSide, crop_.y1)};
+    const int left = crop_.x0 + index % blocks_x() * block_side_;
+    const int top = crop_.y0 + index / blocks_x() * block_side_;
+    return {left, top, std::min(left + block_side_, crop_.x1), std::min(top + block_side_, crop_.y1)};
   }
   /// Index of a pixel in the crop window, row by row.
   size_t pixel(int x, int y) const {
@@ -63,9 +64,10 @@ class TileGrid {
   /// Calls fn(tile) for each tile of a block.
   template <class Function>
   void for_each_tile(int block, const Function& fn) const {
-    const int x0 = block % blocks_x() * kTilesAcross, y0 = block / blocks_x() * kTilesAcross;
-    for (int i = 0; i < kTilesOfBlock; ++i) {
-      const int x = x0 + i % kTilesAcross, y = y0 + i / kTilesAcross;
+    const int across = tiles_across();
+    const int x0 = block % blocks_x() * across, y0 = block / blocks_x() * across;
+    for (int i = 0; i < across * across; ++i) {
+      const int x = x0 + i % across, y = y0 + i / across;
       if (x >= tiles_x() || y >= tiles_y()) continue;
       fn(Tile{y * tiles_x() + x,
               i,
@@ -98,6 +100,7 @@ class TileGrid {
 
  private:
   Rect crop_;
+  int block_side_;
 };
 
 }  // namespace kinome
