@@ -51,6 +51,11 @@ bool is_repeated(const std::string& warning) {
   return logged().scopes > 0 && !logged().warnings.insert(warning).second;
 }
 
+bool is_first_of_file(const std::string& file) {
+  const std::lock_guard lock(logged().mutex);
+  return logged().files.insert(file).second;
+}
+
 thread_local LogCapture* capture = nullptr;
 
 /// All existing listeners. Never destroyed, either.
@@ -112,6 +117,8 @@ LogCapture::~LogCapture() {
 void LogCapture::log(const Message& message) {
   if (capture) {
     capture->kept_.push_back(message);
+  } else if (!message.file.empty() && !is_first_of_file(message.file)) {
+    return;
   } else if (message.level == LogLevel::kInfo) {
     logger().info("{}", message.text);
   } else if (message.level == LogLevel::kDebug) {
@@ -135,19 +142,14 @@ void log_debug(const std::string& message) {
 void log_unused(const std::string& file, const std::vector<std::string>& what) {
   constexpr size_t kMaxListed = 20;
   if (what.empty() || log_level() < LogLevel::kInfo) return;
-  {
-    const std::lock_guard lock(logged().mutex);
-    if (!logged().files.insert(file).second) return;
-  }
   const size_t count = std::min(what.size(), kMaxListed);
   const std::string rest =
       what.size() > count ? fmt::format(" and {} more", what.size() - count) : "";
   // Error replaces line breaks in the file's names.
-  log_info(Error(Location{file},
-                 fmt::format("not used: {}{}",
-                             fmt::join(what.begin(), what.begin() + static_cast<long>(count), ", "),
-                             rest))
-               .what());
+  const std::string list =
+      fmt::format("{}", fmt::join(what.begin(), what.begin() + static_cast<long>(count), ", "));
+  LogCapture::log(
+      {LogLevel::kInfo, Error(Location{file}, "not used: " + list + rest).what(), file});
 }
 
 }  // namespace kinome

@@ -13,6 +13,7 @@ class LogCapture {
   struct Message {
     LogLevel level;
     std::string text;
+    std::string file = {};  ///< of a message that is logged once per file
   };
 
   LogCapture();

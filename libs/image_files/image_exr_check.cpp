@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -28,7 +29,9 @@ namespace {
 /// the file, so it doesn't recognize truncated ones.
 bool has_magic(const std::string& path) {
   char bytes[4] = {};
-  std::ifstream(path, std::ios::binary).read(bytes, sizeof bytes);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error(std::strerror(errno));
+  file.read(bytes, sizeof bytes);
   return Imf::isImfMagic(bytes);
 }
 

@@ -59,7 +59,8 @@ void Builder::begin_readers(const Node& root) {
   }
   if (readers.size() < 2) return;
   // A single thread takes the same steps, so that the order of messages and plugins is the same.
-  ahead_ = std::make_unique<ReadAhead>(threads_ > 1 ? threads_ : 0);
+  constexpr unsigned kMaxThreads = 8;  // each holds the bytes of a file
+  ahead_ = std::make_unique<ReadAhead>(threads_ > 1 ? std::min(threads_, kMaxThreads) : 0);
   // Readers without nested objects come first, because the others wait for them.
   const auto has_objects = [](const Node* node) {
     bool any = false;

@@ -72,6 +72,7 @@ std::unique_ptr<Scene> load_scene_from_string(const std::string& xml, const std:
 
 std::vector<Error> check_scene(const std::string& path, const LoadOptions& options,
                                PluginRegistry& registry) {
+  const WarningsOnce once;
   try {
     read(loader::read_text(path, {}), path, options, registry, true, nullptr,
          [](const auto& expansion, loader::Builder& builder) { builder.scene(expansion.root); });
@@ -86,6 +87,7 @@ std::vector<Error> check_scene(const std::string& path, const LoadOptions& optio
 std::shared_ptr<Object> load_object_from_string(const std::string& xml, const std::string& name,
                                                 const LoadOptions& options,
                                                 PluginRegistry& registry) {
+  const WarningsOnce once;
   std::shared_ptr<Object> object;
   read(xml, name, options, registry, false, nullptr,
        [&](const auto& expansion, loader::Builder& builder) {

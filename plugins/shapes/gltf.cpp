@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <set>
 
@@ -21,6 +22,7 @@
 #include "gltf_node.h"
 #include "gltf_primitive.h"
 #include "gltf_skin.h"
+#include "json_nesting.h"
 #include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "kinome/read_files.h"
@@ -49,6 +51,9 @@ std::string first_line(const std::string& text) {
   return line.size() > kMaxLength ? line.substr(0, kMaxLength) + "…" : line;
 }
 
+/// Bytes of a binary file before the JSON text. The last eight are the text's length and type.
+constexpr size_t kBinaryHeader = 20;
+
 tinygltf::Model parse_gltf(const std::string& file) {
   const std::string bytes = read_mesh_file(file);
   const auto fail = [&](const std::string& message) {
@@ -56,6 +61,14 @@ tinygltf::Model parse_gltf(const std::string& file) {
   };
   if (bytes.size() > std::numeric_limits<unsigned>::max()) fail("it is larger than 4 GB");
   const auto size = static_cast<unsigned>(bytes.size());
+  const bool is_binary = bytes.starts_with("glTF");
+  std::string_view json = bytes;
+  if (is_binary && bytes.size() >= kBinaryHeader) {
+    uint32_t length = 0;
+    std::memcpy(&length, bytes.data() + kBinaryHeader - 8, sizeof length);
+    json = json.substr(kBinaryHeader, length);
+  }
+  if (is_nested_too_deeply(json)) fail("its JSON is nested too deeply");
   const std::string folder = std::filesystem::path(file).parent_path().string();
   tinygltf::TinyGLTF reader;
   // Shapes don't need images.
@@ -79,7 +92,7 @@ tinygltf::Model parse_gltf(const std::string& file) {
   std::string warning;
   bool ok = false;
   try {
-    ok = bytes.starts_with("glTF")
+    ok = is_binary
              ? reader.LoadBinaryFromMemory(&model, &error, &warning,
                                            reinterpret_cast<const unsigned char*>(bytes.data()),
                                            size, folder)

@@ -51,6 +51,13 @@ class OwnFiles : public Cli {
   std::string map_, scene_;
 };
 
+TEST_F(OwnFiles, ImageAndPngAreTwoFiles) {
+  fs::create_symlink("a.exr", folder_.path("a.png"));
+  expect_one_error(kinome({"-q", scene_, "-o", folder_.path("a.exr"), "--png"}), "",
+                   {"--png: ", "are the same file"});
+  EXPECT_FALSE(fs::exists(folder_.path("a.exr")));
+}
+
 TEST_F(OwnFiles, AnImageNeverReplacesAMap) {
   expect_refusal({"-q"});
   expect_refusal({"-q", "-o", map_});

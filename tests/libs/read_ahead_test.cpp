@@ -5,6 +5,7 @@
 
 #include "support/image_helpers.h"
 #include "kinome/image_files.h"
+#include "kinome/log.h"
 #include "kinome/log_listener.h"
 #include "kinome/scene_loader.h"
 #include "support/render.h"
@@ -75,6 +76,32 @@ TEST(ReadAhead, MessagesAreThoseOfOneThread) {
                    scene(used + mesh("d.obj", map) + mesh("none.obj", "") + mesh("d.obj", "<odd/>"))),
       {"b.obj: the file has no faces", "c.obj: the file has no faces", "has no area",
        "refers to vertex 4", "map.pfm: can't be read", "no file 'none.obj'", "unknown tag <odd>"});
+}
+
+/// The data that a file doesn't use are told once, in the order of the scene.
+TEST(ReadAhead, UnusedDataAreToldInTheOrderOfTheScene) {
+  const TemporaryFolder folder;
+  std::string children;
+  for (const char* const name : {"z.ply", "x.ply", "y.ply", "x.ply", "z.ply", "y.ply"}) {
+    folder.write(name,
+                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                 "property float z\nproperty float quality\nelement face 1\nproperty list uchar "
+                 "int vertex_indices\nend_header\n0 0 0 1\n1 0 0 1\n0 1 0 1\n3 0 1 2\n");
+    children += from_file("shape type='ply'", name, "");
+  }
+  const std::string path = folder.write("s.xml", scene(children + "<integrator type='path'/>"));
+  const LogLevel level = log_level();
+  set_log_level(LogLevel::kInfo);
+  testing::internal::CaptureStderr();
+  messages_of(path, 8);
+  const std::string log = testing::internal::GetCapturedStderr();
+  set_log_level(level);
+  const size_t z = log.find("z.ply: not used"), x = log.find("x.ply: not used"),
+               y = log.find("y.ply: not used");
+  EXPECT_LT(z, x) << log;
+  EXPECT_LT(x, y) << log;
+  EXPECT_NE(y, std::string::npos) << log;
+  EXPECT_EQ(log.rfind("z.ply: not used"), z) << log;
 }
 
 /// Files that are large enough for OpenEXR's threads.

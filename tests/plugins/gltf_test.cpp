@@ -245,6 +245,9 @@ TEST_F(Gltf, BrokenFiles) {
   expect_error("{\"asset\": ", "parse error");
   expect_error("glTF\2", "short");
   expect_error("{}", "too short");
+  const std::string deep(20000, '[');
+  expect_error(R"({"asset":{"version":"2.0"},"extras":)" + deep, "nested too deeply");
+  expect_error(std::string("glTF\2\0\0\0\0\0\0\0\xff\xff\0\0JSON", 20) + deep, "nested too deeply");
   expect_error("v 0 0 0\n", "parse error");
   expect_error(R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[3]}]})", "node 3");
   GltfParts parts;

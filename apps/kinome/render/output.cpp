@@ -74,6 +74,10 @@ Output choose_output(const Options& options, const Film& film) {
                             film.file_extension()));
   }
   if (options.png) output.png = png_beside(output.image);
+  const bool has_two = options.png && !options.inspect && !is_null_device(output.image);
+  if (has_two && are_written_to_one_file(output.image, output.png)) {
+    throw Error(fmt::format("--png: '{}' and '{}' are the same file", output.image, output.png));
+  }
   for (const std::string& file : output.files()) check_writable(file);
   return output;
 }
