@@ -76,7 +76,7 @@ TEST(RenderContext, TileOrderIsShuffled) {
   const auto shuffled = order(5);
   EXPECT_NE(plain, shuffled);
   EXPECT_EQ(std::set(plain.begin(), plain.end()), std::set(shuffled.begin(), shuffled.end()));
-  EXPECT_EQ(plain.size(), 20u);
+  EXPECT_EQ(plain.size(), 70u);
 }
 
 TEST(RenderContext, TilesCoverTheCropOnce) {
