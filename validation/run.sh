@@ -22,7 +22,7 @@
 # files, or all scene files of a folder? Writes validation/budgets/. Begins no scene that would end
 # after 10 minutes; run the same command again to continue. Doesn't need Mitsuba.
 #
-# threads: the time of renders with 1 to 16 threads, measured or simulated, in 2 minutes. Writes
+# threads: the time of renders with 1 to 16 threads, measured or simulated, in 7 minutes. Writes
 # validation/threads/. Doesn't need Mitsuba.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are used only if they

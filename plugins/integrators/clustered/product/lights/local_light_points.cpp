@@ -15,7 +15,7 @@ namespace {
 /// Number of cells that a thread sorts together.
 constexpr uint32_t kCellsOfPart = 16;
 /// Minimum number of chunks that a thread distributes together, and maximum number of their ranges.
-constexpr size_t kChunksOfRange = 4, kMaxRanges = 32;
+constexpr size_t kChunksOfRange = 4, kMaxRanges = 8;
 
 /// Returns the Morton code of a position in the unit cube, with 10 bits per coordinate.
 uint32_t morton_code(const Vec3& at) {
