@@ -5,8 +5,7 @@
 
 namespace kinome::loader {
 
-/// Returns the offset of the first tag from `at` on, past text, comments and other markup; npos if
-/// there is none.
+/// Returns the offset of the first tag from `at` on, past text, comments and other markup, or npos.
 size_t next_tag(const std::string& text, size_t at);
 
 /// An element whose end tag is missing.

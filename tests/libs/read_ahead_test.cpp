@@ -78,8 +78,8 @@ TEST(ReadAhead, MessagesAreThoseOfOneThread) {
        "refers to vertex 4", "map.pfm: can't be read", "no file 'none.obj'", "unknown tag <odd>"});
 }
 
-/// The data that a file doesn't use are told once, in the order of the scene.
-TEST(ReadAhead, UnusedDataAreToldInTheOrderOfTheScene) {
+/// Unused data of a file are reported once, in the order of the scene.
+TEST(ReadAhead, UnusedDataAreReportedInTheOrderOfTheScene) {
   const TemporaryFolder folder;
   std::string children;
   for (const char* const name : {"z.ply", "x.ply", "y.ply", "x.ply", "z.ply", "y.ply"}) {

@@ -109,7 +109,10 @@ void write_image_files(const Options& options, Film& film, const Image& image,
   try {
     std::future<std::string> png;
     if (!output.png.empty()) {
-      png = std::async([&] { return encode_png(output.png, image, options.exposure); });
+      // With one thread, get() encodes it.
+      constexpr auto kAnyThread = std::launch::async | std::launch::deferred;
+      png = std::async(options.threads == 1 ? std::launch::deferred : kAnyThread,
+                       [&] { return encode_png(output.png, image, options.exposure); });
     }
     if (part) {
       part->write(output.image, image, metadata);

@@ -120,9 +120,9 @@ class MemberColumns3 {
 /// Calls fn(GroupMembers) with the fastest way of picking for this group.
 template <class Function>
 void with_members(const PointGroup& group, const Function& fn) {
-  constexpr size_t kFewVectors = 8;
+  constexpr size_t kMaxVectorsOfFew = 8;
   if (group.count <= wide::kLanes) return fn(GroupMembers<Picking::kFromOne>(group));
-  if (group.count <= kFewVectors * wide::kLanes) {
+  if (group.count <= kMaxVectorsOfFew * wide::kLanes) {
     return fn(GroupMembers<Picking::kFromFew>(group));
   }
   fn(GroupMembers<Picking::kGathered>(group));

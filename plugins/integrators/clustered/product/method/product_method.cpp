@@ -16,7 +16,7 @@ namespace {
 constexpr uint32_t kMaxCellsBesideLocal = 1u << 14;
 
 /// Below this number of rays per pixel, computing the cells of each patch takes much of the time.
-constexpr double kFewRays = 40;
+constexpr double kMaxRaysForFewerCells = 40;
 
 /// True if the emitters have all functions that paths of up to max_depth edges require.
 bool is_product_scene(const Scene& scene, uint32_t max_depth) {
@@ -64,7 +64,7 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
   uint32_t count = alone ? settings.cells : std::min(settings.cells, kMaxCellsBesideLocal);
   // In scenes of few primitives, visibility is learned from few rays. Most of the error is in cells
   // that straddle a horizon, so that small cells are better.
-  if (sampling.fewer_cells && !is_progressive && sampling.rays_per_pixel < kFewRays &&
+  if (sampling.fewer_cells && !is_progressive && sampling.rays_per_pixel < kMaxRaysForFewerCells &&
       !has_few_primitives(scene)) {
     count = std::max(count / 2, 1u);
   }
