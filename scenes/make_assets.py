@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Makes the meshes and maps of the scenes and copies their environment photographs.
+"""Generates the meshes and maps of the scenes, and copies their environment photographs.
 
     python3 scenes/make_assets.py [--force] [--scale S] [--output DIR] [SCENE…]
 
-Writes DIR/SCENE/assets (DIR: this folder) for the scenes named, or all. Nothing is random: the
-same version of numpy on the same machine writes the same bytes. A scene whose stamp matches this
-script's sources is left alone. `--scale` above 1 makes coarser meshes, for tests.
+Writes DIR/SCENE/assets (DIR: this folder) for the given scenes, or for all. Nothing is random: the
+same version of numpy on the same machine writes the same bytes. Scenes whose stamp matches the sources
+of this script are skipped. A `--scale` above 1 makes coarser meshes, for tests.
 """
 
 import argparse
@@ -19,7 +19,7 @@ import time
 HERE = pathlib.Path(__file__).resolve().parent
 PHOTOGRAPHS = pathlib.Path("/usr/share/blender/datafiles/studiolights/world")
 LICENCE = "photographs-license.txt"
-# The photograph of each; box and lamps have lights, noon a sky of its own.
+# Environment photograph of each scene. The others have emitters or a generated sky.
 PHOTOGRAPH = {"hebe": "sunset.exr", "car": "courtyard.exr", "grace": "sunrise.exr", "box": None,
               "plate": "sunset.exr", "colonnade": "city.exr", "heap": "forest.exr",
               "room": "sunset.exr", "vases": "studio.exr", "chess": "interior.exr",
@@ -31,7 +31,7 @@ SCENES = tuple(PHOTOGRAPH)
 
 
 def fingerprint(scale):
-    """A hash of all that the assets depend on."""
+    """Returns a hash of everything that the assets depend on."""
     digest = hashlib.sha256(f"scale {scale:g}\n".encode())
     for source in [pathlib.Path(__file__), *sorted((HERE / "tools").glob("*.py"))]:
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
@@ -39,7 +39,7 @@ def fingerprint(scale):
 
 
 def is_current(folder, stamp):
-    """Whether the folder's stamp matches and every file that it lists is still there."""
+    """Returns whether the stamp of the folder matches, and all files that it lists exist."""
     try:
         lines = (folder / "stamp").read_text(encoding="ascii").split("\n")
     except OSError:
@@ -57,7 +57,7 @@ def copy_photograph(name, folder):
 
 
 def make(scene, output, scale, force):
-    """Makes one scene's assets; says what it did."""
+    """Generates the assets of a scene and prints a summary."""
     folder = output / scene / "assets"
     stamp = fingerprint(scale)
     if not force and is_current(folder, stamp):
@@ -65,7 +65,7 @@ def make(scene, output, scale, force):
         return
     started = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "stamp").unlink(missing_ok=True)  # an interrupted run leaves no valid stamp
+    (folder / "stamp").unlink(missing_ok=True)  # so an interrupted run leaves no valid stamp
     if PHOTOGRAPH[scene]:
         copy_photograph(PHOTOGRAPH[scene], folder)
     triangles = importlib.import_module(f"tools.{scene}").make(folder, scale)
@@ -86,7 +86,7 @@ def main():
         if scene not in SCENES:
             parser.error(f"unknown scene {scene!r}, expected one of {', '.join(SCENES)}")
     if not 0.5 <= arguments.scale <= 3.0:
-        parser.error(f"--scale must lie in [0.5, 3], got {arguments.scale:g}")
+        parser.error(f"--scale must be between 0.5 and 3, got {arguments.scale:g}")
     try:
         import numpy  # noqa: F401  (checked here for a clear message)
     except ImportError:

@@ -11,7 +11,7 @@ SIDES = {"left": (0, -1), "right": (0, 1), "floor": (1, -1), "ceiling": (1, 1), 
 
 
 def polygon(corners, outward, inside):
-    """A convex polygon of flat normal, along `outward` or, seen from the inside, against it."""
+    """Returns a flat convex polygon. Its normal is `outward`, or the opposite if it is seen from inside."""
     corners = np.array(corners, dtype=np.float64)
     normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     normal /= np.linalg.norm(normal)
@@ -32,18 +32,18 @@ def together(parts):
 
 
 def bevelled_box(low, high, bevel, inside):
-    """Meshes by name: the six sides, and "bevels", what lies between them."""
+    """Returns meshes by name: the six sides, and "bevels", the surfaces between them."""
     low, high = np.array(low, dtype=np.float64), np.array(high, dtype=np.float64)
     centre, half = (low + high) / 2, (high - low) / 2
 
     def corner(axis, signs):
-        """The corner nearest `signs` of the side across `axis`."""
+        """Returns the corner nearest to `signs` of the side perpendicular to `axis`."""
         offset = np.where(np.arange(3) == axis, half, half - bevel)
         return centre + np.array(signs) * offset
 
     meshes = {}
     for name, (axis, sign) in SIDES.items():
-        # Around the side; u runs along the first of the other axes.
+        # The corners in order around the side; u is the first of the other axes.
         first, second = [k for k in range(3) if k != axis]
         ring = []
         for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
@@ -73,7 +73,7 @@ def bevelled_box(low, high, bevel, inside):
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(4, int(round(18 / scale)))
     room = bevelled_box((-4.0, 0.0, -4.0), (4.0, 5.6, 7.0), 0.5, inside=True)
     block = bevelled_box((-1.3, 0.0, -1.1), (1.3, 0.9, 1.1), 0.08, inside=False)

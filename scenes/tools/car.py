@@ -11,13 +11,13 @@ UV_AXIS_Y = 0.45
 
 
 def body_uv(positions):
-    """u along the car, v the angle from underneath (0) over the side to the roof's middle (1)."""
+    """Returns u along the car, v from the underside (0) to the middle of the roof (1)."""
     x, y, z = positions.T
     return np.stack([(x + 2.25) / 4.5, np.arctan2(y - UV_AXIS_Y, np.abs(z)) / np.pi + 0.5], axis=1)
 
 
 def tyre():
-    """Turned about y, axle at the origin."""
+    """Returns a surface of revolution about y, with the axle at the origin."""
     profile = [(0.175, -0.085), (0.200, -0.092)]
     profile += stone.arc((0.262, -0.052), 0.046, 230, 330, 8)
     profile += [(0.311, -0.045), (0.313, 0.0), (0.311, 0.045)]
@@ -27,7 +27,7 @@ def tyre():
 
 
 def rim():
-    """A dished hub cap with a pressed ring; outside towards +y."""
+    """Returns a dished hub cap with a pressed ring; its outside faces +y."""
     profile = [(0.205, 0.070), (0.203, 0.088), (0.192, 0.093), (0.182, 0.088), (0.176, 0.060)]
     profile += [(0.150, 0.048), (0.118, 0.052)] + stone.arc((0.0, -0.02), 0.115, 40, 90, 14)
     return stone.lathe(profile, 96)
@@ -41,7 +41,7 @@ def turned(mesh, side):
 
 
 def wheels(folder, name, mesh):
-    """Four wheels: as one PLY, and as a GLB of two meshes under four nodes."""
+    """Writes four wheels: as one PLY, and as a GLB of two meshes under four nodes."""
     sides = {"left": turned(mesh, 1.0), "right": turned(mesh, -1.0)}
     nodes = [(key, (x, car_body.WHEEL_Y, sign * car_body.WHEEL_Z), (1.0, 1.0, 1.0))
              for x in car_body.WHEEL_X for key, sign in (("left", 1.0), ("right", -1.0))]
@@ -61,10 +61,10 @@ def merged(parts):
 
 
 def lamps():
-    """Two headlamp lenses, domes that face forwards."""
+    """Returns two headlamp lenses: domes that face forwards."""
     angles = np.linspace(0.0, np.pi / 2, 15)
     dome = stone.lathe([(0.095 * np.cos(a), 0.052 * np.sin(a)) for a in angles], 64)
-    dome = {**dome, "faces": dome["faces"][:, ::-1]}  # exchanging x and y mirrors
+    dome = {**dome, "faces": dome["faces"][:, ::-1]}  # exchanging x and y reverses the orientation
     parts = []
     for side in (1.0, -1.0):
         x, y, z = car_body.LAMP_AT
@@ -76,7 +76,7 @@ def lamps():
 
 
 def seams(height, width):
-    """Depth of the gaps around doors, bonnet and boot lid over (v, u): 1 in a gap."""
+    """Returns the depth of the gaps around doors, bonnet and boot lid over (v, u): 1 in a gap."""
     u = (np.arange(width) + 0.5)[None, :] / width * 4.5 - 2.25
     v = (np.arange(height) + 0.5)[:, None] / height
 
@@ -93,7 +93,7 @@ def seams(height, width):
 
 
 def normal_map(height, width):
-    """Panel gaps and a trace of orange peel; x along u, y along v, z out."""
+    """Returns normals of panel gaps and slight orange peel: x along u, y along v, z outwards."""
     relief = -1.1 * seams(height, width) + 0.030 * smooth_noise(height, width, (160, 320), 7)
     du = 0.5 * (np.roll(relief, -1, axis=1) - np.roll(relief, 1, axis=1))
     dv = 0.5 * (np.roll(relief, -1, axis=0) - np.roll(relief, 1, axis=0))
@@ -103,7 +103,7 @@ def normal_map(height, width):
 
 
 def specular_map(height, width):
-    """Reflectance of the clear coat: road film low on the sides, dark in the gaps."""
+    """Returns the reflectance of the clear coat: road film low on the sides, dark in the gaps."""
     v = (np.arange(height) + 0.5)[:, None] / height
     film = (0.6 * smooth_noise(height, width, (24, 96), 3)
             + 0.4 * smooth_noise(height, width, (96, 384), 5))
@@ -112,13 +112,13 @@ def specular_map(height, width):
 
 
 def brushed_map(size):
-    """Roughness of the rims (raw): rings, as a lathe leaves them; v is along the profile."""
+    """Returns the roughness of the rims (raw): rings as from a lathe; v is along the profile."""
     v = smooth_noise(size, size, (64, 4), 11)
     return 0.06 + 0.14 * v
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     def axes(spacing, bounds):
         s = spacing * scale
         return [meshing.graded_axis(low, high, lambda _: s) for low, high in bounds]

@@ -38,7 +38,7 @@ def along(x, column):
 
 
 def hull(x, y, z):
-    """The lower body: superelliptic sections of changing height and width."""
+    """Returns the lower body: superelliptic sections of varying height and width."""
     low, high, half = along(x, 1), along(x, 2), along(x, 3)
     middle, tall = 0.5 * (low + high), 0.5 * (high - low)
     u = np.abs((x + 0.045) / 2.10)
@@ -51,7 +51,7 @@ def hull(x, y, z):
 
 
 def fenders(x, y, z):
-    """Swelling over the wheels, and the lamps' nacelles in front."""
+    """Adds the fenders over the wheels, and the nacelles of the headlamps."""
     az = np.abs(z)
     front = ellipsoid(x, y, az, (WHEEL_X[1] + 0.05, 0.50, 0.60), (0.62, 0.285, 0.235))
     rear = ellipsoid(x, y, az, (WHEEL_X[0] - 0.02, 0.55, 0.60), (0.66, 0.305, 0.250))
@@ -61,7 +61,7 @@ def fenders(x, y, z):
 
 
 def cabin(x, y, z):
-    """Roof and windows: narrower towards the top, a fast back."""
+    """Returns roof and windows: narrower towards the top, with a fastback."""
     lift = np.clip((y - 0.78) / 0.46, -0.3, 1.2)
     ahead = 0.78 - 0.62 * lift - 0.05 * lift * lift
     behind = -1.72 + 0.78 * lift + 0.10 * lift * lift
@@ -73,7 +73,7 @@ def cabin(x, y, z):
 
 
 def shell(x, y, z):
-    """The whole outside before arches are cut, the surface that glass and trim lie on."""
+    """Returns the outer surface before the wheel arches are cut; glass and trim are on this surface."""
     d = union(hull(x, y, z), fenders(x, y, z), 0.10)
     return union(d, cabin(x, y, z), 0.11)
 
@@ -91,7 +91,7 @@ def body(x, y, z):
 
 
 def panes(x, y, z):
-    """Outlines of the windows: negative inside one."""
+    """Returns the outlines of the windows: negative inside a window."""
     az = np.abs(z)
     lift = (y - 0.78) / 0.46
     front_edge, rear_edge = 0.78 - 0.62 * lift, -1.72 + 0.78 * lift
@@ -107,13 +107,13 @@ def panes(x, y, z):
 
 
 def glass(x, y, z):
-    """Panes that stand 5 mm proud of the shell, and reach 45 mm into it: no thin sheets."""
+    """Returns panes that are 5 mm outside the shell and reach 45 mm into it, to avoid thin sheets."""
     outside = shell(x, y, z)
     return intersect(np.maximum(outside - 0.005, -0.045 - outside), panes(x, y, z), 0.010)
 
 
 def chrome(x, y, z):
-    """Bumpers, grille bars, lamp rings, mirrors, handles."""
+    """Returns bumpers, grille bars, lamp rings, mirrors and handles."""
     az = np.abs(z)
     d = chain(x, y, az, [(2.135, 0.395, 0.0), (2.105, 0.395, 0.30), (1.985, 0.400, 0.58),
                          (1.72, 0.415, 0.775)], [0.045, 0.045, 0.043, 0.030], 0.05)

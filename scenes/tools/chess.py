@@ -3,7 +3,7 @@
 from . import box, files, grace, solids, stone
 
 FOOT = [(0.33, 0.0), (0.34, 0.07), (0.28, 0.10)]
-# What stands on the foot; (radius, height) of smooth curves.
+# Profiles above the foot: (radius, height) of smooth curves.
 PIECES = {
     "pawn": [(0.27, 0.12), (0.14, 0.30), (0.11, 0.50), (0.19, 0.53), (0.13, 0.56), (0.185, 0.68),
              (0.13, 0.80), (0.0, 0.83)],
@@ -13,7 +13,7 @@ PIECES = {
              (0.19, 0.78), (0.0, 0.77)],
     "queen": [(0.30, 0.12), (0.17, 0.38), (0.12, 0.92), (0.24, 0.97), (0.14, 1.02), (0.25, 1.32),
               (0.19, 1.33), (0.16, 1.28), (0.06, 1.34), (0.07, 1.40), (0.0, 1.45)]}
-# (piece, file, rank), the board's corners being (0, 0) and (8, 8).
+# (piece, file, rank); the corners of the board are (0, 0) and (8, 8).
 WHITE = (("queen", 3, 2), ("rook", 6, 0), ("bishop", 4, 4), ("pawn", 0, 1), ("pawn", 1, 2),
          ("pawn", 5, 1), ("pawn", 6, 3), ("pawn", 7, 1))
 BLACK = (("queen", 5, 5), ("rook", 0, 7), ("rook", 2, 6), ("bishop", 6, 5), ("pawn", 1, 5),
@@ -25,14 +25,14 @@ def piece(name, steps):
 
 
 def side(places, steps):
-    """One player's pieces; the board is centred, a square is 1 wide, ranks go backwards."""
+    """Returns one player's pieces. The board is centred, squares have width 1, and ranks go backwards."""
     pieces = {name: piece(name, steps) for name in PIECES}
     return box.together([solids.moved(pieces[name], (x - 3.5, 0.0, 3.5 - y))
                          for name, x, y in places])
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(3, int(round(8 / scale)))
     files.write_png(folder / "planks.png", grace.planks(512, 512))
     frame = solids.cuboid((-4.5, -0.4, -4.5), (4.5, -0.002, 4.5))

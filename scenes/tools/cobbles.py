@@ -5,11 +5,11 @@ import numpy as np
 from . import files, solids, stone
 from .noise import smooth_noise
 
-ROWS, COLUMNS = 12, 8  # stones of the map, which repeats
+ROWS, COLUMNS = 12, 8  # stones in the map, which repeats
 
 
 def stones(size):
-    """(height, number of the stone) at each texel: rounded setts in a running bond."""
+    """Returns (height, index of the stone) at each texel: rounded setts in a running bond."""
     v = (np.arange(size) + 0.5)[:, None] / size * ROWS
     row = np.floor(v)
     u = np.arange(size)[None, :] / size * COLUMNS + 0.5 * (row % 2)
@@ -21,7 +21,7 @@ def stones(size):
 
 
 def normal_map(size):
-    """x along u, y along v, z out; the stones stand 6 % of the map's width high."""
+    """Returns normals: x along u, y along v, z outwards. The stones are 6 % of the map's width high."""
     dome, number = stones(size)
     rough = smooth_noise(size, size, (96, 96), 31) - 0.5
     relief = size * (0.022 * dome + 0.0016 * rough)
@@ -33,7 +33,7 @@ def normal_map(size):
 
 
 def colour_map(size):
-    """Granite of several greys, sRGB."""
+    """Returns granite of several greys, in sRGB."""
     dome, number = stones(size)
     tone = 0.30 + 0.22 * ((number * 0.618034) % 1.0) + 0.10 * smooth_noise(size, size, (128, 128),
                                                                           32)
@@ -42,7 +42,7 @@ def colour_map(size):
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(3, int(round(8 / scale)))
     profile = [(0.17, 0.0), (0.17, 0.10), (0.12, 0.13)] + solids.curve(
         [(0.115, 0.15), (0.10, 0.62), (0.14, 0.66), (0.14, 0.70), (0.09, 0.73), (0.13, 0.82),

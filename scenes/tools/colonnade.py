@@ -8,7 +8,7 @@ HEIGHT = 4.0
 
 
 def column(segments):
-    """Base, shaft with a swelling, and capital."""
+    """Returns a column: base, shaft with entasis, and capital."""
     profile = [(0.50, 0.0), (0.50, 0.12)]
     profile += stone.arc((0.42, 0.19), 0.07, -90, 90, 7)
     profile += stone.arc((0.43, 0.33), 0.06, 270, 180, 5)
@@ -20,7 +20,7 @@ def column(segments):
 
 
 def ceiling():
-    """Beams over the rows and across them, and the slab above."""
+    """Returns the beams along and across the rows, and the slab above."""
     back = PLACES[-1] + 1.0
     parts = [solids.cuboid((x - 0.35, HEIGHT, -1.0), (x + 0.35, HEIGHT + 0.5, back)) for x in ROWS]
     parts += [solids.cuboid((-5.0, HEIGHT, z - 0.3), (5.0, HEIGHT + 0.45, z + 0.3))
@@ -30,10 +30,10 @@ def ceiling():
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     shaft = column(max(12, int(round(44 / scale))))
     columns = [solids.moved(shaft, (x, 0.0, z)) for x in ROWS for z in PLACES]
-    # Walls at the far end and along one side: light comes from two sides alone.
+    # Walls at the far end and along one side: light comes only from the other two sides.
     walls = [solids.cuboid((-5.4, 0.0, PLACES[-1] + 0.8), (5.4, HEIGHT + 0.5, PLACES[-1] + 1.4)),
              solids.cuboid((-5.6, 0.0, -1.0), (-5.0, HEIGHT + 0.5, PLACES[-1] + 1.4))]
     return files.write_plys(folder, {"columns": box.together(columns), "ceiling": ceiling(),

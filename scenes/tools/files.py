@@ -8,7 +8,7 @@ import numpy as np
 
 
 def write_ply(path, mesh):
-    """Binary little-endian PLY with normals and, where the mesh has them, u and v."""
+    """Writes a binary little-endian PLY with normals, and with u and v if the mesh has them."""
     columns = ["x", "y", "z", "nx", "ny", "nz"]
     data = [mesh["positions"], mesh["normals"]]
     if "uv" in mesh:
@@ -28,19 +28,19 @@ def write_ply(path, mesh):
 
 
 def write_plys(folder, meshes):
-    """A PLY for each mesh by name; returns the number of triangles of all."""
+    """Writes a PLY for each named mesh. Returns the total number of triangles."""
     for name, mesh in meshes.items():
         write_ply(folder / f"{name}.ply", mesh)
     return sum(len(mesh["faces"]) for mesh in meshes.values())
 
 
 def scene_xml(elements):
-    """The text of a file to be included, of elements that are text."""
+    """Returns the text of a file for <include> from the texts of its elements."""
     return '<scene version="3.0.0">\n' + "\n".join(elements) + "\n</scene>\n"
 
 
 def write_obj(path, mesh):
-    """OBJ text with texture coordinates (v upwards, as OBJ has it) and normals."""
+    """Writes an OBJ file with texture coordinates (v upwards, as in OBJ) and normals."""
     lines = ["v %.7g %.7g %.7g" % tuple(p) for p in mesh["positions"]]
     lines += ["vt %.7g %.7g" % (u, 1.0 - v) for u, v in mesh["uv"]]
     lines += ["vn %.6g %.6g %.6g" % tuple(n) for n in mesh["normals"]]
@@ -50,7 +50,7 @@ def write_obj(path, mesh):
 
 
 def write_glb(path, meshes, nodes):
-    """Binary glTF 2.0: meshes by name; nodes are (mesh name, translation, scale) triples."""
+    """Writes binary glTF 2.0: meshes by name; nodes are triples (mesh name, translation, scale)."""
     names = sorted(meshes)
     blob, views, accessors, entries = b"", [], [], []
 
@@ -93,7 +93,7 @@ def write_glb(path, meshes, nodes):
 
 
 def write_png(path, image):
-    """8-bit PNG from an (h, w) or (h, w, 3) array of values in [0, 1]."""
+    """Writes an 8-bit PNG from an (h, w) or (h, w, 3) array of values in [0, 1]."""
     pixels = np.clip(np.floor(np.asarray(image) * 255.0 + 0.5), 0, 255).astype(np.uint8)
     height, width = pixels.shape[:2]
     rows = pixels.reshape(height, -1)
@@ -110,7 +110,7 @@ def write_png(path, image):
 
 
 def write_pfm(path, image):
-    """Portable float map from an (h, w, 3) array: rows from the bottom, little-endian."""
+    """Writes a little-endian portable float map from an (h, w, 3) array, with rows from the bottom."""
     height, width = image.shape[:2]
     with open(path, "wb") as out:
         out.write(f"PF\n{width} {height}\n-1.0\n".encode("ascii"))

@@ -6,7 +6,7 @@ LINE = ("rook", "pawn", "bishop", "pawn", "queen", "pawn", "bishop", "pawn", "ro
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(3, int(round(8 / scale)))
     meshes = {}
     for row, name in enumerate(("white", "black")):

@@ -16,7 +16,7 @@ BODY = [[(1.4, 2.4), (1.3375, 2.53125), (1.4375, 2.53125), (1.5, 2.4)],
         [(1.5, 2.4), (1.75, 1.875), (2.0, 1.35), (2.0, 0.9)],
         [(2.0, 0.9), (2.0, 0.45), (1.5, 0.225), (1.5, 0.15)],
         [(1.5, 0.15), (1.5, 0.075), (1.425, 0.0), (0.0, 0.0)]]
-# Half patches, along rows: first and last point of each row (along, height), and its half width.
+# Half patches: for each row, its first and last point (along, height) and its half width.
 HANDLE = [[((-1.6, 2.025), (-1.5, 2.25), 0.3), ((-2.3, 2.025), (-2.5, 2.25), 0.3),
            ((-2.7, 2.025), (-3.0, 2.25), 0.3), ((-2.7, 1.8), (-3.0, 1.8), 0.3)],
           [((-2.7, 1.8), (-3.0, 1.8), 0.3), ((-2.7, 1.575), (-3.0, 1.35), 0.3),
@@ -34,7 +34,7 @@ def bernstein(t):
 
 
 def tessellate(net, steps, corner, size):
-    """A 4x4 net of points into a mesh; uv inside the square at corner."""
+    """Returns the mesh of a 4x4 control net; its uv are inside the square at corner."""
     t = np.linspace(0.0, 1.0, steps + 1)
     b = bernstein(t)
     points = np.einsum("ia,jb,abk->ijk", b, b, np.asarray(net, dtype=np.float64))
@@ -45,7 +45,7 @@ def tessellate(net, steps, corner, size):
 
 
 def turned(segments, steps):
-    """Surfaces of revolution by four patches around y."""
+    """Returns surfaces of revolution: four patches around y."""
     parts = []
     for row, segment in enumerate(segments):
         for quarter in range(4):
@@ -59,7 +59,7 @@ def turned(segments, steps):
 
 
 def tube(segments, steps):
-    """Handle or spout: each half patch and its mirror image."""
+    """Returns handle or spout: each half patch and its mirror image."""
     parts = []
     for row, segment in enumerate(segments):
         for side in (1.0, -1.0):
@@ -73,7 +73,7 @@ def tube(segments, steps):
 
 
 def joined(parts):
-    """One mesh with smooth normals."""
+    """Joins patches into one mesh with smooth normals."""
     starts = np.cumsum([0] + [len(p["positions"]) for p in parts[:-1]])
     mesh = {k: np.concatenate([p[k] for p in parts]) for k in ("positions", "uv")}
     mesh["faces"] = np.concatenate([p["faces"] + s for p, s in zip(parts, starts)])
@@ -83,17 +83,17 @@ def joined(parts):
 
 
 def pot(steps):
-    """Body, lid and bottom; `steps` cells a side of each patch."""
+    """Returns body, lid and bottom, with `steps` cells per side of each patch."""
     return joined(turned(LID, steps) + turned(BODY, steps))
 
 
 def fittings(steps):
-    """Handle and spout."""
+    """Returns handle and spout."""
     return joined(tube(HANDLE, steps) + tube(SPOUT, steps))
 
 
 def planks(height, width):
-    """Boards along u with grain, sRGB."""
+    """Returns boards along u with grain, in sRGB."""
     v = (np.arange(height) + 0.5)[:, None] / height * 8.0
     board = np.floor(v)
     offset = (board * 0.37) % 1.0
@@ -109,7 +109,7 @@ def planks(height, width):
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(4, int(round(24 / scale)))
     body, attached = pot(steps), fittings(steps)
     files.write_ply(folder / "teapot.ply", body)

@@ -10,12 +10,12 @@ MARKS = (26, 40)  # along v and u
 
 
 def normal_map(height, width):
-    """Shallow dents beside each other; x along u, y along v, z out. u runs around the bowl."""
+    """Returns normals of shallow dents: x along u, y along v, z outwards. u is around the bowl."""
     v = (np.arange(height) + 0.5)[:, None] / height * MARKS[0]
     u = (np.arange(width) + 0.5)[None, :] / width * MARKS[1] + 0.5 * (np.floor(v) % 2)
     row, column = np.floor(v), np.floor(u) % MARKS[1]
     number = row * MARKS[1] + column
-    # Each mark's middle is a little beside its place.
+    # The centre of each mark is slightly off the grid.
     x = u - np.floor(u) - 0.5 + 0.22 * ((number * 0.618034) % 1.0 - 0.5)
     y = v - row - 0.5 + 0.22 * ((number * 0.754878) % 1.0 - 0.5)
     slope = 0.34 * np.minimum(1.0, 1.6 * np.exp(-(x * x + y * y) / 0.18))
@@ -25,7 +25,7 @@ def normal_map(height, width):
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(2, int(round(10 / scale)))
     files.write_png(folder / "marks.png", normal_map(1024, 2048))
     return files.write_plys(folder, {

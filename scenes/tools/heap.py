@@ -8,11 +8,11 @@ import numpy as np
 from . import box, files, solids
 
 BODIES = 110
-GOLDEN = 137.50776405  # degrees; directions by its multiples are far from each other
+GOLDEN = 137.50776405  # degrees; directions at its multiples are far from each other
 
 
 def places(radii, slope=0.55, reach=1.6, steps=81):
-    """Centres of balls of these radii. Lowest is meant with a slope down to the middle."""
+    """Returns the centres of balls of these radii. They pile up towards the middle."""
     x, z = (a.ravel() for a in np.meshgrid(np.linspace(-reach, reach, steps),
                                            np.linspace(-reach, reach, steps), indexing="ij"))
     centres = []
@@ -23,25 +23,25 @@ def places(radii, slope=0.55, reach=1.6, steps=81):
             height = np.maximum(height, c[1] + np.sqrt(np.maximum(room, 0.0)) * (room > 0.0) -
                                 1e3 * (room <= 0.0))
         angle = np.radians(GOLDEN * i)
-        lean = 0.02 * (x * np.cos(angle) + z * np.sin(angle))  # breaks ties between equal places
+        lean = 0.02 * (x * np.cos(angle) + z * np.sin(angle))  # breaks ties between equal positions
         at = np.argmin(height + slope * np.hypot(x, z) + lean)
         centres.append(np.array([x[at], height[at], z[at]]))
     return centres
 
 
 def pebble(x, y, z):
-    """A stone worn round."""
+    """Returns a rounded stone."""
     return (1.0 + 0.10 * np.sin(2.3 * x + 1.0) * np.sin(3.1 * y) + 0.08 * np.sin(4.1 * z + 2.0 * x)
             ) / np.sqrt(x * x + 1.5 * y * y + z * z)
 
 
 def die(x, y, z):
-    """A cube with round edges."""
+    """Returns a cube with rounded edges."""
     return 0.72 / (x ** 8 + y ** 8 + z ** 8) ** 0.125
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     rows = max(8, int(round(20 / scale)))
     shapes = {"pebbles": solids.star(pebble, rows), "dice": solids.star(die, rows),
               "rings": solids.torus(0.72, 0.28, rows)}

@@ -4,7 +4,7 @@ from . import files, meshing, statue_dress, stone
 
 
 def statue(scale):
-    """The closed mesh; 160,000 triangles at scale 1."""
+    """Returns the closed mesh: 160,000 triangles at scale 1."""
     mesh = meshing.mesh_field(statue_dress.figure, statue_dress.axes(scale))
     if not meshing.is_watertight(mesh["faces"]):
         raise RuntimeError("the statue isn't watertight")
@@ -12,7 +12,7 @@ def statue(scale):
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     figure, pedestal = statue(scale), stone.plinth()
     files.write_ply(folder / "statue.ply", figure)
     files.write_obj(folder / "plinth.obj", pedestal)

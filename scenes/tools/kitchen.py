@@ -1,4 +1,4 @@
-"""The assets of the kitchen scene: walls and furniture, four dishes that stand about as instances, and
+"""The assets of the kitchen scene: walls and furniture, four dishes that are instanced, and
 files of the instances and of a thousand small lamps of five kinds."""
 
 import numpy as np
@@ -6,11 +6,11 @@ import numpy as np
 from . import box, files, solids, stone
 
 WIDE, HIGH, BACK, FRONT, THICK = 2.4, 2.9, -2.0, 2.6, 0.2  # x to both sides, z of back and front
-COUNTER, DEPTH = 0.9, 0.6  # height, and how far it stands out from the back wall
+COUNTER, DEPTH = 0.9, 0.6  # height, and depth from the back wall
 SHELVES = (1.35, 1.7, 2.05)  # heights; as wide as the counter, 0.3 deep
 TABLE = ((-1.0, 0.72, 0.1), (0.9, 0.76, 0.95))
 LAMPS = 1000
-FLUX = 200.0  # of all lamps together
+FLUX = 200.0  # total flux of all emitters
 GOLDEN = 0.618033988749895
 
 
@@ -24,7 +24,7 @@ def walls():
 
 
 def furniture():
-    """Counter, shelves, table."""
+    """Returns counter, shelves and table."""
     parts = [((-WIDE, 0.1, BACK), (WIDE, COUNTER - 0.04, BACK + DEPTH - 0.04)),
              ((-WIDE, COUNTER - 0.04, BACK), (WIDE, COUNTER, BACK + DEPTH)), TABLE]
     parts += [((-WIDE, y - 0.03, BACK), (WIDE, y, BACK + 0.3)) for y in SHELVES]
@@ -35,7 +35,7 @@ def furniture():
 
 
 def dishes(steps):
-    """Meshes by name, each standing on y = 0."""
+    """Returns meshes by name; each stands on y = 0."""
     def turned(points):
         return stone.lathe(points, 4 * steps)
 
@@ -57,7 +57,7 @@ def dishes(steps):
 
 
 def places():
-    """(name, x, y, z, angle) of every dish; plates and bowls are stacked."""
+    """Returns (name, x, y, z, angle) of every dish; plates and bowls are stacked."""
     for shelf, y in enumerate(SHELVES):
         for i in range(15):
             k = 15 * shelf + i
@@ -84,8 +84,8 @@ def instances():
 
 
 def lamps(count):
-    """Strings of lamps under the ceiling: in turn rectangles, spheres, point lights and spots that
-    look down, of the same flux each."""
+    """Returns strings of emitters under the ceiling: rectangles, spheres, point lights and spot lights
+    that face down, all of the same flux."""
     i = np.arange(count)
     x = ((0.5 + i * 0.7548776662466927) % 1.0 * 2 - 1) * (WIDE - 0.3)
     z = BACK + 0.45 + (0.5 + i * 0.5698402909980532) % 1.0 * (FRONT - BACK - 0.75)
@@ -126,7 +126,7 @@ def area(radiance):
 
 
 def make(folder, scale):
-    """Writes the files; returns the number of triangles, each dish counted once."""
+    """Writes the files. Returns the number of triangles, with each dish counted once."""
     for name, elements in (("instances", instances()),
                            ("lamps", lamps(max(10, int(LAMPS / scale))))):
         (folder / f"{name}.xml").write_text(files.scene_xml(elements), encoding="ascii")

@@ -1,18 +1,18 @@
-"""The assets of the lamps scene: files of very many lights over one hall, and its pillars."""
+"""The assets of the lamps scene: files with many emitters in one hall, and its pillars."""
 
 import numpy as np
 
 from . import files
 
-HALF = 16.0  # of the hall's width and depth
+HALF = 16.0  # half the width and depth of the hall
 AREA_LIGHTS = (10, 1000, 100000)
 SPOTS = (1000,)
-FLUX = 2400.0  # of all lights together
-QUADS = 4000  # of the mesh that glows
+FLUX = 2400.0  # total flux of all emitters
+QUADS = 4000  # squares of the emitting mesh
 
 
 def places(count):
-    """Evenly over the hall (Roberts's sequence), at heights from 2 to 4; colours; tilts."""
+    """Returns positions over the hall (Roberts's sequence) at heights from 2 to 4, colours, and tilts."""
     i = np.arange(count)
     x = ((0.5 + i * 0.7548776662466927) % 1.0 * 2 - 1) * HALF * 0.97
     z = ((0.5 + i * 0.5698402909980532) % 1.0 * 2 - 1) * HALF * 0.97
@@ -24,7 +24,7 @@ def places(count):
 
 
 def area_lights(count):
-    """Squares that cover a two-hundredth of the hall together, each tilted its own way."""
+    """Returns squares with a total area of a two-hundredth of the hall, each with its own tilt."""
     side = 2 * HALF * np.sqrt(1 / 200 / count)
     radiance = FLUX / (np.pi * count * side * side)
     for p, c, tilt in zip(*places(count)):
@@ -48,7 +48,7 @@ def spots(count):
 
 
 def glowing_mesh(count):
-    """One mesh of squares that look down; each has a texel of its own."""
+    """Returns one mesh of squares that face down; each has its own texel."""
     position, colour, _ = places(count)
     rows = int(np.ceil(np.sqrt(count)))
     side = 2 * HALF * np.sqrt(1 / 200 / count)
@@ -65,7 +65,7 @@ def glowing_mesh(count):
 
 
 def pillars():
-    """XML of cubes between floor and ceiling."""
+    """Returns the XML of cubes between floor and ceiling."""
     for x in np.arange(-12.0, 13.0, 6.0):
         for z in np.arange(-12.0, 13.0, 6.0):
             yield ('<shape type="cube"><transform name="to_world"><scale x="0.4" y="2.5" z="0.4"/>'
@@ -74,7 +74,7 @@ def pillars():
 
 
 def make(folder, scale):
-    """Writes the files; returns the number of triangles of the mesh."""
+    """Writes the files. Returns the number of triangles of the mesh."""
     for name, count, kind in (*((f"area{n}", n, area_lights) for n in AREA_LIGHTS),
                               *((f"spot{n}", n, spots) for n in SPOTS)):
         (folder / f"{name}.xml").write_text(files.scene_xml(kind(max(2, int(count / scale)))),

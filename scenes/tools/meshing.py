@@ -9,7 +9,7 @@ from . import sdf
 
 
 def graded_axis(low, high, spacing):
-    """Grid planes from low to high whose distance follows spacing(position)."""
+    """Returns grid planes from low to high, with distances of spacing(position)."""
     planes = [low]
     while planes[-1] < high:
         planes.append(planes[-1] + spacing(planes[-1]))
@@ -17,7 +17,7 @@ def graded_axis(low, high, spacing):
 
 
 def sample_grid(field, axes, block=8, lipschitz=2.0):
-    """The field at every grid point; blocks that the surface can't reach keep one value.
+    """Returns the field at every grid point. Blocks that the surface can't reach have a single value.
 
     A block is skipped if the field at its centre exceeds `lipschitz` times its half diagonal.
     """
@@ -37,14 +37,14 @@ def sample_grid(field, axes, block=8, lipschitz=2.0):
     for axis, n in enumerate(shape):
         wanted = np.repeat(wanted, block, axis=axis).take(np.arange(n), axis=axis)
     i, j, k = np.nonzero(wanted)
-    for begin in range(0, len(i), 200_000):  # in pieces that stay in the cache
+    for begin in range(0, len(i), 200_000):  # in chunks that fit into the cache
         s = slice(begin, begin + 200_000)
         values[i[s], j[s], k[s]] = field(axes[0][i[s]], axes[1][j[s]], axes[2][k[s]])
     return values
 
 
 def remove_ambiguous_faces(values):
-    """Fills grid points until no cell face has its signs on the diagonal.
+    """Fills grid points until no cell face has equal signs only on its diagonals.
 
     Such a face would make four quads meet at one edge of the dual mesh. Without them every edge
     of a surface net belongs to exactly two triangles.
@@ -72,7 +72,7 @@ def remove_ambiguous_faces(values):
 
 
 def surface_net(values, axes):
-    """Vertices and triangles of the dual surface of `values` = 0 (Gibson, 1998)."""
+    """Returns vertices and triangles of the dual surface of `values` = 0 (Gibson, 1998)."""
     inside = values < 0.0
     cells = tuple(n - 1 for n in values.shape)
     total = np.zeros(cells + (3,))
@@ -111,7 +111,7 @@ def surface_net(values, axes):
 
 
 def split_quads(vertices, quads):
-    """Two triangles a quad, along the shorter diagonal."""
+    """Divides each quad into two triangles along its shorter diagonal."""
     p = vertices[quads]
     first = np.sum((p[:, 0] - p[:, 2]) ** 2, axis=1) <= np.sum((p[:, 1] - p[:, 3]) ** 2, axis=1)
     a, b, c, d = quads.T
@@ -121,7 +121,7 @@ def split_quads(vertices, quads):
 
 
 def mesh_field(field, axes, newton_steps=3):
-    """The closed mesh of field = 0: a surface net, pulled on to the surface, smooth normals."""
+    """Returns the closed mesh of field = 0: a surface net, projected to the surface, with smooth normals."""
     values = remove_ambiguous_faces(sample_grid(field, axes))
     vertices, quads = surface_net(values, axes)
     for axis in range(3):
@@ -143,7 +143,7 @@ def mesh_field(field, axes, newton_steps=3):
 
 
 def is_watertight(faces):
-    """Whether each edge lies in exactly two triangles, once in each direction."""
+    """Returns whether each edge belongs to exactly two triangles, once in each direction."""
     faces = np.asarray(faces, dtype=np.int64)
     a = faces.ravel()
     b = faces[:, [1, 2, 0]].ravel()

@@ -1,4 +1,4 @@
-"""The mirror scene needs its photograph alone."""
+"""The mirror scene needs only its photograph."""
 
 
 def make(folder, scale):

@@ -1,10 +1,10 @@
-"""Noise for maps: a fixed integer hash, so that every machine draws the same."""
+"""Noise for maps: a fixed integer hash, so that the result is the same on every machine."""
 
 import numpy as np
 
 
 def smooth_noise(height, width, cells, seed):
-    """Value noise that wraps around, in [0, 1], from a fixed integer hash."""
+    """Returns periodic value noise in [0, 1], from a fixed integer hash."""
     rows, columns = cells
     i, j = np.meshgrid(np.arange(rows, dtype=np.uint64), np.arange(columns, dtype=np.uint64),
                        indexing="ij")

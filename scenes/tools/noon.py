@@ -6,12 +6,12 @@ from . import files
 
 
 def sky(height, width):
-    """Latitude and longitude; an even blue, and a sun 58 degrees high that gives 9/10 of the light
-    a floor gets."""
+    """Returns the sky as latitude and longitude: constant blue, and a sun at 58 degrees, from which a
+    floor receives 9/10 of its light."""
     image = np.tile(np.array([0.10, 0.13, 0.20]), (height, width, 1))
     row, column = int(height * (90 - 58) / 180), width // 2
     texel = (np.pi / height) * (2 * np.pi / width) * np.sin(np.pi * (row + 1) / height)
-    floor = np.pi * 0.13 / (4 * texel * np.sin(np.radians(58)))  # as much as the sky gives it
+    floor = np.pi * 0.13 / (4 * texel * np.sin(np.radians(58)))  # as much as from the sky
     image[row:row + 2, column:column + 2] = 9 * floor * np.array([1.06, 1.0, 0.88])
     return image
 

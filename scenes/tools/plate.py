@@ -2,11 +2,11 @@
 
 from . import files, stone
 
-SMOOTH = 60.0  # bends of the profile up to so many degrees have no edge
+SMOOTH = 60.0  # bends of the profile up to this angle (degrees) are smooth
 
 
 def profile(steps):
-    """(radius, height) from below the middle, around the rim, to the middle of the inside."""
+    """Returns (radius, height) from the underside, around the rim, to the inside."""
     foot = [(0.0, 0.0), (0.80, 0.0), (0.84, 0.060), (1.08, 0.205)]
     rim = stone.arc((1.42, 0.310), 0.02, -90, 90, steps)
     hollow = stone.arc((0.70, 0.30), 0.24, -35, -90, steps)
@@ -14,7 +14,7 @@ def profile(steps):
 
 
 def make(folder, scale):
-    """Writes the file, returns the number of triangles."""
+    """Writes the file. Returns the number of triangles."""
     steps = max(3, int(round(12 / scale)))
     mesh = stone.lathe(profile(steps), max(24, int(round(160 / scale))), SMOOTH)
     files.write_ply(folder / "plate.ply", mesh)

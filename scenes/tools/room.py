@@ -3,11 +3,11 @@
 from . import box, files, grace, solids, stone
 
 WIDE, HIGH, DEEP, THICK = 2.2, 2.7, 2.6, 0.35  # x from -WIDE to WIDE, z from -DEEP to DEEP
-WINDOW = (-0.9, 0.1, 1.2, 2.1)  # of the right wall: z from, z to, y from, y to
+WINDOW = (-0.9, 0.1, 1.2, 2.1)  # in the right wall: min z, max z, min y, max y
 
 
 def walls():
-    """The shell; the right wall lies around the window."""
+    """Returns the shell; the right wall surrounds the window."""
     z0, z1, y0, y1 = WINDOW
     x0, x1 = WIDE, WIDE + THICK
     shell = [((-WIDE - THICK, 0, -DEEP), (-WIDE, HIGH, DEEP)),
@@ -21,7 +21,7 @@ def walls():
 
 
 def furniture():
-    """A table, a shelf at the far wall, and the window's cross."""
+    """Returns a table, a shelf at the far wall, and the bars of the window."""
     z0, z1, y0, y1 = WINDOW
     parts = [((-0.7, 0.72, -0.9), (0.9, 0.78, 0.3))]
     parts += [((x, 0, z), (x + 0.07, 0.72, z + 0.07)) for x in (-0.65, 0.78)
@@ -35,7 +35,7 @@ def furniture():
 
 
 def books():
-    """Books that stand on the shelves, in lines with gaps."""
+    """Returns books in rows on the shelves, with gaps."""
     parts = []
     for shelf, y in enumerate((0.54, 1.04, 1.54)):
         x = -1.62
@@ -51,7 +51,7 @@ def books():
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(4, int(round(14 / scale)))
     pot = box.together([grace.pot(steps), grace.fittings(steps)])
     bowl = stone.lathe(solids.curve([(0.06, 0.0), (0.16, 0.06), (0.2, 0.14), (0.19, 0.145),

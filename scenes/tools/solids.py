@@ -1,4 +1,4 @@
-"""Solids to build scenes from: cuboids, balls, rings, curves to turn, and copies moved in place."""
+"""Solids to build scenes from: cuboids, balls, rings, profiles of revolution, and transformed copies."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from . import box, stone
 
 
 def cuboid(low, high):
-    """An axis-parallel cuboid with flat sides."""
+    """Returns an axis-parallel cuboid with flat sides."""
     ends = np.array([low, high], dtype=np.float64)
     sides = []
     for axis in range(3):
@@ -20,7 +20,7 @@ def cuboid(low, high):
 
 
 def grid(positions, uv=None):
-    """A mesh of an (rows, columns, 3) grid of points that is closed along its rows."""
+    """Returns the mesh of an (rows, columns, 3) grid of points that is closed along its rows."""
     rows, columns = positions.shape[:2]
     points = positions.reshape(-1, 3)
     if uv is None:
@@ -32,7 +32,7 @@ def grid(positions, uv=None):
 
 
 def faceted(mesh):
-    """The same with flat triangles, which share no vertices."""
+    """Returns the mesh with flat triangles that share no vertices."""
     positions = mesh["positions"][mesh["faces"]].reshape(-1, 3)
     flat = np.cross(positions[1::3] - positions[::3], positions[2::3] - positions[::3])
     flat /= np.linalg.norm(flat, axis=1)[:, None]
@@ -42,7 +42,7 @@ def faceted(mesh):
 
 
 def circle(steps):
-    """(sin, cos) of a whole turn, whose last point is the first to the bit."""
+    """Returns (sin, cos) of a whole turn. The last point has the same bits as the first."""
     angle = np.linspace(0.0, 2 * np.pi, steps + 1)
     sin, cos = np.sin(angle), np.cos(angle)
     sin[-1], cos[-1] = sin[0], cos[0]
@@ -50,7 +50,7 @@ def circle(steps):
 
 
 def star(radius, rows):
-    """The surface at a distance of radius(x, y, z) from the origin in each direction (x, y, z)."""
+    """Returns the surface at the distance radius(x, y, z) from the origin in each direction (x, y, z)."""
     sin, cos = circle(2 * rows)
     height = np.linspace(-np.pi / 2, np.pi / 2, rows + 1)[:, None]
     ring = np.cos(height)
@@ -61,7 +61,7 @@ def star(radius, rows):
 
 
 def torus(radius, thickness, steps):
-    """A ring around y."""
+    """Returns a ring around y."""
     sin, cos = circle(2 * steps)
     up, out = circle(steps)
     out = radius + thickness * out[:, None]
@@ -70,7 +70,7 @@ def torus(radius, thickness, steps):
 
 
 def curve(points, steps):
-    """A smooth line through points (Catmull and Rom, 1974), `steps` pieces between each two."""
+    """Returns a smooth line through points (Catmull and Rom, 1974); `steps` segments each."""
     p = np.asarray(points, dtype=np.float64)
     p = np.concatenate([2 * p[:1] - p[1:2], p, 2 * p[-1:] - p[-2:-1]])
     t = np.arange(steps)[:, None] / steps
@@ -80,7 +80,7 @@ def curve(points, steps):
 
 
 def turn(axis, degrees):
-    """The rotation about an axis (0, 1, 2)."""
+    """Returns the rotation about an axis (0, 1, 2)."""
     a = np.radians(degrees)
     first, second = (axis + 1) % 3, (axis + 2) % 3
     matrix = np.eye(3)
@@ -90,7 +90,7 @@ def turn(axis, degrees):
 
 
 def moved(mesh, offset, rotation=None, scale=1.0):
-    """A copy, scaled, then rotated, then moved."""
+    """Returns a copy that is scaled, then rotated, then translated."""
     rotation = np.eye(3) if rotation is None else rotation
     return {**mesh, "positions": scale * mesh["positions"] @ rotation.T + np.asarray(offset),
             "normals": mesh["normals"] @ rotation.T}

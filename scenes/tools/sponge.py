@@ -6,7 +6,7 @@ from . import box, files
 
 
 def solid(level):
-    """Which cells of the cube of 3^level cells a side are full."""
+    """Returns which cells of a cube with 3^level cells per side are full."""
     cells = np.ones((1, 1, 1), dtype=bool)
     middle = np.arange(3) == 1
     count = middle[:, None, None].astype(int) + middle[None, :, None] + middle[None, None, :]
@@ -16,7 +16,7 @@ def solid(level):
 
 
 def skin(cells):
-    """The faces between full and empty cells, of a cube from -1 to 1."""
+    """Returns the faces between full and empty cells of a cube from -1 to 1."""
     n = len(cells)
     padded = np.pad(cells, 1)
     inner = (slice(1, -1),) * 3
@@ -40,5 +40,5 @@ def skin(cells):
 
 
 def make(folder, scale):
-    """Writes the file, returns the number of triangles."""
+    """Writes the file. Returns the number of triangles."""
     return files.write_plys(folder, {"sponge": skin(solid(3 if scale < 2 else 2))})

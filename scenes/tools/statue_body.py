@@ -21,7 +21,7 @@ WRIST_R, WRIST_L = (-0.362, 1.660, 0.125), (0.190, 1.085, 0.195)
 
 
 def face(x, y, z):
-    """Skull, jaw and features, in the head's own frame; the profile is the Greek straight one."""
+    """Returns skull, jaw and features in the head's frame; the profile is straight, as in Greek statues."""
     ax = np.abs(x)
     d = union(ellipsoid(x, y, z, (0, 0.035, -0.012), (0.073, 0.083, 0.090)),
               ellipsoid(x, y, z, (0, -0.028, 0.028), (0.057, 0.086, 0.062)), 0.05)
@@ -44,7 +44,7 @@ def face(x, y, z):
 
 
 def hair(x, y, z):
-    """Waves combed back from a centre parting to a bun, with a diadem; in the head's frame."""
+    """Returns hair in waves from a centre parting back to a bun, with a diadem, in the head's frame."""
     cap = ellipsoid(x, y, z, (0, 0.042, -0.016), (0.0815, 0.0865, 0.0985))
     around = np.arctan2(np.abs(x), y + 0.01)  # constant along a strand
     wave = fold(14.0 * around + 1.2 * np.sin(46.0 * z + 4.0 * around), 0.10)
@@ -70,7 +70,7 @@ def head(x, y, z):
 
 
 def torso(x, y, z):
-    """The body under the cloth, neck to hips."""
+    """Returns the body under the cloth, from neck to hips."""
     ax = np.abs(x)
     d = ellipsoid(x, y, z, (0.0, 1.245, -0.008), (0.142, 0.170, 0.098))
     d = union(d, ellipsoid(x, y, z, (0.012, 1.060, 0.000), (0.112, 0.130, 0.088)), 0.07)
@@ -84,7 +84,7 @@ def torso(x, y, z):
 
 
 def hand(x, y, z, wrist, palm, knuckles, tips, thumb):
-    """Palm, four fingers of two joints, thumb.
+    """Returns a palm, four fingers with two joints each, and a thumb.
 
     knuckles and tips give the first and the last finger; tips: both middle joints, both ends.
     """
@@ -108,7 +108,7 @@ def arm(x, y, z, shoulder, elbow, wrist):
 
 
 def jug(x, y, z):
-    """The lifted jug, tilted towards the cup."""
+    """Returns the lifted jug, tilted towards the cup."""
     lx, ly, lz = local(x, y, z, JUG_AT, JUG_TURN)
     r = np.sqrt(lx * lx + lz * lz)
     d = ellipsoid(lx, ly, lz, (0, -0.010, 0), (0.062, 0.070, 0.062))
@@ -124,7 +124,7 @@ def jug(x, y, z):
 
 
 def cup(x, y, z):
-    """A shallow footed bowl."""
+    """Returns a shallow footed bowl."""
     lx, ly, lz = x - 0.150, y - 1.165, z - 0.300
     bowl = ellipsoid(lx, ly, lz, (0, 0.020, 0), (0.080, 0.048, 0.080))
     bowl = intersect(bowl, ly - 0.020, 0.008)

@@ -9,7 +9,7 @@ import numpy as np
 from .sdf import (chain, cone, disc, ellipsoid, fold, intersect, smoothstep, sphere, torus, union)
 from .statue_body import arms, cup, head, jug, torso
 
-# Height; then centre x, z and radii x, z of the skirt's section.
+# For each section of the skirt: height, centre x and z, radius x and z.
 SKIRT = np.array([
     [-0.10, 0.005, -0.015, 0.262, 0.215],
     [0.02, 0.005, -0.015, 0.250, 0.205],
@@ -23,7 +23,7 @@ SKIRT = np.array([
 
 
 def section(x, y, z):
-    """Distance to the skirt's smooth tube, and the angle around it (0 in front, her left > 0)."""
+    """Returns distance to the smooth skirt, and angle around it (0 in front, > 0 on her left)."""
     cx, cz, rx, rz = (np.interp(y, SKIRT[:, 0], SKIRT[:, i]) for i in range(1, 5))
     px, pz = x - cx, z - cz
     r = np.sqrt((px / rx) ** 2 + (pz / rz) ** 2)
@@ -32,7 +32,7 @@ def section(x, y, z):
 
 
 def free_leg(x, y, z):
-    """The bent right leg, hip to ankle, as it shows through the cloth."""
+    """Returns the bent right leg, from hip to ankle, as visible through the cloth."""
     return chain(x, y, z, [(-0.070, 0.930, 0.020), (-0.104, 0.530, 0.120), (-0.135, 0.080, -0.010)],
                  [0.098, 0.074, 0.050], 0.05)
 
@@ -53,7 +53,7 @@ def skirt(x, y, z):
 
 
 def overfold(x, y, z):
-    """The upper layer of the peplos: belt to hips, with a zigzag hem."""
+    """Returns the upper layer of the peplos, from belt to hips, with a zigzag hem."""
     tube, angle = section(x, y, z)
     bend = angle + 0.14 * np.sin(2.0 * angle - 0.6) + 0.07 * np.sin(5.0 * angle + 1.0)
     drop = smoothstep(1.13, 0.86, y)
@@ -66,7 +66,7 @@ def overfold(x, y, z):
 
 
 def bodice(x, y, z):
-    """The cloth over the bust: folds hang between the shoulder clasps, a belt below."""
+    """Returns the cloth over the bust: folds hang between the shoulder clasps; a belt is below."""
     body = torso(x, y, z)
     ax = np.abs(x + 0.004 * np.sin(30.0 * y))
     sag = y - 2.6 * ax * ax + 0.12 * x
@@ -96,7 +96,7 @@ def belt(x, y, z):
 
 
 def mantle(x, y, z):
-    """A cloth over the left forearm that falls to the knee in pleats."""
+    """Returns a cloth over the left forearm that falls to the knee in pleats."""
     lean = 0.050 * (1.08 - y)
     along = z - 0.070 + 0.03 * (1.08 - y)
     spread = 0.70 + 0.30 * smoothstep(1.08, 0.55, y)
@@ -126,7 +126,7 @@ def feet_and_base(x, y, z):
 
 
 def figure(x, y, z):
-    """The whole statue with its round base."""
+    """Returns the whole statue with its round base."""
     d = union(torso(x, y, z), arms(x, y, z), 0.022)
     d = union(d, head(x, y, z), 0.018)
     dress = union(skirt(x, y, z), overfold(x, y, z), 0.008)
@@ -139,7 +139,7 @@ def figure(x, y, z):
 
 
 def axes(scale):
-    """Grid planes in x, y, z: fine around head and hands, coarser in the skirt."""
+    """Returns grid planes in x, y and z: fine around head and hands, coarser in the skirt."""
     from .meshing import graded_axis
     return [graded_axis(-0.56, 0.42, lambda x: scale * (0.0062 if abs(x) < 0.10 else 0.0085)),
             graded_axis(-0.13, 1.90, lambda y: scale * (0.0095 if y < 1.05 else

@@ -1,10 +1,10 @@
-"""Turned shapes with normals and texture coordinates, and the plinth of the hebe scene."""
+"""Shapes of revolution with normals and texture coordinates, and the plinth of the hebe scene."""
 
 import numpy as np
 
 
 def grid_faces(rows, columns, offset=0):
-    """Two triangles for each cell of a (rows, columns) grid of vertices."""
+    """Returns two triangles for each cell of a (rows, columns) grid of vertices."""
     i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns - 1), indexing="ij")
     a = (i * columns + j).ravel() + offset
     quad = np.stack([a, a + 1, a + columns + 1, a, a + columns + 1, a + columns], axis=1)
@@ -12,7 +12,7 @@ def grid_faces(rows, columns, offset=0):
 
 
 def smooth_normals(positions, faces):
-    """Area-weighted vertex normals; vertices at one place share theirs, so seams stay smooth."""
+    """Returns area-weighted vertex normals. Vertices at the same position share one."""
     corners = positions[faces]
     flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     _, place = np.unique(np.round(positions, 7), axis=0, return_inverse=True)
@@ -25,14 +25,14 @@ def smooth_normals(positions, faces):
 
 
 def without_slivers(mesh):
-    """Drops the triangles of no area that poles of a grid leave."""
+    """Removes the triangles of zero area at the poles of a grid."""
     c = mesh["positions"][mesh["faces"]]
     area = np.linalg.norm(np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]), axis=1)
     return {**mesh, "faces": mesh["faces"][area > 1e-14]}
 
 
 def lathe(profile, segments, sharp=40.0):
-    """Turns (radius, height) points around y. Bends over `sharp` degrees keep an edge.
+    """Rotates (radius, height) points around y. Bends above `sharp` degrees keep an edge.
 
     The profile runs upwards on the outside, so that normals point outwards.
     """
@@ -73,13 +73,13 @@ def lathe(profile, segments, sharp=40.0):
 
 
 def arc(centre, radius, start, end, steps):
-    """Points of a circular moulding; degrees, 0 to the right, 90 up."""
+    """Returns points of a circular moulding. Angles are in degrees: 0 is right, 90 is up."""
     a = np.radians(np.linspace(start, end, steps))
     return [(centre[0] + radius * np.cos(t), centre[1] + radius * np.sin(t)) for t in a]
 
 
 def plinth():
-    """A round pedestal with base and cornice mouldings, 0.6 m high."""
+    """Returns a round pedestal with base and cornice mouldings, 0.6 m high."""
     profile = [(0.0, 0.0), (0.50, 0.0), (0.50, 0.10), (0.485, 0.115)]
     profile += arc((0.455, 0.150), 0.035, -90, 90, 13)  # torus of the base
     profile += [(0.445, 0.190)]

@@ -1,19 +1,19 @@
-"""The assets of the sunroom scene: a room whose right wall is a glass door of four leaves, one of them
-slid open, and whose back wall has a window of thick glass; a table and things on it."""
+"""The assets of the sunroom scene: a room whose right wall is a glass door with four leaves, one of
+which is open, and whose back wall has a window of thick glass; a table and things on it."""
 
 import numpy as np
 
 from . import box, files, grace, solids, stone
 
 WIDE, HIGH, DEEP, THICK = 2.3, 2.7, 2.6, 0.2  # x from -WIDE to WIDE, z from -DEEP to DEEP
-DOOR = (-2.1, 1.9, 0.04, 2.35)  # of the right wall: z from, z to, y from, y to
-LEAVES, OPEN = 4, 2  # of these, counted from the back, this one stands open
-WINDOW = (-1.5, 0.1, 1.0, 2.1)  # of the back wall: x from, x to, y from, y to
+DOOR = (-2.1, 1.9, 0.04, 2.35)  # in the right wall: min z, max z, min y, max y
+LEAVES, OPEN = 4, 2  # number of leaves; index of the open one, from the back
+WINDOW = (-1.5, 0.1, 1.0, 2.1)  # in the back wall: min x, max x, min y, max y
 BAR = 0.05  # width of a frame
 
 
 def walls():
-    """The shell; the right wall lies around the door, the back wall around the window."""
+    """Returns the shell; the right wall surrounds the door, the back wall the window."""
     z0, z1, y0, y1 = DOOR
     u0, u1, v0, v1 = WINDOW
     out, back = WIDE + THICK, -DEEP - THICK
@@ -29,7 +29,7 @@ def walls():
 
 
 def leaf(k):
-    """z from, z to, and x of a leaf; the open one is slid behind the next."""
+    """Returns min z, max z and x of a leaf; the open one is behind the next one."""
     z0, z1 = DOOR[:2]
     step = (z1 - z0) / LEAVES
     at = k + 1 if k == OPEN else k
@@ -37,7 +37,7 @@ def leaf(k):
 
 
 def frames():
-    """Of the leaves, and the window's cross."""
+    """Returns the frames of the leaves, and the bar of the window."""
     y0, y1 = DOOR[2:]
     parts = []
     for k in range(LEAVES):
@@ -53,7 +53,7 @@ def frames():
 
 
 def panes():
-    """One sheet in each leaf."""
+    """Returns one sheet in each leaf."""
     y0, y1 = DOOR[2] + BAR, DOOR[3] - BAR
     sheets = []
     for k in range(LEAVES):
@@ -65,7 +65,7 @@ def panes():
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(4, int(round(12 / scale)))
     u0, u1, v0, v1 = WINDOW
     thick = solids.cuboid((u0, v0, -DEEP - 0.12), (u1, v1, -DEEP - 0.1))

@@ -8,7 +8,7 @@ GOLDEN = 137.50776405  # degrees, between one branch and the next
 
 
 def frame(direction, roll):
-    """A rotation that takes y to `direction`."""
+    """Returns a rotation that maps y to `direction`."""
     helper = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < 0.8 else np.array([0.0, 0.0, 1.0])
     side = np.cross(direction, helper)
     side /= np.linalg.norm(side)
@@ -16,7 +16,7 @@ def frame(direction, roll):
 
 
 def grow(base, rotation, length, radius, level, limbs, tips):
-    """A limb and, recursively, what grows on it. `tips`: (place, rotation) of each leaf."""
+    """Adds a limb and, recursively, its branches. `tips` receives (position, rotation) of each leaf."""
     end = base + rotation[:, 1] * length
     limbs.append((base, end, radius))
     if level == 0:
@@ -29,7 +29,7 @@ def grow(base, rotation, length, radius, level, limbs, tips):
         along = 0.42 + 0.58 * (i + 1) / count
         tilt = 62.0 - 26.0 * i / (count - 1)
         turned = rotation @ solids.turn(1, GOLDEN * (i + level)) @ solids.turn(0, tilt)
-        # Limbs bend up a little, to the light.
+        # Limbs bend slightly upwards.
         direction = turned[:, 1] + np.array([0.0, 0.18, 0.0])
         child = frame(direction / np.linalg.norm(direction), GOLDEN * i)
         grow(base + rotation[:, 1] * length * along, child, 0.56 * length, 0.5 * radius,
@@ -37,7 +37,7 @@ def grow(base, rotation, length, radius, level, limbs, tips):
 
 
 def limb(base, end, radius, sides):
-    """An open cone."""
+    """Returns an open cone."""
     axis = (end - base) / np.linalg.norm(end - base)
     rotation = frame(axis, 0.0)
     sin, cos = solids.circle(sides)
@@ -46,7 +46,7 @@ def limb(base, end, radius, sides):
 
 
 def leaf():
-    """Four triangles, folded along the middle."""
+    """Returns four triangles, folded along the middle."""
     points = np.array([(0, 0, 0), (0.28, 0.45, 0.10), (0, 0.5, 0), (-0.28, 0.45, 0.10),
                        (0, 1, -0.12)], dtype=np.float64)
     return solids.faceted({"positions": points, "uv": points[:, :2] + [0.5, 0.0], "faces": np.array(
@@ -54,7 +54,7 @@ def leaf():
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     limbs, tips = [], []
     grow(np.zeros(3), np.eye(3), 1.5, 0.11, 4 if scale < 2 else 3, limbs, tips)
     wood = box.together([limb(*one, 6 if one[2] < 0.03 else 12) for one in limbs])

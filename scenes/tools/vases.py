@@ -16,7 +16,7 @@ VESSELS = {
 
 
 def make(folder, scale):
-    """Writes the files, returns the number of triangles."""
+    """Writes the files. Returns the number of triangles."""
     steps = max(2, int(round(8 / scale)))
     return files.write_plys(folder, {
         name: stone.lathe(solids.curve(points, steps), 16 * steps, 60.0)
