@@ -7,8 +7,9 @@ namespace kinome {
 Object::~Object() = default;
 
 const char* to_string(Category category) {
-  constexpr const char* kNames[] = {"bsdf",    "emitter", "film",  "integrator", "rfilter",
-                                    "sampler", "sensor",  "shape", "texture"};
+  constexpr const char* kNames[] = {"bsdf",  "emitter", "film",    "integrator",
+                                    "medium", "phase",  "rfilter", "sampler",
+                                    "sensor", "shape",  "texture", "volume"};
   static_assert(std::size(kNames) == std::size(kCategories));
   return kNames[static_cast<size_t>(category)];
 }

@@ -26,6 +26,7 @@ constexpr TypeRow kTypes[] = {  // in the order of ParameterType
     {"reflectance texture", "a texture, color or float", Quantity::kReflectance},
     {"unitless texture", "a texture, color or float", Quantity::kUnitless},
     {"color texture", "a texture, color or float", Quantity::kColor},
+    {"volume", "a volume, color or float", Quantity::kReflectance},
     {"transform", "a transform"},
     {"pixels", "an array of pixels"},
     {"object", "an object"}};

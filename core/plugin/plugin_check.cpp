@@ -15,9 +15,14 @@ std::string plugin_title(const Properties& props) {
   return std::string(to_string(props.category())) + " '" + props.plugin_name() + "'";
 }
 
+/// Returns true for objects that are the values of named parameters.
+bool is_by_name(Category category) {
+  return category == Category::kTexture || category == Category::kVolume;
+}
+
 /// Returns true if the parameter's objects are matched by category, not by name.
 bool is_by_category(const Parameter& row) {
-  return row.type == ParameterType::kObject && row.category != Category::kTexture && !row.by_name;
+  return row.type == ParameterType::kObject && !is_by_name(row.category) && !row.by_name;
 }
 
 bool has_pixels(const Properties& props) {
@@ -148,7 +153,7 @@ std::vector<Error> check_parameters(const Properties& props, const PluginDescrip
     }
     const Category category = category_of(**object);
     const Parameter* const row = find_row(plugin, name);
-    if (category == Category::kTexture || (row && row->by_name) ||
+    if (is_by_name(category) || (row && row->by_name) ||
         is_only_by_name(plugin, category)) {
       check_value(props, plugin, name, entry, faults);
     } else {

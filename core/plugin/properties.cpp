@@ -10,6 +10,7 @@
 #include "base/numbers.h"
 #include "kinome/log.h"
 #include "kinome/texture.h"
+#include "kinome/volume.h"
 #include "plugin/property_types.h"
 
 namespace kinome {
@@ -193,6 +194,25 @@ std::shared_ptr<Texture> Properties::texture(const std::string& name) const {
     throw error(name, "is outside [0,1]: " + format_color(*color));
   }
   return make_uniform_texture(quantity == Quantity::kEmission ? as_light(*color) : c);
+}
+
+std::shared_ptr<Volume> Properties::volume(const std::string& name) const {
+  if (!has(name) && !parameter(name).default_value) return nullptr;
+  const Value v = value(name);
+  if (const auto* const object = std::get_if<std::shared_ptr<Object>>(&v)) {
+    if (auto volume = std::dynamic_pointer_cast<Volume>(*object)) return volume;
+    // A texture such as `uniform`.
+    return std::make_shared<UniformVolume>(color(name));
+  }
+  const auto color = as_uniform_color(v);
+  if (!color) throw error(name, "must be a volume, color or float, got " + describe(v));
+  const Rgb& c = color->value;
+  const bool is_unbounded = color->is_float || color->spectral;
+  if (!is_unbounded && (max_component(c) > 1 || max_component(-c) > 0)) {
+    throw error(name, "is outside [0,1]: " + format_color(*color) +
+                          "; for other colors use <volume type=\"constvolume\">");
+  }
+  return std::make_shared<UniformVolume>(c);
 }
 
 std::shared_ptr<const Image> Properties::image(const std::string& name) const {

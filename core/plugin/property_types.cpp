@@ -7,6 +7,7 @@
 #include "kinome/emitter.h"
 #include "kinome/film.h"
 #include "kinome/integrator.h"
+#include "kinome/medium.h"
 #include "kinome/reconstruction_filter.h"
 #include "kinome/sampler.h"
 #include "kinome/sensor.h"
@@ -27,9 +28,10 @@ std::string with_article(Category category) {
   return (name[0] == 'e' || name[0] == 'i' ? "an " : "a ") + name;
 }
 
-bool is_texture(const Properties::Value& value) {
+template <class T>
+bool is_a(const Properties::Value& value) {
   const auto* object = std::get_if<std::shared_ptr<Object>>(&value);
-  return object && dynamic_cast<const Texture*>(object->get());
+  return object && dynamic_cast<const T*>(object->get());
 }
 
 std::optional<Properties::Value> parse_vector_default(ParameterType type, const char* text) {
@@ -77,7 +79,8 @@ std::string describe(const Parameter& parameter) {
 }
 
 bool accepts(ParameterType type, const Properties::Value& value) {
-  if (takes_texture(type)) return is_texture(value) || as_uniform_color(value).has_value();
+  if (type == ParameterType::kVolume && is_a<Volume>(value)) return true;
+  if (takes_texture(type)) return is_a<Texture>(value) || as_uniform_color(value).has_value();
   switch (type) {
     case ParameterType::kBoolean:
       return holds<bool>(value);
@@ -155,11 +158,14 @@ Category category_of(const Object& object) {
   if (dynamic_cast<const Emitter*>(&object)) return Category::kEmitter;
   if (dynamic_cast<const Film*>(&object)) return Category::kFilm;
   if (dynamic_cast<const Integrator*>(&object)) return Category::kIntegrator;
+  if (dynamic_cast<const Medium*>(&object)) return Category::kMedium;
+  if (dynamic_cast<const Phase*>(&object)) return Category::kPhase;
   if (dynamic_cast<const ReconstructionFilter*>(&object)) return Category::kReconstructionFilter;
   if (dynamic_cast<const Sampler*>(&object)) return Category::kSampler;
   if (dynamic_cast<const Sensor*>(&object)) return Category::kSensor;
   if (dynamic_cast<const Shape*>(&object)) return Category::kShape;
   if (dynamic_cast<const Texture*>(&object)) return Category::kTexture;
+  if (dynamic_cast<const Volume*>(&object)) return Category::kVolume;
   throw std::logic_error("an object of no category");
 }
 

@@ -62,6 +62,7 @@ Scene::Scene(Contents contents, unsigned threads, const Scene* before)
     (emitter->is_indirect() ? indirect_emitters_ : emitters_).push_back(emitter);
   }
   check_bounces();
+  list_media();
   if (before && before->contents_.shapes == contents_.shapes &&
       before->contents_.watertight == contents_.watertight) {
     accelerator_ = before->accelerator_;
@@ -96,6 +97,16 @@ void Scene::replace_by_parts() {
   };
   for (const auto& shape : contents_.shapes) add(shape);
   contents_.shapes = std::move(shapes);
+}
+
+void Scene::list_media() {
+  const auto add = [this](const Medium* medium) {
+    if (medium && std::find(media_.begin(), media_.end(), medium) == media_.end()) {
+      media_.push_back(medium);
+    }
+  };
+  for (const auto& sensor : contents_.sensors) add(sensor->medium());
+  for (const auto& shape : contents_.shapes) add(shape->interior()), add(shape->exterior());
 }
 
 /// Throws Error if two emitters represent the bounce of the same emitter, which would count twice.

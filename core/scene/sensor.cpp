@@ -7,8 +7,9 @@ namespace {
 class ResampledSensor final : public Sensor {
  public:
   ResampledSensor(const Sensor& sensor, std::shared_ptr<Film> film,
-                  std::shared_ptr<Sampler> sampler)
+                  std::shared_ptr<Sampler> sampler, std::shared_ptr<const Medium> medium)
       : sensor_(sensor) {
+    medium_ = std::move(medium);
     film_ = std::move(film);
     sampler_ = std::move(sampler);
   }
@@ -35,7 +36,7 @@ class ResampledSensor final : public Sensor {
 }  // namespace
 
 std::unique_ptr<Sensor> Sensor::with_sample_count(uint32_t count) const {
-  return std::make_unique<ResampledSensor>(*this, film_, sampler_->with_sample_count(count));
+  return std::make_unique<ResampledSensor>(*this, film_, sampler_->with_sample_count(count), medium_);
 }
 
 }  // namespace kinome

@@ -7,11 +7,21 @@
 #include "kinome/wide/surface_point.h"
 
 namespace kinome {
+namespace {
+
+/// Reads a medium. Shapes of other projects may have no such parameter.
+std::shared_ptr<const Medium> medium_of(const Properties& props, const char* name) {
+  return props.has(name) ? props.object<Medium>(name) : nullptr;
+}
+
+}  // namespace
 
 Shape::Shape(const Properties& props)
     : bsdf_(props.object<Bsdf>()),
       emitter_(props.object<Emitter>()),
-      sensor_(props.object<Sensor>()) {
+      sensor_(props.object<Sensor>()),
+      interior_(medium_of(props, "interior")),
+      exterior_(medium_of(props, "exterior")) {
   if (sensor_) {
     if (!sensor_->is_surface()) {
       throw Error(props.where(),

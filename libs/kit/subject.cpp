@@ -64,11 +64,14 @@ const char* object_xml(Category category) {
     case Category::kEmitter: return "<emitter type=\"area\"/>";
     case Category::kFilm: return "<film type=\"hdrfilm\"/>";
     case Category::kIntegrator: return "<integrator type=\"direct\"/>";
+    case Category::kMedium: return "<medium type=\"homogeneous\"/>";
+    case Category::kPhase: return "<phase type=\"isotropic\"/>";
     case Category::kReconstructionFilter: return "<rfilter type=\"box\"/>";
     case Category::kSampler: return "<sampler type=\"independent\"/>";
     case Category::kSensor: return kCamera;
     case Category::kShape: return "<shape type=\"sphere\"/>";
     case Category::kTexture: return "<texture type=\"checkerboard\"/>";
+    case Category::kVolume: return "<volume type=\"constvolume\"/>";
   }
   return "";
 }
@@ -105,7 +108,8 @@ TypeValues values_of(ParameterType type) {
     case ParameterType::kEmissionTexture:
     case ParameterType::kReflectanceTexture:
     case ParameterType::kUnitlessTexture:
-    case ParameterType::kColorTexture: {
+    case ParameterType::kColorTexture:
+    case ParameterType::kVolume: {
       TypeValues values{"float", "0.5", {"0.5", "1", "2"}, numbers, {"nan", "red", "1, 2"}};
       values.extreme.insert(values.extreme.end(), {"0, 0.5, 1", "1e10, 0, 0"});
       return values;

@@ -5,6 +5,7 @@
 #include "kinome/log.h"
 #include "kinome/mitsuba_plugins.h"
 #include "kinome/texture.h"
+#include "kinome/volume.h"
 #include "scene_xml/convert.h"
 #include "plugin/property_types.h"
 
@@ -13,6 +14,13 @@ namespace {
 
 /// Value of the placeholder for a texture with an error; valid for all parameters.
 constexpr float kPlaceholder = 0.5f;
+
+/// Returns a placeholder for an object that is made on demand.
+std::shared_ptr<Object> placeholder_of(Category category) {
+  if (category == Category::kBsdf) return make_black_bsdf();
+  if (category == Category::kVolume) return std::make_shared<UniformVolume>(Rgb(kPlaceholder));
+  return make_uniform_texture(Rgb(kPlaceholder));
+}
 
 /// Returns true if an object can be made without the lost properties, so that further errors in it
 /// are found. This requires that they are optional.
@@ -62,7 +70,8 @@ const char* why_ignored(Category category, const std::string& name) {
 
 bool is_made_on_demand(const Node& node) {
   const auto category = category_named(node.tag);
-  return category == Category::kBsdf || category == Category::kTexture;
+  return category == Category::kBsdf || category == Category::kTexture ||
+         category == Category::kVolume;
 }
 
 bool is_object(const Node& node) {
@@ -276,9 +285,14 @@ void Builder::add_object(const Node& child, std::string name, const PluginDescri
                          child.where);
     return;
   }
-  if (!object && category == Category::kBsdf) object = make_black_bsdf();
-  if (!object && category == Category::kTexture) object = make_uniform_texture(Rgb(kPlaceholder));
-  if (category == Category::kTexture && child.is_broken && !has_certain(child, "name")) {
+  if (category == Category::kMedium && parts.props.category() == Category::kEmitter &&
+      !find_row(plugin, name)) {
+    warn_once_of_ignored(parts.props, "medium", "rays find their media at shapes and the sensor", child.where);
+    return;
+  }
+  if (!object && category && is_made_on_demand(*target)) object = placeholder_of(*category);
+  const bool is_named = category == Category::kTexture || category == Category::kVolume;
+  if (is_named && child.is_broken && !has_certain(child, "name")) {
     parts.lost.anything = true;  // its parameter is unknown
   } else if (object) {
     faults_.attempt([&] { parts.props.set(name, std::move(object), child.where); });
@@ -323,8 +337,7 @@ void Builder::check(const Node& node) {
 std::shared_ptr<Object> Builder::placeholder(const Node& node) {
   if (!is_made_on_demand(node)) return object(node);
   check(node);
-  if (category_named(node.tag) == Category::kBsdf) return make_black_bsdf();
-  return make_uniform_texture(Rgb(kPlaceholder));
+  return placeholder_of(*category_named(node.tag));
 }
 
 std::shared_ptr<const std::vector<std::string>> Builder::folders(const Node& node) {

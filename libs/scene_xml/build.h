@@ -25,7 +25,7 @@ bool is_missing(const Node& node, const PluginRegistry& registry);
 const char* why_ignored(Category category, const std::string& name);
 /// Returns true for objects, references, failed includes and unknown tags, and false for values.
 bool is_object(const Node& node);
-/// Returns true for BSDFs and textures, which are made only if something refers to them, because
+/// Returns true for BSDFs, textures and volumes, which are made only if something refers to them, because
 /// their files may be large.
 bool is_made_on_demand(const Node& node);
 
@@ -123,6 +123,7 @@ class Builder {
   void complete_scene(const Location& where, Scene::Contents& contents);
   void complete_indirect_light(const Location& where, Scene::Contents& contents);
   void add_instances(const std::shared_ptr<Shape>& shape, const Location& where);
+  static void warn_of_ignored_media(const Location& where, const Scene::Contents& contents);
   void check_instances(const Scene::Contents& contents) const;
   std::shared_ptr<Object> default_object(Category category, const char* plugin,
                                          const Location& where);

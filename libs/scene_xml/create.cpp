@@ -127,6 +127,7 @@ void Builder::add_default_children(Properties& props, const PluginDescriptor& pl
       {Category::kSensor, Category::kFilm, "hdrfilm"},
       {Category::kSensor, Category::kSampler, "independent"},
       {Category::kFilm, Category::kReconstructionFilter, "gaussian"},
+      {Category::kMedium, Category::kPhase, "isotropic"},
   };
   for (const Default& missing : kDefaults) {
     if (missing.parent != props.category() || !takes(plugin, missing.child) ||

@@ -216,8 +216,6 @@ class UnsupportedRemover {
 bool is_missing(const Node& node, const PluginRegistry& registry) {
   const Attribute* const type = node.find("type");
   if (node.is_broken || !type) return false;
-  constexpr std::string_view kAbsent[] = {"medium", "phase", "volume"};
-  if (std::find(std::begin(kAbsent), std::end(kAbsent), node.tag) != std::end(kAbsent)) return true;
   return is_of_mitsuba(node.tag, type->value) && !is_registered(node, registry);
 }
 

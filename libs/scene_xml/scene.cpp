@@ -187,6 +187,24 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
     contents.sensors.push_back(std::dynamic_pointer_cast<Sensor>(default_sensor(where, contents)));
   }
   check_instances(contents);
+  warn_of_ignored_media(where, contents);
+}
+
+/// Warns if the scene has media that its integrator doesn't trace.
+void Builder::warn_of_ignored_media(const Location& where, const Scene::Contents& contents) {
+  if (contents.integrator->traces_media()) return;
+  const auto has_media = [](const Shape& shape) { return shape.separates_media(); };
+  const bool is_any =
+      std::ranges::any_of(contents.sensors, [](const auto& sensor) { return sensor->medium(); }) ||
+      std::ranges::any_of(contents.shapes, [&](const auto& shape) {
+        const auto parts = shape->parts();
+        return has_media(*shape) ||
+               std::ranges::any_of(parts, [&](const auto& part) { return has_media(*part); });
+      });
+  if (!is_any) return;
+  log_warn(Error(where, "the scene's media are ignored: the integrator doesn't support media "
+                        "(volpath does)")
+               .what());
 }
 
 /// Records `shape` if it is an instance, or the instances among its parts.

@@ -53,6 +53,10 @@ class NestingIntegrator : public Integrator {
     }
     return nullptr;
   }
+  bool traces_media() const override {
+    return std::all_of(nested_.begin(), nested_.end(),
+                       [](const Nested& nested) { return nested.integrator->traces_media(); });
+  }
   bool gives_samples() const override {
     return std::all_of(nested_.begin(), nested_.end(), [](const Nested& nested) {
       return nested.integrator->gives_samples();

@@ -19,9 +19,11 @@ namespace kinome {
       {"shutter_close", ParameterType::kFloat, "0",                                                \
        "end of the exposure; only affects timed_sunsky"},                                          \
       {"film", ParameterType::kObject, nullptr, "film; default: hdrfilm", false, Category::kFilm}, \
+      {"sampler", ParameterType::kObject, nullptr, "sampler; default: independent", false,         \
+       Category::kSampler},                                                                        \
   {                                                                                                \
-    "sampler", ParameterType::kObject, nullptr, "sampler; default: independent", false,            \
-        Category::kSampler                                                                         \
+    "medium", ParameterType::kObject, nullptr, "medium around the sensor; default: none", false,   \
+        Category::kMedium                                                                          \
   }
 
 /// Parameters of every camera.
@@ -93,6 +95,7 @@ class ParsedSensor : public Sensor {
     shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
+    medium_ = props.object<Medium>();
   }
 };
 

@@ -14,8 +14,8 @@
 namespace kinome {
 namespace {
 
-constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kIgnoredFaceNormals, kNestedBsdf,
-                                kNestedEmitter, kNestedSensor};
+constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kIgnoredFaceNormals,
+                                KINOME_NESTED_IN_SHAPES};
 
 /// Outward normal, and the directions of u and v. u x v points inward on every face.
 struct Face {

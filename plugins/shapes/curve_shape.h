@@ -21,6 +21,8 @@ inline constexpr Parameter kCurveParameters[] = {
     {"to_world", ParameterType::kTransform, "identity",
      "Transform from object to world space; doesn't affect radii."},
     kNestedBsdf,
+    kInterior,
+    kExterior,
 };
 
 /// Centre and radius at a position along a segment, and their derivatives by this position.

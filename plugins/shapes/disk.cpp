@@ -17,8 +17,7 @@
 namespace kinome {
 namespace {
 
-constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kNestedBsdf, kNestedEmitter,
-                                kNestedSensor};
+constexpr Parameter kTable[] = {kToWorld, kFlipNormals, KINOME_NESTED_IN_SHAPES};
 
 class Disk final : public AnalyticShape<Disk> {
  public:

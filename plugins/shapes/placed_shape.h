@@ -114,6 +114,7 @@ class PlacedShape final : public Shape {
   PlacedShape(std::shared_ptr<const Shape> shape, std::shared_ptr<const AffineMap> map)
       : shape_(std::move(shape)), map_(std::move(map)) {
     set_bsdf(shape_->bsdf_pointer());
+    share_media(*shape_);
     set_id(shape_->id());
     const Aabb local = shape_->bounds();
     for (unsigned i = 0; i < 8; ++i) {

@@ -13,8 +13,8 @@
 namespace kinome {
 namespace {
 
-constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kIgnoredFaceNormals, kNestedBsdf,
-                                kNestedEmitter, kNestedSensor};
+constexpr Parameter kTable[] = {kToWorld, kFlipNormals, kIgnoredFaceNormals,
+                                KINOME_NESTED_IN_SHAPES};
 
 class Rectangle final : public wide::Mesh {
  public:

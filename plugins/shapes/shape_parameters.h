@@ -19,8 +19,12 @@ inline constexpr Parameter kNestedEmitter{"emitter", ParameterType::kObject,
 inline constexpr Parameter kNestedSensor{"sensor", ParameterType::kObject,
                                          nullptr,  "An irradiancemeter for this surface.",
                                          false,    Category::kSensor};
+inline constexpr Parameter kInterior =
+    named_object("interior", Category::kMedium, "Medium inside of the shape; default: none.");
+inline constexpr Parameter kExterior =
+    named_object("exterior", Category::kMedium, "Medium outside of the shape; default: none.");
 /// Objects that are nested in shapes.
-#define KINOME_NESTED_IN_SHAPES kNestedBsdf, kNestedEmitter, kNestedSensor
+#define KINOME_NESTED_IN_SHAPES kNestedBsdf, kNestedEmitter, kNestedSensor, kInterior, kExterior
 inline constexpr Parameter kFaceNormals{"face_normals", ParameterType::kBoolean, "false",
                                         "Flat shading, without the normals of vertices."};
 inline constexpr Parameter kIgnoredFaceNormals =

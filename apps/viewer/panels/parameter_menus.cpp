@@ -27,6 +27,7 @@ std::optional<EditedValue> ParameterWidgets::first_value(const SceneParameter& p
       {ParameterType::kEmissionTexture, UniformColor{Rgb(0.5f)}},
       {ParameterType::kReflectanceTexture, UniformColor{Rgb(0.5f)}},
       {ParameterType::kColorTexture, UniformColor{Rgb(0.5f)}},
+      {ParameterType::kVolume, UniformColor{Rgb(0.5f), false, true}},
       {ParameterType::kUnitlessTexture, UniformColor{Rgb(0.5f), false, true}}};
   const auto found = parameter.kind ? values.find(*parameter.kind) : values.end();
   return found == values.end() ? std::nullopt : std::optional(found->second);

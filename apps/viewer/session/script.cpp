@@ -284,7 +284,8 @@ EditedValue parse_value(const SceneParameter& parameter, const std::string& text
     case ParameterType::kEmissionTexture:
     case ParameterType::kReflectanceTexture:
     case ParameterType::kUnitlessTexture:
-    case ParameterType::kColorTexture: {
+    case ParameterType::kColorTexture:
+    case ParameterType::kVolume: {
       const auto n = numbers_of(text);
       if (n.size() == 1) return UniformColor{Rgb(n[0]), false, true};
       return UniformColor{triple_of(text)};

@@ -51,6 +51,8 @@ class KINOME_EXPORT Integrator : public Object {
   /// (Emitter::is_indirect()). Returns nullptr if the integrator doesn't use indirect emitters; the
   /// loader then warns about those in the scene.
   virtual const char* default_indirect_emitter() const { return nullptr; }
+  /// True if render() handles media. Otherwise, the loader warns that it ignores the scene's.
+  virtual bool traces_media() const { return false; }
   /// Warns about emitters or light paths in the scene that render() ignores. Called once before
   /// rendering.
   virtual void warn_of_light_left_out(const Scene& /*scene*/, const Sensor& /*sensor*/,

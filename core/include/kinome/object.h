@@ -17,22 +17,29 @@ enum class Category {
   kEmitter,
   kFilm,
   kIntegrator,
+  kMedium,
+  kPhase,
   kReconstructionFilter,
   kSampler,
   kSensor,
   kShape,
   kTexture,
+  kVolume,
 };
 inline constexpr Category kCategories[] = {Category::kBsdf,
                                            Category::kEmitter,
                                            Category::kFilm,
                                            Category::kIntegrator,
+                                           Category::kMedium,
+                                           Category::kPhase,
                                            Category::kReconstructionFilter,
                                            Category::kSampler,
                                            Category::kSensor,
                                            Category::kShape,
-                                           Category::kTexture};
-/// "bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape", "texture".
+                                           Category::kTexture,
+                                           Category::kVolume};
+/// "bsdf", "emitter", "film", "integrator", "medium", "phase", "rfilter", "sampler", "sensor",
+/// "shape", "texture", "volume".
 KINOME_EXPORT const char* to_string(Category category);
 /// Returns nullopt if there is no such category.
 KINOME_EXPORT std::optional<Category> category_named(const std::string& name);

@@ -21,6 +21,8 @@ enum class ParameterType {
   kReflectanceTexture,
   kUnitlessTexture,
   kColorTexture,
+  /// A <volume>, or a uniform value in place of one. Uniform colours must be in [0,1].
+  kVolume,
   kTransform,
   kImage,   ///< pixels in memory (Properties::image()); not available in scene files
   kObject,  ///< a nested object of `category`; its name is arbitrary unless `by_name` is set

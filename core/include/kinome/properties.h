@@ -16,6 +16,7 @@ namespace kinome {
 
 struct Image;
 class Texture;
+class Volume;
 
 /// Uniform colour or grey as written in the scene. `spectral` is true for <spectrum>: a uniform
 /// spectrum is white as a reflectance, and equal-energy white as emission.
@@ -104,6 +105,9 @@ class KINOME_EXPORT Properties {
   /// Returns the <texture>, or a uniform value as a texture; emission is converted as in color().
   /// Returns nullptr only if the parameter is not set and has no default.
   std::shared_ptr<Texture> texture(const std::string& name) const;
+  /// Returns the <volume>, or a uniform value as a volume. Returns nullptr only if the parameter is
+  /// not set and has no default.
+  std::shared_ptr<Volume> volume(const std::string& name) const;
   /// Returns linear pixels passed by a program in place of a file, with one channel or at least
   /// three. Returns nullptr if the parameter is not set.
   std::shared_ptr<const Image> image(const std::string& name) const;

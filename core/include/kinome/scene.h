@@ -7,6 +7,7 @@
 
 #include "kinome/emitter.h"
 #include "kinome/integrator.h"
+#include "kinome/medium.h"
 #include "kinome/ray.h"
 #include "kinome/sensor.h"
 #include "kinome/shape.h"
@@ -50,6 +51,8 @@ class KINOME_EXPORT Scene {
   const Emitter* environment() const { return environment_; }
   /// True if a shape emits light. Rays that look for light then need the nearest hit.
   bool has_surface_emitters() const { return has_surface_emitters_; }
+  /// Media of shapes and sensors, each once, in the order of their first use.
+  const std::vector<const Medium*>& media() const { return media_; }
   const std::vector<std::shared_ptr<Sensor>>& sensors() const { return contents_.sensors; }
   Integrator& integrator() const { return *contents_.integrator; }
   const std::string& file() const { return contents_.file; }
@@ -92,10 +95,12 @@ class KINOME_EXPORT Scene {
   };
   void replace_by_parts();
   void check_bounces() const;
+  void list_media();
   Contents contents_;
   std::vector<Placed> placed_;
   std::vector<const Emitter*> emitters_;
   std::vector<const Emitter*> indirect_emitters_;
+  std::vector<const Medium*> media_;
   const Emitter* environment_ = nullptr;
   bool has_surface_emitters_ = false;
   Aabb bounds_;

@@ -5,6 +5,7 @@
 
 #include "kinome/blocks.h"
 #include "kinome/film.h"
+#include "kinome/medium.h"
 #include "kinome/object.h"
 #include "kinome/ray.h"
 #include "kinome/sampler.h"
@@ -74,10 +75,13 @@ class KINOME_EXPORT Sensor : public Object {
   Film& film() const { return *film_; }
   const Sampler& sampler() const { return *sampler_; }
   const Shutter& shutter() const { return shutter_; }
+  /// Medium in which rays start; nullptr: none.
+  const Medium* medium() const { return medium_.get(); }
 
  protected:
   std::shared_ptr<Film> film_;
   std::shared_ptr<Sampler> sampler_;
+  std::shared_ptr<const Medium> medium_;
   Shutter shutter_;
 };
 

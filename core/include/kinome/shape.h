@@ -10,6 +10,7 @@
 #include "kinome/emitter.h"
 #include "kinome/geometry.h"
 #include "kinome/interaction.h"
+#include "kinome/medium.h"
 #include "kinome/object.h"
 #include "kinome/properties.h"
 #include "kinome/sensor.h"
@@ -80,6 +81,18 @@ class KINOME_EXPORT Shape : public Object {
   /// Sensor that measures at this shape, or nullptr.
   std::shared_ptr<Sensor> sensor_pointer() const { return sensor_; }
 
+  /// Media on the inside and the outside of the surface (opposite to the geometric normal, and on
+  /// its side); nullptr: none. A ray that crosses the surface enters the medium of the other side.
+  /// A shape with neither doesn't change the ray's medium.
+  const Medium* interior() const { return interior_.get(); }
+  const Medium* exterior() const { return exterior_.get(); }
+  bool separates_media() const { return interior_ || exterior_; }
+  void set_media(std::shared_ptr<const Medium> inside, std::shared_ptr<const Medium> outside) {
+    interior_ = std::move(inside), exterior_ = std::move(outside);
+  }
+  /// Takes the media of another shape.
+  void share_media(const Shape& other) { set_media(other.interior_, other.exterior_); }
+
   /// Returns the attribute of this name, or nullopt if there is none. Only meshes have attributes.
   virtual std::optional<AttributeArrays> attribute(const std::string& /*name*/) const {
     return std::nullopt;
@@ -90,13 +103,14 @@ class KINOME_EXPORT Shape : public Object {
  protected:
   /// Leaves BSDF, emitter and sensor empty.
   Shape() = default;
-  /// Takes the nested BSDF, emitter and sensor from `props`. The loader sets a missing BSDF.
+  /// Takes the nested BSDF, emitter, sensor and media from `props`. The loader sets a missing BSDF.
   explicit Shape(const Properties& props);
 
  private:
   std::shared_ptr<Bsdf> bsdf_;
   std::shared_ptr<Emitter> emitter_;
   std::shared_ptr<Sensor> sensor_;
+  std::shared_ptr<const Medium> interior_, exterior_;
 };
 
 }  // namespace kinome
