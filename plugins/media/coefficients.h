@@ -23,20 +23,23 @@ namespace kinome {
       ignored_row("has_spectral_extinction", ParameterType::kBoolean,                          \
                   "the colors of sigma_t decide")
 
-/// Reads a volume whose values must be in [0, max].
-inline std::shared_ptr<const Volume> volume_up_to(const Properties& props, const char* name,
-                                                  float max) {
+/// Reads a volume of numbers or colours that must be finite and not negative.
+inline std::shared_ptr<const Volume> nonnegative_volume(const Properties& props, const char* name) {
   auto volume = props.volume(name);
   if (volume->channels() > 3) throw props.error(name, "must have 1 or 3 channels, got 6");
   if (!(volume->min() >= 0)) {
     throw props.error(name, "must not be negative, got " + std::to_string(volume->min()));
   }
-  if (!(volume->max() <= max)) {
-    throw props.error(name, "must be " +
-                                (std::isfinite(max) ? "at most " + std::to_string(max) : "finite") +
-                                ", got " + std::to_string(volume->max()));
-  }
+  if (!std::isfinite(volume->max())) throw props.error(name, "must be finite");
   return volume;
+}
+
+/// Reads the albedo, which must be in [0,1].
+inline std::shared_ptr<const Volume> albedo_volume(const Properties& props) {
+  constexpr float kRounding = 1e-5f;  // of Volume::max()
+  auto volume = nonnegative_volume(props, "albedo");
+  if (volume->max() <= 1 + kRounding) return volume;
+  throw props.error("albedo", "must be at most 1, got " + std::to_string(volume->max()));
 }
 
 /// Reads the phase function, which the loader adds if the scene has none.

@@ -13,8 +13,8 @@ namespace {
 
 constexpr Parameter kParameters[] = {KINOME_MEDIUM_PARAMETERS};
 
-Rgb uniform_color(const Properties& props, const char* name, float max) {
-  const auto volume = volume_up_to(props, name, max);
+Rgb uniform_color(const Properties& props, const char* name,
+                  const std::shared_ptr<const Volume>& volume) {
   if (!volume->is_uniform()) {
     throw props.error(name,
                       "must be uniform, got a volume that varies (use a 'heterogeneous' "
@@ -26,9 +26,9 @@ Rgb uniform_color(const Properties& props, const char* name, float max) {
 class Homogeneous final : public Medium {
  public:
   explicit Homogeneous(const Properties& props)
-      : extinction_(uniform_color(props, "sigma_t", std::numeric_limits<float>::max()) *
+      : extinction_(uniform_color(props, "sigma_t", nonnegative_volume(props, "sigma_t")) *
                     extinction_scale(props)),
-        scattering_(extinction_ * uniform_color(props, "albedo", 1)) {
+        scattering_(extinction_ * uniform_color(props, "albedo", albedo_volume(props))) {
     if (!is_finite(extinction_)) throw props.error("scale", "makes the extinction infinite");
     phase_ = phase_of(props);
     samples_emitters_ = props.boolean("sample_emitters");
