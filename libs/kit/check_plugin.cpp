@@ -17,14 +17,14 @@ void add_checks_of_category(const Subject& subject, Plan& plan) {
     case Category::kEmitter: return add_emitter_checks(subject, plan);
     case Category::kFilm: return add_film_checks(subject, plan);
     case Category::kIntegrator: return add_integrator_checks(subject, plan);
-    case Category::kMedium:
-    case Category::kPhase:
-    case Category::kVolume: return;
+    case Category::kMedium: return add_medium_checks(subject, plan);
+    case Category::kPhase: return add_phase_checks(subject, plan);
     case Category::kReconstructionFilter: return add_filter_checks(subject, plan);
     case Category::kSampler: return add_sampler_checks(subject, plan);
     case Category::kSensor: return add_sensor_checks(subject, plan);
     case Category::kShape: return add_shape_checks(subject, plan);
     case Category::kTexture: return add_texture_checks(subject, plan);
+    case Category::kVolume: return add_volume_checks(subject, plan);
   }
 }
 

@@ -260,10 +260,11 @@ std::string Subject::xml(const std::string& more, const std::string& changed,
   if (!request_.parameters.empty()) text += '\n';
   for (const Parameter& parameter : plugin_->parameters) {
     if (!parameter.required || parameter.name == changed) continue;
-    // Plugins that need several BSDFs get two.
-    const bool is_bsdf =
-        parameter.type == ParameterType::kObject && parameter.category == Category::kBsdf;
-    const int count = is_bsdf ? std::min(parameter.max_count, 2) : 1;
+    // Plugins that need several BSDFs or phase functions get two.
+    const bool is_of_two =
+        parameter.type == ParameterType::kObject &&
+        (parameter.category == Category::kBsdf || parameter.category == Category::kPhase);
+    const int count = is_of_two ? std::min(parameter.max_count, 2) : 1;
     for (int i = 0; i < count && !is_given(parameter); ++i) {
       text += needed_xml(parameter);
     }

@@ -108,10 +108,12 @@ class Table final : public wide::DeflectionPhase<Table> {
     const double step = 2.0 / static_cast<double>(values.size() - 1);
     double first = 0, second = 0;
     for (size_t i = 0; i + 1 < values.size(); ++i) {
-      const double mass = (values[i] + values[i + 1]) / 2;
-      const double middle = -1 + (static_cast<double>(i) + 0.5) * step;
-      first += mass * middle;
-      second += mass * (3 * middle * middle - 1) / 2;
+      // Moments of the interval's line over c = begin + step s.
+      const double a = values[i], b = values[i + 1], begin = -1 + static_cast<double>(i) * step;
+      const double m0 = (a + b) / 2, m1 = a / 6 + b / 3, m2 = a / 12 + b / 4;
+      const double squares = begin * begin * m0 + 2 * begin * step * m1 + step * step * m2;
+      first += begin * m0 + step * m1;
+      second += (3 * squares - m0) / 2;
     }
     return lobes_of_moments(static_cast<float>(first / total), static_cast<float>(second / total));
   }

@@ -56,12 +56,12 @@ TEST_F(Program, LeavesOutWhatIsMissingIfAsked) {
       "fog.xml",
       "<scene version=\"3.0.0\"><sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/>"
       "<film type=\"hdrfilm\"><integer name=\"width\" value=\"4\"/><integer name=\"height\" "
-      "value=\"4\"/></film></sensor>\n<shape type=\"sphere\">\n"
-      "<medium name=\"interior\" type=\"homogeneous\"/></shape></scene>");
-  const std::string title = "medium 'homogeneous'";
+      "value=\"4\"/></film></sensor>\n<shape type=\"sphere\"/>\n"
+      "<shape id=\"the-other-one\" type=\"sdfgrid\"/></scene>");
+  const std::string title = "shape 'sdfgrid'";
   const ProcessResult strict = kinome({scene, "-o", image_});
   EXPECT_EQ(strict.status, 1);
-  EXPECT_EQ(strict.err, "kinome: " + scene + ":3:25: unsupported " + title +
+  EXPECT_EQ(strict.err, "kinome: " + scene + ":3:27: unsupported " + title +
                             " of Mitsuba 3 (--lenient renders without it)\n");
   const ProcessResult lenient = kinome({scene, "--lenient", "-o", image_});
   EXPECT_EQ(lenient.status, 0);

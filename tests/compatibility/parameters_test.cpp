@@ -6,6 +6,7 @@
 #include "kit/read_checks.h"
 #include "kinome/log_listener.h"
 #include "support/render.h"
+#include "support/volume_files.h"
 
 namespace kinome::test::parameters_test {
 namespace {
@@ -74,12 +75,19 @@ std::map<std::string, std::map<std::string, std::string>> needed(const Temporary
                                   "list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
                                   "3 0 1 2\n")}}},
       {"shape/serialized", {{"filename", folder.write("mesh.serialized", serialized_triangle())}}},
+      {"phase/sggx",
+       {{"S", "<volume name='S' type='gridvolume'><string name='filename' value='" +
+                  folder.write("flakes.vol", VolFile{1, 1, 1, 6}.bytes(mixed_value)) +
+                  "'/></volume>"}}},
+      {"phase/tabphase", {{"values", "1, 2"}}},
       {"texture/bitmap", {{"filename", map}}},
       {"texture/blackbody", {{"temperature", "5000"}}},
       {"texture/irregular", {{"wavelengths", "400 700"}, {"values", "0.1 0.5"}}},
       {"texture/mesh_attribute", {{"name", "vertex_color"}}},
       {"texture/regular",
        {{"wavelength_min", "400"}, {"wavelength_max", "700"}, {"values", "0.1 0.5"}}},
+      {"volume/gridvolume",
+       {{"filename", folder.write("grid.vol", VolFile().bytes(mixed_value))}}},
   };
 }
 

@@ -62,7 +62,7 @@ TEST(NearestName, IsTheNearestOrNone) {
 TEST(Category, HasMitsubasNames) {
   std::string all;
   for (const Category category : kCategories) all += to_string(category) + std::string(" ");
-  EXPECT_EQ(all, "bsdf emitter film integrator rfilter sampler sensor shape texture ");
+  EXPECT_EQ(all, "bsdf emitter film integrator medium phase rfilter sampler sensor shape texture volume ");
 }
 
 TEST(UniformTexture, IsItsValueEverywhere) {

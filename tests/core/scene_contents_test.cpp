@@ -75,13 +75,13 @@ TEST(Scene, LeavesOutWhatIsMissingIfAsked) {
   EXPECT_EQ(scene->shapes()[0]->bsdf().plugin(), "bsdf/diffuse");
   EXPECT_EQ(scene->sensors()[0]->film().width(), 33);
   EXPECT_EQ(scene->sensors()[0]->film().filter().radius(), 0.5f);
+  EXPECT_TRUE(scene->shapes()[0]->interior());
+  EXPECT_TRUE(scene->sensors()[0]->medium());
   EXPECT_EQ(stats.left_out,
             (std::vector<std::string>{
                 "scene.xml:2:1: integrator 'stokes', replaced by the integrator in it",
-                "scene.xml:3:1: medium 'homogeneous'",
                 "scene.xml:4:88: bsdf 'circular', replaced by 'diffuse'",
                 "scene.xml:5:1: shape 'sdfgrid'",
-                "scene.xml:5:117: medium 'heterogeneous'",
                 "scene.xml:5:147: film 'specfilm', replaced by 'hdrfilm'"}));
   // Errors are still reported.
   for (const char* wrong :

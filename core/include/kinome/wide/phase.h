@@ -45,15 +45,20 @@ F henyey_greenstein(const F& g, const Deflection<F>& at) {
   const F d = near * near + 2.f * a * select(g > 0.f, at.minus, at.plus);
   return near * (1.f + a) * F(0.25f * kInvPi) / (d * sqrt(d));
 }
-/// Samples henyey_greenstein(). With d = 1 - g + 2 g u, the inverse of the distribution function
-/// is 1 - c = 2 (1 - g)² (1 - u) (1 + g u) / d², and the same with -g and 1 - u for 1 + c. This
-/// form, unlike the usual one, has neither a division by g nor cancellation.
+/// Samples henyey_greenstein(). With v = 1 - u and d = (1 - g) v + (1 + g) u, the inverse of the
+/// distribution function is
+///     1 - c = 2 ((1 - g) / d)² v (1 + g u),  1 + c = 2 ((1 + g) / d)² u (1 - g v).
+/// This form, unlike the usual one, has no division by g. The last factors are written as sums of
+/// positive terms.
 template <class F>
 Deflection<F> sample_henyey_greenstein(const F& g, const F& u) {
+  using plain::select;
   const F v = 1.f - u;
   const F d = (1.f - g) * v + (1.f + g) * u;
   const F behind = (1.f - g) / d, ahead = (1.f + g) / d;
-  return {2.f * behind * behind * v * (1.f + g * u), 2.f * ahead * ahead * u * (1.f - g * v)};
+  const auto is_forward = g > 0.f;
+  return {2.f * behind * behind * v * select(is_forward, 1.f + g * u, (1.f + g) - g * v),
+          2.f * ahead * ahead * u * select(is_forward, (1.f - g) + g * u, 1.f - g * v)};
 }
 
 }  // namespace formulas
