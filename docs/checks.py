@@ -21,10 +21,12 @@ from wrong_plugins import WRONG_PLUGINS, library  # noqa: E402
 
 PAGE = ROOT / "docs/checks.md"
 TITLES = {"emitter": "Emitters", "lamp": "Area emitters", "bsdf": "BSDFs", "shape": "Shapes", "texture": "Textures",
+          "volume": "Volumes", "phase": "Phase functions", "medium": "Media",
           "sampler": "Samplers", "sensor": "Sensors", "rfilter": "Filters"}
 SUBJECTS = {"emitter": "A constant sky",
             "lamp": "A diffuse area light", "sensor": "A pinhole camera", "bsdf": "A white diffuse surface",
-            "shape": "A square", "texture": "A ramp from 0 to 1", "sampler": "Independent random numbers",
+            "shape": "A square", "texture": "A ramp from 0 to 1", "volume": "A ramp from 0 to 1",
+            "phase": "Isotropic scattering", "medium": "A ramp of the extinction from 0 to 1", "sampler": "Independent random numbers",
             "rfilter": "A tent"}
 
 BEGIN = """# Faults that `kinome check` finds

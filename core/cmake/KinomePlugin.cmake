@@ -3,7 +3,7 @@
 # Builds one plugin as plugins/CATEGORY/NAME.so in the build folder, in this tree and out of it. Out of
 # tree, the folder `plugins` can be passed to KINOME_PLUGIN_PATH and --plugin-path, and installation
 # puts the plugin beside Kinome's own. CATEGORY is a tag of the scene language: bsdf, emitter, film,
-# integrator, rfilter, sampler, sensor, shape or texture. An alias is a symbolic link: another name
+# integrator, medium, phase, rfilter, sampler, sensor, shape, texture or volume. An alias is a symbolic link: another name
 # for the same plugin.
 #
 # WIDE is for plugins that use the SIMD types of kinome/wide. Their sources are built once for

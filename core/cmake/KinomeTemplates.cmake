@@ -2,8 +2,8 @@
 # share/kinome/templates, both in the build folder and in an installation.
 set(kinome_templates "${CMAKE_BINARY_DIR}/share/kinome/templates")
 configure_file(templates/CMakeLists.txt "${kinome_templates}/CMakeLists.txt" COPYONLY)
-foreach(example bsdf/minnaert emitter/sky_gradient film/png integrator/normals rfilter/hann
-        sampler/golden sensor/fisheye shape/ring texture/waves)
+foreach(example bsdf/minnaert emitter/sky_gradient film/png integrator/normals medium/mist
+        phase/schlick rfilter/hann sampler/golden sensor/fisheye shape/ring texture/waves volume/haze)
   cmake_path(GET example PARENT_PATH category)
   cmake_path(GET example FILENAME name)
   configure_file("${PROJECT_SOURCE_DIR}/tests/sdk/project/${name}.cpp"

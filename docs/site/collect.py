@@ -21,6 +21,7 @@ STATIC = {".png", ".jpg", ".csv", ".json", ".html", ".css", ".svg", ".ipynb", ".
 LANGUAGES = {".h": "cpp", ".cpp": "cpp", ".inc": "cpp", ".py": "python", ".sh": "sh", ".xml": "xml",
              ".txt": "cmake", ".cmake": "cmake"}
 TITLES = {"bsdf": "BSDFs", "emitter": "Emitters", "film": "Films", "integrator": "Integrators",
+          "medium": "Media", "phase": "Phase functions", "volume": "Volumes",
           "rfilter": "Filters", "sampler": "Samplers", "sensor": "Sensors", "shape": "Shapes",
           "texture": "Textures and spectra"}
 

@@ -135,6 +135,7 @@ WITHOUT = {
     ("bsdf", "null"), ("film", "hdrfilm"), ("integrator", "aov"), ("integrator", "groundtruth"),
     ("integrator", "moment"), ("shape", "gltf"), ("shape", "glb"), ("shape", "obj"), ("shape", "serialized"),
     ("sensor", "batch"), ("sensor", "distant"), ("sensor", "irradiancemeter"), ("sensor", "radiancemeter"),
+    ("texture", "volume"),
 }
 
 

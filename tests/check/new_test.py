@@ -9,8 +9,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
-CATEGORIES = ("bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape",
-              "texture")
+CATEGORIES = ("bsdf", "emitter", "film", "integrator", "medium", "phase", "rfilter", "sampler", "sensor",
+              "shape", "texture", "volume")
 
 
 class NewPlugins(unittest.TestCase):
