@@ -34,7 +34,6 @@ constexpr std::pair<std::string_view, std::string_view> kNamesOfCategories[] = {
 };
 
 constexpr const char* kReflectionOnly = "not for BSDFs with specular transmission";
-constexpr const char* kWithoutMedia = "only for scenes without media, rendered as by path";
 /// Plugins of which Kinome's have fewer features.
 constexpr MitsubaPlugin kPartlySupported[] = {
     {"bsdf", "bumpmap", kReflectionOnly},
@@ -42,8 +41,6 @@ constexpr MitsubaPlugin kPartlySupported[] = {
     {"emitter", "sunsky", "not complex_sun"},
     {"emitter", "timed_sunsky", "not complex_sun"},
     {"integrator", "moment", "not for ptracer (as in Mitsuba) and product sampling of clustered"},
-    {"integrator", "volpath", kWithoutMedia},
-    {"integrator", "volpathmis", kWithoutMedia},
 };
 
 std::vector<MitsubaPlugin> list_plugins() {

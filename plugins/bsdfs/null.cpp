@@ -1,8 +1,9 @@
 #include "batch.h"
 #include "kinome/plugin.h"
 
-/// An invisible surface: all light goes straight through. As in Mitsuba, it counts as a path
-/// vertex, and blocks the light of emitters without area (`point`, `directional`, …).
+/// An invisible surface: all light goes straight through, for example at the boundary of a medium.
+/// As in Mitsuba's `path`, it counts as a path vertex, and blocks the light of emitters without
+/// area (`point`, `directional`, …). In `volpath`, it does neither.
 ///
 ///     <bsdf type="null"/>
 namespace kinome {
@@ -17,6 +18,7 @@ class Null final : public wide::FormulaBsdf<Null> {
     lobes_ = Lobe::kDelta;
     transmits_ = true;
     passes_straight_ = true;
+    is_invisible_ = true;
   }
 
   template <class F>

@@ -61,6 +61,9 @@ class KINOME_EXPORT Bsdf : public Object {
   bool scatters_through() const { return scatters_through_; }
   /// True if samples may have Lobe::kNull; null_transmission() must then return their share.
   bool passes_straight() const { return passes_straight_; }
+  /// True if all light passes straight, without loss: null_transmission() is 1 everywhere. Such a
+  /// surface only separates media.
+  bool is_invisible() const { return is_invisible_; }
   /// Index of refraction on the back side divided by that on the front side; 1 if transmitted light
   /// isn't refracted. Samples with Lobe::kNull are never refracted. Values and weights are those of
   /// radiance, which transmission scales by the squared ratio of the indices (Veach 1997, 5.2).
@@ -123,6 +126,7 @@ class KINOME_EXPORT Bsdf : public Object {
   bool transmits_ = false;
   bool scatters_through_ = false;
   bool passes_straight_ = false;
+  bool is_invisible_ = false;
   float relative_index_ = 1;
   bool turns_to_viewer_ = false;
 };

@@ -65,12 +65,21 @@ void Camera::trace_rays(const PixelSamples& samples, RenderCounters& counters) {
   trace_rays(position_, aperture_, samples.count(), counters);
 }
 
-void Camera::trace_rays(const Columns2& film_position, const Columns2& aperture, size_t count,
-                        RenderCounters& counters) {
+void Camera::make_rays(const PixelSamples& samples) {
+  place(samples);
+  make_rays(position_, aperture_, samples.count());
+}
+
+void Camera::make_rays(const Columns2& film_position, const Columns2& aperture, size_t count) {
   count_ = count;
   sensor_.sample_ray_block(film_position, aperture, count, rays_);
   disable_padding(rays_, count);
   clear_hits(rays_, count);
+}
+
+void Camera::trace_rays(const Columns2& film_position, const Columns2& aperture, size_t count,
+                        RenderCounters& counters) {
+  make_rays(film_position, aperture, count);
   if (passes_) {
     for (size_t i = 0; i < count; ++i) far_[i] = rays_[i / 16].ray.tmax[i % 16];
   }
@@ -112,16 +121,7 @@ void Camera::pass_emitters(RenderCounters& counters) {
     clear_hits(beyond_, n);
     scene_.scene().intersect(beyond_, padded(n) / kBlockLanes, Coherence::kCoherent, counters);
     counters[RayKind::kCamera] += n;
-    for (size_t i = 0; i < n; ++i) {
-      const RayHit from = ray_hit_of(beyond_, i);
-      RayHit16& to = rays_[passing_[i] / 16];
-      const size_t at = passing_[i] % 16;
-      set_ray(to.ray, at, from.ray);
-      to.ngx[at] = from.hit.ng.x, to.ngy[at] = from.hit.ng.y, to.ngz[at] = from.hit.ng.z;
-      to.u[at] = from.hit.u, to.v[at] = from.hit.v;
-      to.primitive[at] = from.hit.primitive;
-      to.shape[at] = from.hit.shape, to.instance[at] = from.hit.instance;
-    }
+    for (size_t i = 0; i < n; ++i) copy_ray_hit(beyond_, i, rays_, passing_[i]);
   }
 }
 

@@ -17,6 +17,8 @@ class Camera {
   Camera(const SceneTable& scene, const Sensor& sensor, size_t rays, bool hide_emitters);
 
   void trace(const PixelSamples& samples, RenderCounters& counters);
+  /// Makes rays() without tracing them.
+  void make_rays(const PixelSamples& samples);
   /// Traces rays() only: surfaces() is not set, and emitters are not hidden.
   void trace_rays(const PixelSamples& samples, RenderCounters& counters);
   /// Traces rays through the given film positions. `aperture` is ignored by sensors that don't need
@@ -45,6 +47,7 @@ class Camera {
 
  private:
   void place(const PixelSamples& samples);
+  void make_rays(const Columns2& film_position, const Columns2& aperture, size_t count);
   void trace_rays(const Columns2& film_position, const Columns2& aperture, size_t count,
                   RenderCounters& counters);
   void pass_emitters(RenderCounters& counters);

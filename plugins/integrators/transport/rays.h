@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "kinome/blocks.h"
 #include "kinome/interaction.h"
@@ -51,6 +52,31 @@ inline void clear_hits(RayHit16* rays, size_t count) {
     std::fill_n(rays[k].shape, kBlockLanes, kNoHit);
     std::fill_n(rays[k].instance, kBlockLanes, kNoHit);
   }
+}
+
+/// Distance from a point, along the normal, at which a ray continues, as a multiple of the point's
+/// error: one error for the surface, one for the point of the ray next to it.
+inline constexpr float kErrorsBehind = 2;
+/// Minimum cosine: rays at grazing angles continue as far behind a surface as at this one.
+inline constexpr float kMinCosineBehind = 1e-3f;
+
+/// Returns the distance along a ray at which it continues behind a point that it hit. The ray stays
+/// on its line; origins off the surfaces would move its end sideways, and toward the emitter.
+inline float distance_behind(const Ray& ray, const Vec3& p, const Vec3& n, float error) {
+  const float cosine = std::max(std::abs(glm::dot(n, ray.d)), kMinCosineBehind);
+  return glm::dot(p - ray.o, ray.d) + kErrorsBehind * error / cosine;
+}
+
+/// Copies ray `i` of `from` and its hit to ray k of `to`, except for its time and mask.
+inline void copy_ray_hit(const RayHit16* from, size_t i, RayHit16* to, size_t k) {
+  const RayHit one = ray_hit_of(from, i);
+  RayHit16& block = to[k / kBlockLanes];
+  const size_t at = k % kBlockLanes;
+  set_ray(block.ray, at, one.ray);
+  block.ngx[at] = one.hit.ng.x, block.ngy[at] = one.hit.ng.y, block.ngz[at] = one.hit.ng.z;
+  block.u[at] = one.hit.u, block.v[at] = one.hit.v;
+  block.primitive[at] = one.hit.primitive;
+  block.shape[at] = one.hit.shape, block.instance[at] = one.hit.instance;
 }
 
 }  // namespace kinome::transport

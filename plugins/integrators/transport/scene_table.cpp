@@ -15,7 +15,7 @@ bool scatters(const Bsdf& bsdf) {
 
 }  // namespace
 
-SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
+SceneTable::SceneTable(const Scene& scene, std::span<const Bsdf* const> phases) : scene_(scene) {
   const auto& shapes = scene.shapes();
   // Materials in the order of their first use in the scene. An order by address would differ
   // between runs.
@@ -30,10 +30,16 @@ SceneTable::SceneTable(const Scene& scene) : scene_(scene) {
     return std::tuple(bsdf.lobes() == Lobe::kNone, !scatters(bsdf), order.at(&bsdf));
   };
   std::stable_sort(ids.begin(), ids.end(), [&](uint32_t a, uint32_t b) { return key(a) < key(b); });
-  row_of_.resize(shapes.size());
-  const auto no_row = static_cast<uint32_t>(shapes.size());
-  emitting_row_of_.resize(shapes.size(), no_row);
-  passing_row_of_.resize(shapes.size(), no_row);
+  const size_t all = shapes.size() + phases.size();
+  row_of_.resize(all);
+  const auto no_row = static_cast<uint32_t>(all);
+  emitting_row_of_.resize(all, no_row);
+  passing_row_of_.resize(all, no_row);
+  for (const Bsdf* phase : phases) {
+    row_of_[shapes.size() + rows_.size()] = static_cast<uint32_t>(rows_.size());
+    rows_.push_back({nullptr, phase, nullptr});
+    ++scattering_, ++reflecting_;
+  }
   for (const uint32_t id : ids) {
     const Shape& shape = *shapes[id];
     row_of_[id] = static_cast<uint32_t>(rows_.size());

@@ -10,23 +10,6 @@ namespace kinome::transport {
 
 using namespace wide;
 
-namespace {
-
-/// Distance from a point, along the normal, at which a ray continues, as a multiple of the point's
-/// error: one error for the surface, one for the point of the ray next to it.
-constexpr float kErrors = 2;
-/// Minimum cosine: rays at grazing angles continue as far behind a surface as at this one.
-constexpr float kMinCosine = 1e-3f;
-
-/// Returns the distance along a ray at which it continues behind a point that it hit. The ray stays
-/// on its line; origins off the surfaces would move its end sideways, and toward the emitter.
-float distance_behind(const Ray& ray, const kinome::Vec3& p, const kinome::Vec3& n, float error) {
-  const float cosine = std::max(std::abs(glm::dot(n, ray.d)), kMinCosine);
-  return glm::dot(p - ray.o, ray.d) + kErrors * error / cosine;
-}
-
-}  // namespace
-
 StraightShadows::StraightShadows(const SceneTable& scene, size_t points, size_t rays)
     : scene_(scene),
       sort_(points),

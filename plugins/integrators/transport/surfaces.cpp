@@ -2,11 +2,31 @@
 
 #include <algorithm>
 
-#include "kinome/wide/vectors.h"
+#include "kinome/wide/surface_point.h"
 
 namespace kinome::transport {
 
 using namespace wide;
+
+namespace {
+
+/// Sets points in media at the ends of rays, as described at `Surfaces`.
+void find_collisions(const RayHit16* rays, const SurfaceBlock& points) {
+  for_lanes(points.count, [&](size_t i) {
+    const GatheredRays ray(rays, points.ray + i);
+    const wide::Vec3 d = ray.d(), zero(0.f);
+    (ray.o() + d * ray.tmax()).store(points.p, i);
+    const auto frame = FrameOf<wide::Vec3>::from_normal(-d);
+    frame.s.store(points.s, i), frame.t.store(points.t, i), frame.n.store(points.sn, i);
+    wide::Vec3(0.f, 0.f, 1.f).store(points.wi, i);
+    zero.store(points.n, i), zero.store(points.dp_du, i), zero.store(points.dp_dv, i);
+    Float(0.f).store(points.uv.x + i), Float(0.f).store(points.uv.y + i);
+    Float(0.f).store(points.p_error + i);
+    Uint(0).store(points.primitive + i);
+  });
+}
+
+}  // namespace
 
 /// Each shape that is hit pads its range.
 size_t Surfaces::most_points(const SceneTable& scene, size_t rays) {
@@ -24,8 +44,8 @@ Surfaces::Surfaces(const SceneTable& scene, size_t rays)
       next_(scene.rows().size()) {}
 
 /// Counting sort: counts the hits of each row, sets where its range begins, then places each ray.
-void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
-  find_rows(rays, count, which);
+void Surfaces::sort(const RayHit16* rays, size_t count, const uint32_t* row_of) {
+  find_rows(rays, count, row_of);
   ranges_.clear();
   scattering_ = reflecting_ = 0;
   live_reflecting_ = 0;
@@ -49,17 +69,14 @@ void Surfaces::sort(const RayHit16* rays, size_t count, Which which) {
 
 /// Sets the row of each ray: rows().size() if it hit a surface that isn't requested, one more if it
 /// hit nothing. Most vectors of rays hit a single shape or nothing.
-void Surfaces::find_rows(const RayHit16* rays, size_t count, Which which) {
-  const uint32_t* const rows = which == Which::kAll        ? scene_.row_of()
-                               : which == Which::kEmitting ? scene_.emitting_row_of()
-                                                           : scene_.passing_row_of();
+void Surfaces::find_rows(const RayHit16* rays, size_t count, const uint32_t* row_of) {
   const auto no_row = static_cast<uint32_t>(scene_.rows().size());
   next_.clear();
   for_lanes(count, [&](size_t i) {
     const Uint shape = Uint::load(rays[i / 16].shape + i % 16);
     const Mask hit = (shape != kNoHit) & first_lanes(count - i);
     Uint row = no_row + 1;
-    if (any(hit)) row = select(hit, gather(rows, as_int(select(hit, shape))), row);
+    if (any(hit)) row = select(hit, gather(row_of, as_int(select(hit, shape))), row);
     row.store(row_ + i);
     const uint32_t first = row_[i];
     if (all(row == first)) {
@@ -92,14 +109,26 @@ void Surfaces::place_rays(size_t count) {
 }
 
 void Surfaces::find(const RayHit16* rays, size_t count, Which which) {
-  sort(rays, count, which);
+  find(rays, count,
+       which == Which::kAll        ? scene_.row_of()
+       : which == Which::kEmitting ? scene_.emitting_row_of()
+                                   : scene_.passing_row_of());
+}
+
+void Surfaces::find(const RayHit16* rays, size_t count, const uint32_t* row_of) {
+  sort(rays, count, row_of);
   for (const Range& range : ranges_) {
     const size_t end = range.first + range.count, last = range.first + padded(range.count);
     std::fill(live_ + range.first, live_ + end, 1.f);
     std::fill(live_ + end, live_ + last, 0.f);
     std::fill(points_.ray + end, points_.ray + last, points_.ray[end - 1]);
     std::fill(points_.shape + range.first, points_.shape + last, range.row->shape);
-    range.row->shape->interaction_block(rays, points_.part(range.first, range.count));
+    const SurfaceBlock points = points_.part(range.first, range.count);
+    if (range.row->shape) {
+      range.row->shape->interaction_block(rays, points);
+    } else {
+      find_collisions(rays, points);
+    }
     repeat_last(range);
   }
 }

@@ -12,6 +12,9 @@ namespace kinome::transport {
 /// Hits of the rays of a block: points sorted by material and shape. The points of a shape are a
 /// range that begins at a multiple of 16; the rest of its last vector repeats its last point.
 /// Reuses its memory from block to block: make one per thread. Not thread-safe.
+///
+/// Points in media (SceneTable) have a normal n of 0, so that rays leave exactly from p, and a
+/// shading frame around the direction to the ray's origin.
 class Surfaces {
  public:
   /// Points first … first + count - 1, all on one shape.
@@ -32,6 +35,8 @@ class Surfaces {
   /// Finds the points of `count` traced rays on all surfaces, on those that emit, or on those that
   /// pass light straight.
   void find(const RayHit16* rays, size_t count, Which which);
+  /// The same for surfaces whose row is in `row_of`, a column like SceneTable::row_of().
+  void find(const RayHit16* rays, size_t count, const uint32_t* row_of);
 
   /// All points; `count` includes the padding between ranges.
   const SurfaceBlock& points() const { return points_; }
@@ -49,8 +54,8 @@ class Surfaces {
   std::span<const uint32_t> missed() const { return {missed_, missed_count_}; }
 
  private:
-  void sort(const RayHit16* rays, size_t count, Which which);
-  void find_rows(const RayHit16* rays, size_t count, Which which);
+  void sort(const RayHit16* rays, size_t count, const uint32_t* row_of);
+  void find_rows(const RayHit16* rays, size_t count, const uint32_t* row_of);
   void place_rays(size_t count);
   void repeat_last(const Range& range);
   const SceneTable& scene_;

@@ -1,0 +1,57 @@
+#include "media_table.h"
+
+#include <algorithm>
+
+namespace kinome::transport {
+
+MediaTable::MediaTable(const Scene& scene, const Sensor& sensor) {
+  const size_t count = scene.media().size() + 1;
+  coefficients_.resize(6 * count);
+  float* const first = coefficients_.data();
+  extinction_ = {first, first + count, first + 2 * count};
+  albedo_ = extinction_.from(3 * count);
+  for (const Medium* medium : scene.media()) add(*medium);
+  for (const auto& shape : scene.shapes()) {
+    const bool separates = shape->separates_media();
+    interior_.push_back(separates ? number_of(shape->interior()) : kUnchanged);
+    exterior_.push_back(separates ? number_of(shape->exterior()) : kUnchanged);
+  }
+  start_ = number_of(sensor.medium());
+  find_sphere(scene.bounds(), sensor);
+}
+
+void MediaTable::add(const Medium& medium) {
+  media_.push_back(&medium);
+  owned_phases_.push_back(std::make_unique<PhaseBsdf>(medium.phase()));
+  phases_.push_back(owned_phases_.back().get());
+  is_coloured_ = is_coloured_ || medium.is_coloured();
+  has_grids_ = has_grids_ || !medium.is_uniform();
+  if (!medium.is_uniform()) return;
+  const MediumCoefficients at = medium.coefficients(Vec3(0.f), Vec3(0, 0, 1));
+  extinction_.set(media_.size() - 1, at.extinction);
+  Rgb albedo(0.f);
+  for (int c = 0; c < 3; ++c) {
+    if (at.extinction[c] > 0) albedo[c] = at.scattering[c] / at.extinction[c];
+  }
+  albedo_.set(media_.size() - 1, albedo);
+}
+
+uint32_t MediaTable::number_of(const Medium* medium) const {
+  const auto found = std::find(media_.begin(), media_.end(), medium);
+  return static_cast<uint32_t>(found - media_.begin());
+}
+
+void MediaTable::find_sphere(const Aabb& shapes, const Sensor& sensor) {
+  if (!shapes.empty()) {
+    centre_ = shapes.centre();
+    radius_ = 0.5f * glm::length(shapes.extent());
+  }
+  const Vec2 size(sensor.film().width(), sensor.film().height());
+  for (const Vec2 at : {Vec2(0.5f), Vec2(0.f), Vec2(1.f), Vec2(0, 1), Vec2(1, 0)}) {
+    const Vec3 from = sensor.sample_ray(at * size, Vec2(0.5f)).o;
+    if (shapes.empty() && radius_ == 0) centre_ = from;
+    radius_ = std::max(radius_, glm::length(from - centre_));
+  }
+}
+
+}  // namespace kinome::transport

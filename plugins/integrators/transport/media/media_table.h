@@ -1,0 +1,87 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "kinome/medium.h"
+#include "kinome/scene.h"
+#include "kinome/wide/vectors.h"
+
+namespace kinome::transport {
+
+/// The media of a scene, numbered from 1, and the shapes that separate them. Immutable: made once
+/// per render, shared by all threads.
+class MediaTable {
+ public:
+  /// Number of empty space.
+  static constexpr uint32_t kVacuum = 0;
+  /// Medium on both sides of a shape that doesn't separate media: that of the ray.
+  static constexpr uint32_t kUnchanged = ~0u;
+
+  MediaTable(const Scene& scene, const Sensor& sensor);
+  MediaTable(const MediaTable&) = delete;
+  MediaTable& operator=(const MediaTable&) = delete;
+
+  /// Number of media, including vacuum.
+  size_t size() const { return media_.size(); }
+  /// nullptr for vacuum.
+  const Medium* medium(uint32_t number) const { return media_[number]; }
+  /// Medium in which the sensor's rays start.
+  uint32_t start() const { return start_; }
+  /// True if the extinction of some medium differs between the channels.
+  bool is_coloured() const { return is_coloured_; }
+  /// True if some medium isn't uniform.
+  bool has_grids() const { return has_grids_; }
+  /// Coefficients of each medium; 0 for those that aren't uniform, and for vacuum.
+  const Columns3& extinction() const { return extinction_; }
+  const Columns3& albedo() const { return albedo_; }
+  /// Phase functions as BSDFs, without vacuum: media 1, 2 ...
+  const std::vector<const Bsdf*>& phases() const { return phases_; }
+
+  /// Media of a shape of Scene::shapes(), opposite to its geometric normal and on its side.
+  uint32_t interior(uint32_t shape) const { return interior_[shape]; }
+  uint32_t exterior(uint32_t shape) const { return exterior_[shape]; }
+  /// Returns the medium of a ray that leaves a shape of geometric normal n toward d. `before` is
+  /// that of the ray toward the shape.
+  uint32_t behind(uint32_t shape, const Vec3& n, const Vec3& d, uint32_t before) const {
+    const uint32_t medium = glm::dot(n, d) > 0 ? exterior_[shape] : interior_[shape];
+    return medium == kUnchanged ? before : medium;
+  }
+
+  /// Returns the distances at which media without a boundary end, for the unit rays from `lane` on
+  /// of which those not in `hits` leave the scene. These media fill a sphere that contains all
+  /// shapes and the sensor.
+  KINOME_WIDE wide::Float end_of_space(const Ray16& rays, size_t lane, wide::Mask hits) const {
+    using namespace wide;
+    if (all(hits)) return kInfinity;
+    const auto three = [&](const float* x, const float* y, const float* z) {
+      return wide::Vec3(Float::load(x + lane), Float::load(y + lane), Float::load(z + lane));
+    };
+    const wide::Vec3 d = three(rays.dx, rays.dy, rays.dz);
+    const wide::Vec3 to = wide::Vec3(centre_) - three(rays.ox, rays.oy, rays.oz);
+    const Float along = dot(to, d);
+    const wide::Vec3 beside = to - d * along;
+    return max(along + safe_sqrt(radius_ * radius_ - dot(beside, beside)), Float(0.f));
+  }
+
+ private:
+  void add(const Medium& medium);
+  void find_sphere(const Aabb& shapes, const Sensor& sensor);
+  uint32_t number_of(const Medium* medium) const;
+
+  std::vector<const Medium*> media_{nullptr};
+  std::vector<std::unique_ptr<const Bsdf>> owned_phases_;
+  std::vector<const Bsdf*> phases_;
+  std::vector<float> coefficients_;  ///< memory of the columns
+  Columns3 extinction_, albedo_;
+  std::vector<uint32_t> interior_, exterior_;
+  uint32_t start_ = kVacuum;
+  bool is_coloured_ = false;
+  bool has_grids_ = false;
+  Vec3 centre_{0.f};
+  float radius_ = 0;
+};
+
+}  // namespace kinome::transport

@@ -1,0 +1,182 @@
+#include "segments.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "../rays.h"
+#include "kinome/wide/functions.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+namespace {
+
+/// Numbers of paths `path[i]` ..., or i ... if `path` is nullptr.
+KINOME_WIDE Int paths_at(const uint32_t* path, size_t i) {
+  return path ? Int::load(path + i) : iota() + static_cast<int32_t>(i);
+}
+
+/// Stores values of paths `path[i]` ..., of which `count` are valid.
+template <class T>
+KINOME_WIDE void store_to(T value, const uint32_t* path, size_t i, size_t count, auto* column) {
+  if (!path) return value.store(column + i);
+  alignas(kColumnAlignment) std::remove_pointer_t<decltype(column)> values[kLanes];
+  value.store(values);
+  for (size_t lane = 0; lane < std::min(count, kLanes); ++lane) column[path[i + lane]] = values[lane];
+}
+
+/// Component `channel` of v.
+KINOME_WIDE Float component(wide::Vec3 v, Int channel) {
+  return select(channel == 0, v.x, select(channel == 1, v.y, v.z));
+}
+
+/// Factor of the throughput for a segment of length d in a medium whose channels differ, and for a
+/// collision at its end where `collides`. `channel` is the one that distances are sampled with.
+KINOME_WIDE wide::Rgb segment_weight(wide::Rgb throughput, wide::Rgb extinction, wide::Rgb albedo,
+                                     Int channel, Float d, Mask collides) {
+  // Relative to the sampled channel, so that exponentials can't all be 0.
+  const wide::Vec3 excess = wide::Vec3(component(extinction, channel)) - extinction;
+  const wide::Rgb transmittance(exp(excess.x * d), exp(excess.y * d), exp(excess.z * d));
+  const wide::Rgb density = transmittance * select(collides, extinction, wide::Rgb(1.f));
+  const wide::Rgb value = density * select(collides, albedo, wide::Rgb(1.f));
+  const Float sum = throughput.x + throughput.y + throughput.z;
+  return value * (sum / dot(throughput, density));
+}
+
+}  // namespace
+
+Segments::Segments(const SceneTable& scene, const MediaTable& media, bool hides_emitters,
+                   size_t rays)
+    : scene_(scene),
+      media_(media),
+      passed_row_of_(scene.rows().size(), static_cast<uint32_t>(scene.rows().size())),
+      per_ray_(rays),
+      far_(per_ray_.floats()),
+      beyond_{per_ray_.ray_hits(), per_ray_.ray_hits()},
+      path_{per_ray_.indices(), per_ray_.indices()},
+      met_(scene, rays) {
+  const auto& shapes = scene.scene().shapes();
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    const bool is_hidden = hides_emitters && shapes[i]->emitter();
+    const bool is_boundary = shapes[i]->bsdf().is_invisible() && !shapes[i]->emitter();
+    if (!is_hidden && !is_boundary) continue;
+    passed_row_of_[i] = scene.row_of()[i];
+    passes_ = true;
+  }
+}
+
+void Segments::trace(RayHit16* rays, size_t count, const PathState& state, RayKind kind,
+                     RenderCounters& counters) {
+  for_lanes(count, [&](size_t i) {
+    Float::load(rays[i / kBlockLanes].ray.tmax + i % kBlockLanes).store(far_ + i);
+  });
+  trace_leg(rays, count, nullptr, state, kind, counters);
+  if (!passes_) return;
+  size_t left = pass(rays, count, nullptr, 0, state);
+  for (int leg = 0; left > 0; leg = 1 - leg) {
+    RayHit16* const beyond = beyond_[leg];
+    const uint32_t* const path = path_[leg];
+    trace_leg(beyond, left, path, state, kind, counters);
+    for (size_t i = 0; i < left; ++i) copy_ray_hit(beyond, i, rays, path[i]);
+    left = pass(beyond, left, path, 1 - leg, state);
+  }
+}
+
+/// Traces rays to the next surface or collision. Ray i belongs to path path[i], or i if `path` is
+/// nullptr.
+void Segments::trace_leg(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state,
+                         RayKind kind, RenderCounters& counters) {
+  for_lanes(count, [&](size_t i) {
+    const Int k = paths_at(path, i);
+    float* const tmax = rays[i / kBlockLanes].ray.tmax + i % kBlockLanes;
+    min(gather(far_, k), distance_to_collision(k, state)).store(tmax);
+  });
+  disable_padding(rays, count);
+  clear_hits(rays, count);
+  const bool is_camera = kind == RayKind::kCamera;
+  scene_.scene().intersect(rays, padded(count) / kBlockLanes,
+                           is_camera ? Coherence::kCoherent : Coherence::kIncoherent, counters);
+  counters[kind] += count;
+  settle(rays, count, path, state);
+}
+
+/// Distance at which paths k collide if the medium doesn't end before.
+Float Segments::distance_to_collision(Int k, const PathState& state) const {
+  const Int medium = as_int(gather(state.medium, k));
+  const Columns3 all = media_.extinction();
+  const Float extinction =
+      state.channel ? component(gather(all, medium), as_int(gather(state.channel, k))) : gather(all.x, medium);
+  const Float optical_depth = gather(state.optical_depth, k);
+  return select(extinction > 0.f, optical_depth / extinction, Float(kInfinity));
+}
+
+/// Turns rays that end before the next surface into collisions, and updates the paths.
+void Segments::settle(RayHit16* rays, size_t count, const uint32_t* path,
+                      const PathState& state) const {
+  const auto first = static_cast<uint32_t>(scene_.scene().shapes().size());
+  for_lanes(count, [&](size_t i) {
+    const Int k = paths_at(path, i);
+    const Int medium = as_int(gather(state.medium, k));
+    const Mask is_inside = medium > 0;
+    if (none(is_inside)) return;
+    RayHit16& block = rays[i / kBlockLanes];
+    const size_t lane = i % kBlockLanes;
+    const Mask hits = Uint::load(block.shape + lane) != kNoHit;
+    const Float end = select(hits, Float::load(block.ray.tmax + lane),
+                             min(gather(far_, k), media_.end_of_space(block.ray, lane, hits)));
+    const Float collision = distance_to_collision(k, state);
+    const Mask collides = is_inside & (collision < end);
+    const Float travelled = select(is_inside, min(collision, end));
+    wide::Rgb throughput = gather(state.throughput, k);
+    const wide::Rgb albedo = gather(media_.albedo(), medium);
+    Float extinction = gather(media_.extinction().x, medium);
+    if (state.channel) {
+      const Int channel = as_int(gather(state.channel, k));
+      const wide::Rgb all = gather(media_.extinction(), medium);
+      extinction = component(all, channel);
+      throughput = throughput * select(is_inside, segment_weight(throughput, all, albedo, channel,
+                                                                 travelled, collides),
+                                       wide::Rgb(1.f));
+    } else {
+      throughput = throughput * select(collides, albedo, wide::Rgb(1.f));
+    }
+    const size_t valid = count - i;
+    store_to(throughput.x, path, i, valid, state.throughput.x);
+    store_to(throughput.y, path, i, valid, state.throughput.y);
+    store_to(throughput.z, path, i, valid, state.throughput.z);
+    const Float left = gather(state.optical_depth, k) - extinction * travelled;
+    store_to(max(left, Float(0.f)), path, i, valid, state.optical_depth);
+    select(collides, travelled, Float::load(block.ray.tmax + lane)).store(block.ray.tmax + lane);
+    const Uint shape = as_uint(medium) + (first - 1);
+    select(collides, shape, Uint::load(block.shape + lane)).store(block.shape + lane);
+  });
+}
+
+/// Makes continuations `next` of the rays that end at boundaries, in the medium of the other side.
+/// Returns their number.
+size_t Segments::pass(const RayHit16* rays, size_t count, const uint32_t* path, int next,
+                      const PathState& state) {
+  met_.find(rays, count, passed_row_of_.data());
+  const SurfaceBlock& points = met_.points();
+  size_t n = 0;
+  for (const Surfaces::Range& range : met_.ranges()) {
+    const uint32_t shape = rays[points.ray[range.first] / 16].shape[points.ray[range.first] % 16];
+    for (size_t i = range.first; i < range.first + range.count; ++i) {
+      const uint32_t k = path ? path[points.ray[i]] : points.ray[i];
+      if (range.row->emitter && state.scatterings[k] > 0) continue;
+      Ray ray = ray_of(&rays[points.ray[i] / 16].ray, points.ray[i] % 16);
+      const float distance =
+          distance_behind(ray, points.p.at(i), points.n.at(i), points.p_error[i]);
+      ray.o += distance * ray.d;
+      far_[k] -= distance;
+      state.medium[k] = media_.behind(shape, points.n.at(i), ray.d, state.medium[k]);
+      set_ray(beyond_[next][n / kBlockLanes].ray, n % kBlockLanes, ray);
+      path_[next][n++] = k;
+    }
+  }
+  for (size_t i = n; n > 0 && i < padded(n); ++i) path_[next][i] = path_[next][n - 1];
+  return n;
+}
+
+}  // namespace kinome::transport

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <vector>
+
+#include "../surfaces.h"
+#include "kinome/stats.h"
+#include "media_table.h"
+
+namespace kinome::transport {
+
+/// Columns of paths whose next edges are traced.
+struct PathState {
+  uint32_t* medium;     ///< number of the medium (MediaTable) at the ray's origin
+  Columns3 throughput;
+  float* optical_depth;  ///< that the ray travels before it collides
+  /// Channel of the extinction that `optical_depth` refers to. nullptr unless media are coloured.
+  uint32_t* channel;
+  float* scatterings;  ///< number of points where the path was scattered
+};
+
+/// Edges of paths through media: traces rays to the next point that isn't an index-matched
+/// boundary. One per thread.
+///
+/// Distances to collisions are sampled from the extinction of one channel, which is drawn in
+/// proportion to the path's throughput. The throughput is divided by the mean density over all
+/// channels, with the same weights (balance heuristic). So the sum of the channels doesn't depend
+/// on the sampled distance, if the albedo is 1. Miller et al. 2019 draw one channel for the whole
+/// path with equal probabilities; its posterior probabilities are equal to these weights if the
+/// medium and the surfaces are grey otherwise. Drawing it anew at each point needs no state, can't
+/// overflow, and follows the channels that are left.
+class Segments {
+ public:
+  /// For at most `rays` rays. `hides_emitters`: rays of paths that were never scattered pass
+  /// surfaces that emit.
+  Segments(const SceneTable& scene, const MediaTable& media, bool hides_emitters, size_t rays);
+
+  /// Finds the next point of each ray. tmin must be 0, and d a unit vector. Collisions are set as
+  /// hits (SceneTable). Updates the throughput, and sets the medium to the one before the point.
+  void trace(RayHit16* rays, size_t count, const PathState& state, RayKind kind,
+             RenderCounters& counters);
+
+ private:
+  void trace_leg(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state,
+                 RayKind kind, RenderCounters& counters);
+  wide::Float distance_to_collision(wide::Int k, const PathState& state) const;
+  void settle(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state) const;
+  size_t pass(const RayHit16* rays, size_t count, const uint32_t* path, int next,
+              const PathState& state);
+
+  const SceneTable& scene_;
+  const MediaTable& media_;
+  /// Row of each shape that rays pass; rows().size() for others.
+  std::vector<uint32_t> passed_row_of_;
+  bool passes_ = false;
+  Arena per_ray_;
+  float* far_;       ///< length that is left of each ray
+  /// Continuations of rays behind boundaries, and the indices of their paths.
+  RayHit16* beyond_[2];
+  uint32_t* path_[2];
+  Surfaces met_;
+};
+
+}  // namespace kinome::transport

@@ -1,0 +1,352 @@
+#include "volume_paths.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "../camera.h"
+#include "../rays.h"
+#include "kinome/wide/functions.h"
+#include "kinome/wide/surface_point.h"
+
+namespace kinome::transport {
+
+using namespace wide;
+
+namespace {
+
+/// Weight of a sample of density a if another technique has density b; 1 if a is infinite.
+KINOME_WIDE Float weight_against(Float a, Float b) {
+  const Float ratio = b / a;
+  return 1.f / (1.f + ratio * ratio);
+}
+
+}  // namespace
+
+VolumePaths::State VolumePaths::make_state(Arena& arena) {
+  return {arena.indices(), arena.indices(), arena.three(),
+          arena.floats(),  arena.three(),   arena.floats()};
+}
+
+VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const Sampler& sampler,
+                         const PathSettings& settings, size_t rays)
+    : scene_(scene),
+      media_(media),
+      sampler_(sampler),
+      length_(settings.length),
+      hides_emitters_(settings.hide_emitters),
+      numbers_(rays),
+      segments_(scene, media, settings.hide_emitters, rays),
+      shadows_(scene, media, Surfaces::most_points(scene, rays), rays),
+      met_(scene, rays),
+      emitters_(scene, Surfaces::most_points(scene, rays)),
+      sort_(Surfaces::most_points(scene, rays)),
+      per_ray_(rays),
+      rays_(per_ray_.ray_hits()),
+      along_(make_state(per_ray_)),
+      u_(per_ray_.floats()),
+      optical_depth_(per_ray_.floats()),
+      channel_(media.is_coloured() ? per_ray_.indices() : nullptr),
+      missed_pdf_(per_ray_.floats()),
+      missed_d_(per_ray_.three()),
+      missed_light_(per_ray_.three()),
+      per_point_(Surfaces::most_points(scene, rays)),
+      at_(make_state(per_point_)),
+      samples_emitters_(per_point_.floats()),
+      wo_(per_point_.three()),
+      d_(per_point_.three()),
+      light_(per_point_.three()),
+      carried_(per_point_.three()),
+      u1_(per_point_.floats()),
+      pdf_(per_point_.floats()),
+      distance_(per_point_.floats()),
+      u2_(per_point_.two()),
+      medium_(per_point_.indices()),
+      answer_(make_answer(per_point_)),
+      shadow_rays_(per_point_.untraced_rays()) {}
+
+void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays,
+                        const Columns3& radiance, float* alpha, RenderCounters& counters) {
+  const bool sees_sky = scene_.scene().environment() && !hides_emitters_;
+  std::fill_n(alpha, samples.count(), sees_sky ? 1.f : 0.f);
+  begin(samples, camera_rays);
+  RayKind kind = RayKind::kCamera;
+  for (uint32_t first = kCameraDimensions; count_ > 0; first += kStepDimensions) {
+    {
+      const StageTimer timer(counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
+      sample_distances(samples, first);
+      const PathState state{along_.medium, along_.throughput, optical_depth_, channel_,
+                            along_.scatterings};
+      segments_.trace(rays_, count_, state, kind, counters);
+      find_points();
+      add_emission(radiance);
+      add_environment(radiance);
+    }
+    kind = RayKind::kBsdf;
+    if (met_.reflecting() == 0) return;
+    const uint32_t dimension = first + kEdgeDimensions;
+    {
+      const StageTimer timer(counters.stage_seconds["shade"]);
+      sample(samples, dimension);
+    }
+    add_emitter_samples(radiance, counters);
+    const StageTimer timer(counters.stage_seconds["shade"]);
+    scatter(samples, dimension + EmitterSamples::kDimensions, alpha);
+    sort_rays();
+  }
+}
+
+/// Rays begin at the near clip distance, as in Mitsuba.
+void VolumePaths::begin(const PixelSamples& samples, const RayHit16* camera_rays) {
+  count_ = samples.count();
+  for_lanes(count_, [&](size_t i) {
+    const Ray16& from = camera_rays[i / kBlockLanes].ray;
+    Ray16& to = rays_[i / kBlockLanes].ray;
+    const size_t lane = i % kBlockLanes;
+    const Columns3 o(const_cast<float*>(from.ox), const_cast<float*>(from.oy),
+                     const_cast<float*>(from.oz));
+    const Columns3 d(const_cast<float*>(from.dx), const_cast<float*>(from.dy),
+                     const_cast<float*>(from.dz));
+    const wide::Vec3 direction = wide::Vec3::load(d, lane);
+    const Float near = Float::load(from.tmin + lane);
+    const wide::Vec3 origin = wide::Vec3::load(o, lane) + direction * near;
+    origin.store({to.ox, to.oy, to.oz}, lane);
+    direction.store({to.dx, to.dy, to.dz}, lane);
+    (Float::load(from.tmax + lane) - near).store(to.tmax + lane);
+    (iota() + static_cast<int32_t>(i)).store(along_.owner + i);
+    Int(static_cast<int32_t>(media_.start())).store(along_.medium + i);
+    wide::Vec3(1.f).store(along_.throughput, i);
+    Float(0.f).store(along_.scatterings + i);
+    origin.store(along_.from, i);
+    Float(kInfinity).store(along_.pdf + i);
+  });
+}
+
+/// Samples the optical depths at which the rays collide, in a channel drawn by the throughput.
+void VolumePaths::sample_distances(const PixelSamples& samples, uint32_t dimension) {
+  if (media_.size() == 1) return;
+  numbers_.fill_1d(sampler_, samples, dimension, along_.owner, count_, u_);
+  for_lanes(count_, [&](size_t i) {
+    (-log(1.f - Float::load(u_ + i))).store(optical_depth_ + i);
+  });
+  if (!channel_) return;
+  numbers_.fill_1d(sampler_, samples, dimension + 1, along_.owner, count_, u_);
+  for_lanes(count_, [&](size_t i) {
+    const wide::Rgb throughput = wide::Rgb::load(along_.throughput, i);
+    const Float at = Float::load(u_ + i) * (throughput.x + throughput.y + throughput.z);
+    const Float two = throughput.x + throughput.y;
+    // A channel without throughput is never drawn, in spite of rounding.
+    const Int last = select(throughput.z > 0.f, Int(2), select(throughput.y > 0.f, Int(1)));
+    select(at < throughput.x, Int(0), select(at < two, Int(1), last)).store(channel_ + i);
+  });
+}
+
+/// Finds the points at the ends of the rays, and their paths.
+void VolumePaths::find_points() {
+  met_.find(rays_, count_, Surfaces::Which::kAll);
+  const uint32_t* const ray = met_.points().ray;
+  for_lanes(met_.points().count, [&](size_t i) {
+    const Int k = Int::load(ray + i);
+    gather(along_.owner, k).store(at_.owner + i);
+    gather(along_.medium, k).store(at_.medium + i);
+    gather(along_.throughput, k).store(at_.throughput, i);
+    gather(along_.scatterings, k).store(at_.scatterings + i);
+    gather(along_.from, k).store(at_.from, i);
+    gather(along_.pdf, k).store(at_.pdf + i);
+  });
+}
+
+/// Adds the light of surfaces that emit.
+void VolumePaths::add_emission(const Columns3& radiance) {
+  const SurfaceBlock& points = met_.points();
+  for (const Surfaces::Range& range : met_.ranges()) {
+    if (!range.row->emitter) continue;
+    const size_t first = range.first;
+    range.row->emitter->eval_surface_block(points.part(first, range.count), at_.from.from(first),
+                                           light_.from(first), pdf_ + first);
+    for_lanes(range.count, [&](size_t lane) {
+      const size_t i = first + lane;
+      const wide::Rgb light = wide::Rgb::load(light_, i);
+      const Mask on = first_lanes(range.count - lane) & !is_black(light);
+      const Float weight =
+          weight_against(Float::load(at_.pdf + i), Float::load(pdf_ + i) * emitters_.pick_pdf());
+      add_to_owners(wide::Rgb::load(at_.throughput, i) * light * weight, on, at_.owner + i,
+                    radiance);
+    });
+  }
+}
+
+/// Adds the light of the environment where rays leave the scene.
+void VolumePaths::add_environment(const Columns3& radiance) {
+  const auto missed = met_.missed();
+  const Emitter* const environment = scene_.scene().environment();
+  if (!environment || missed.empty()) return;
+  for_lanes(missed.size(), [&](size_t i) {
+    GatheredRays(rays_, missed.data() + i).d().store(missed_d_, i);
+  });
+  environment->eval_environment_block(missed_d_, missed.size(), missed_light_, missed_pdf_);
+  alignas(kColumnAlignment) uint32_t owner[kLanes];
+  for_lanes(missed.size(), [&](size_t i) {
+    const Int k = Int::load(missed.data() + i);
+    const wide::Rgb light =
+        gather(along_.throughput, k) * wide::Rgb::load(missed_light_, i) *
+        weight_against(gather(along_.pdf, k), Float::load(missed_pdf_ + i) * emitters_.pick_pdf());
+    Mask on = first_lanes(missed.size() - i) & !is_black(light);
+    if (hides_emitters_) on &= gather(along_.scatterings, k) > 0.f;
+    gather(along_.owner, k).store(owner);
+    add_to_owners(light, on, owner, radiance);
+  });
+}
+
+/// Samples emitters and directions at the points.
+void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
+  const SurfaceBlock& points = met_.points();
+  const size_t count = met_.reflecting(), scattering = met_.scattering();
+  for (const Surfaces::Range& range : met_.ranges()) {
+    const Medium* const medium = medium_of(range);
+    std::fill_n(samples_emitters_ + range.first, padded(range.count),
+                medium && !medium->samples_emitters() ? 0.f : 1.f);
+  }
+  BsdfQuery query;
+  if (scattering > 0) {
+    emitters_.sample(sampler_, samples, dimension, points, at_.owner, scattering, numbers_);
+    for_lanes(scattering, [&](size_t i) {
+      frame_at(points, i).to_local(wide::Vec3::load(emitters_.light().d, i)).store(wo_, i);
+    });
+    query.wo = wo_;
+  }
+  const uint32_t bsdf = dimension + EmitterSamples::kDimensions;
+  numbers_.fill_1d(sampler_, samples, bsdf, at_.owner, count, u1_);
+  numbers_.fill_2d(sampler_, samples, bsdf + 1, at_.owner, count, u2_);
+  query.u1 = u1_;
+  query.u2 = u2_;
+  shade(met_, query, answer_);
+}
+
+/// Medium of collisions; nullptr for surfaces.
+const Medium* VolumePaths::medium_of(const Surfaces::Range& range) const {
+  if (range.row->shape) return nullptr;
+  return media_.medium(static_cast<uint32_t>(range.row - scene_.rows().data()) + 1);
+}
+
+/// Sets the media that light from directions d, or toward them, is in.
+void VolumePaths::find_media(size_t count, const Columns3& d, uint32_t* medium) const {
+  for (const Surfaces::Range& range : met_.ranges()) {
+    const size_t first = range.first, end = first + padded(range.count);
+    if (first >= count) return;
+    const Shape* const shape = range.row->shape;
+    if (!shape || !shape->separates_media()) {
+      std::copy(at_.medium + first, at_.medium + end, medium + first);
+      continue;
+    }
+    const uint32_t k = rays_[met_.points().ray[first] / 16].shape[met_.points().ray[first] % 16];
+    const Int inside(static_cast<int32_t>(media_.interior(k)));
+    const Int outside(static_cast<int32_t>(media_.exterior(k)));
+    for_lanes(end - first, [&](size_t lane) {
+      const size_t i = first + lane;
+      const Float cosine = dot(wide::Vec3::load(met_.points().n, i), wide::Vec3::load(d, i));
+      select(cosine > 0.f, outside, inside).store(medium + i);
+    });
+  }
+}
+
+void VolumePaths::add_emitter_samples(const Columns3& radiance, RenderCounters& counters) {
+  const size_t count = met_.scattering();
+  if (count == 0) return;
+  const SurfaceBlock& points = met_.points();
+  const DirectBlock& sampled = emitters_.light();
+  const Float last = static_cast<float>(length_.max_depth) - 1.f;
+  size_t rays = 0;
+  for_lanes(count, [&](size_t i) {
+    const Float pdf = Float::load(sampled.pdf + i) * emitters_.pick_pdf();
+    const Mask is_delta = Float::load(sampled.is_delta + i) > 0.f;
+    const Float weight =
+        select(is_delta, Float(1.f), weight_against(pdf, Float::load(answer_.pdf + i)));
+    const wide::Rgb light = wide::Rgb::load(at_.throughput, i) * wide::Rgb::load(answer_.f, i) *
+                            wide::Rgb::load(sampled.radiance, i) * (weight / pdf);
+    const Mask on = (Float::load(met_.live() + i) > 0.f) & !(pdf <= 0.f) & !is_black(light) &
+                    (Float::load(at_.scatterings + i) < last) &
+                    (Float::load(samples_emitters_ + i) > 0.f);
+    rays += wide::count(on);
+    select(on, light).store(light_, i);
+    put_shadow_rays(points, i, wide::Vec3::load(sampled.d, i), Float::load(sampled.distance + i),
+                    on, true, shadow_rays_);
+  });
+  counters.skipped_shadow_rays += met_.live_reflecting() - rays;
+  if (rays == 0) return;
+  const StageTimer timer(counters.stage_seconds["shadow"]);
+  find_media(count, sampled.d, medium_);
+  shadows_.trace(shadow_rays_, count, medium_, sampled.distance, counters);
+  for_lanes(count, [&](size_t i) {
+    const wide::Rgb transmittance = wide::Rgb::load(shadows_.transmittance(), i);
+    add_to_owners(wide::Rgb::load(light_, i) * transmittance, !is_black(transmittance),
+                  at_.owner + i, radiance);
+  });
+}
+
+/// Scatters the paths: makes their next rays, some of which are off.
+void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, float* alpha) {
+  const SurfaceBlock& points = met_.points();
+  const size_t count = met_.reflecting();
+  numbers_.fill_1d(sampler_, samples, dimension + kBsdfDimensions, at_.owner, count, u1_);
+  const Float max_depth = static_cast<float>(length_.max_depth);
+  const Float rr_depth = static_cast<float>(length_.rr_depth);
+  for_lanes(count, [&](size_t i) {
+    frame_at(points, i).to_world(wide::Vec3::load(answer_.wo, i)).store(d_, i);
+    const Float is_delta = Float::load(answer_.is_delta + i);
+    const Mask is_straight = is_delta == kNullSample;
+    wide::Rgb carried = wide::Rgb::load(at_.throughput, i) * wide::Rgb::load(answer_.weight, i);
+    const Float before = Float::load(at_.scatterings + i);
+    const Float scatterings = before + select(is_straight, Float(0.f), Float(1.f));
+    Mask on = (Float::load(met_.live() + i) > 0.f) &
+              !(Float::load(answer_.sample_pdf + i) <= 0.f) & (scatterings < max_depth);
+    const Float survival = survival_probability(carried);
+    const Mask is_chosen = (scatterings > rr_depth) & !is_straight;
+    on &= (Float::load(u1_ + i) < survival) | !is_chosen;
+    carried = select(is_chosen, carried / survival, carried);
+    carried = select(on, carried);
+    carried.store(carried_, i);
+    on &= !is_black(carried);
+    const Mask is_alone =
+        (is_delta > 0.f) | !(Float::load(samples_emitters_ + i) > 0.f);
+    const Float pdf = select(is_alone, Float(kInfinity), Float::load(answer_.sample_pdf + i));
+    select(is_straight, Float::load(at_.pdf + i), pdf).store(at_.pdf + i);
+    select(is_straight, wide::Vec3::load(at_.from, i), wide::Vec3::load(points.p, i))
+        .store(at_.from, i);
+    scatterings.store(at_.scatterings + i);
+    put_shadow_rays(points, i, wide::Vec3::load(d_, i), Float(kInfinity), on, false, shadow_rays_);
+  });
+  set_alpha(alpha);
+  find_media(count, d_, medium_);
+}
+
+/// Sets alpha to 1 for paths that the points scatter or absorb.
+void VolumePaths::set_alpha(float* alpha) const {
+  const float* const live = met_.live();
+  for (const Surfaces::Range& range : met_.ranges()) {
+    // Collisions count only if the path may go on, as in Mitsuba.
+    const float end = range.row->shape ? kInfinity : static_cast<float>(length_.max_depth);
+    const bool reflects = range.first < met_.reflecting();
+    for (size_t i = range.first; i < range.first + range.count; ++i) {
+      const bool is_scattered = !reflects || (at_.scatterings[i] > 0 && at_.scatterings[i] < end);
+      if (live[i] > 0 && is_scattered) alpha[at_.owner[i]] = 1;
+    }
+  }
+}
+
+/// Compacts the rays that are on, and their paths.
+void VolumePaths::sort_rays() {
+  count_ = sort_.sort(shadow_rays_, met_.reflecting());
+  if (count_ == 0) return;
+  sort_.copy(&rays_[0].ray, sizeof(RayHit16));
+  for_lanes(count_, [&](size_t k) {
+    const Int i = Int::load(sort_.order() + k);
+    gather(at_.owner, i).store(along_.owner + k);
+    gather(medium_, i).store(along_.medium + k);
+    gather(carried_, i).store(along_.throughput, k);
+    gather(at_.scatterings, i).store(along_.scatterings + k);
+    gather(at_.from, i).store(along_.from, k);
+    gather(at_.pdf, i).store(along_.pdf + k);
+  });
+}
+
+}  // namespace kinome::transport

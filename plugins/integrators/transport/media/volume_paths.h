@@ -1,0 +1,98 @@
+#pragma once
+
+#include "../emitter_samples.h"
+#include "../path_parameters.h"
+#include "../shading.h"
+#include "medium_shadows.h"
+#include "segments.h"
+
+namespace kinome::transport {
+
+/// Paths from the camera through media. Each point where light is scattered, in a medium or on a
+/// surface, gets direct light from an emitter sample and a sample of its phase function or BSDF,
+/// combined by the power heuristic (Veach 1997, 9.2.4). The weights don't include transmittances,
+/// so that they add up to 1 even if transmittances are estimated. The second sample is also the
+/// next edge. The paths of a block advance together; after each step, the remaining paths are
+/// compacted. One per thread.
+///
+/// As in Mitsuba's `volpath`, surfaces that light passes straight don't count as points of the
+/// path, and emitter samples of all emitters see through them.
+class VolumePaths {
+ public:
+  /// For blocks of at most `rays` paths.
+  VolumePaths(const SceneTable& scene, const MediaTable& media, const Sampler& sampler,
+              const PathSettings& settings, size_t rays);
+
+  /// Traces a path along each camera ray. Adds its light to `radiance`. Sets `alpha` to 1 if the
+  /// ray sees an environment that isn't hidden, or is scattered or absorbed; else to 0.
+  void trace(const PixelSamples& samples, const RayHit16* camera_rays, const Columns3& radiance,
+             float* alpha, RenderCounters& counters);
+
+ private:
+  /// Dimensions of the sampler for a step: the distance and its channel, an emitter sample, a BSDF
+  /// sample, the roulette.
+  static constexpr uint32_t kEdgeDimensions = 2;
+  static constexpr uint32_t kBsdfDimensions = 3;
+  static constexpr uint32_t kStepDimensions =
+      kEdgeDimensions + EmitterSamples::kDimensions + kBsdfDimensions + 1;
+
+  /// Paths: at the points that they reach, or along the rays to the next points.
+  struct State {
+    uint32_t* owner;  ///< sample of the block
+    uint32_t* medium;
+    Columns3 throughput;
+    float* scatterings;
+    /// Last point where the path was scattered, and the density of its direction there, per solid
+    /// angle. The density is infinite if emitter samples don't find the same light.
+    Columns3 from;
+    float* pdf;
+  };
+  static State make_state(Arena& arena);
+
+  void begin(const PixelSamples& samples, const RayHit16* camera_rays);
+  void sample_distances(const PixelSamples& samples, uint32_t dimension);
+  void find_points();
+  void add_emission(const Columns3& radiance);
+  void add_environment(const Columns3& radiance);
+  void sample(const PixelSamples& samples, uint32_t dimension);
+  void add_emitter_samples(const Columns3& radiance, RenderCounters& counters);
+  const Medium* medium_of(const Surfaces::Range& range) const;
+  void find_media(size_t count, const Columns3& d, uint32_t* medium) const;
+  void scatter(const PixelSamples& samples, uint32_t dimension, float* alpha);
+  void set_alpha(float* alpha) const;
+  void sort_rays();
+
+  const SceneTable& scene_;
+  const MediaTable& media_;
+  const Sampler& sampler_;
+  const PathLength length_;
+  const bool hides_emitters_;
+  Numbers numbers_;
+  Segments segments_;
+  MediumShadows shadows_;
+  Surfaces met_;
+  EmitterSamples emitters_;
+  DirectionSort sort_;
+
+  Arena per_ray_;
+  RayHit16* rays_;
+  size_t count_ = 0;  ///< of rays
+  State along_;       ///< paths of the rays
+  float *u_, *optical_depth_;
+  uint32_t* channel_;
+  float* missed_pdf_;
+  Columns3 missed_d_, missed_light_;
+
+  Arena per_point_;
+  State at_;  ///< paths of the points of met_
+  /// 1 for points whose medium or surface lets emitter samples find light.
+  float* samples_emitters_;
+  Columns3 wo_, d_, light_, carried_;
+  float *u1_, *pdf_, *distance_;
+  Columns2 u2_;
+  uint32_t* medium_;
+  BsdfAnswer answer_;
+  Ray16* shadow_rays_;
+};
+
+}  // namespace kinome::transport
