@@ -23,6 +23,8 @@ ROOMS = {
     "core": ["core", "core/include"],
     "libs/image_files": ["libs", "libs/image_files/include"],
     "libs/spectra": ["libs", "libs/spectra/include"],
+    "libs/sampling": ["libs", "libs/sampling/include"],
+    "libs/meshes": ["libs", "libs/meshes/include"],
     "libs/lights": ["libs", "libs/lights/include"],
     "libs/audit": ["libs", "libs/audit/include"],
     "libs/scene_xml": ["libs", "libs/scene_xml/include"],

@@ -161,8 +161,9 @@ function(kinome_add_plugin_library target category name isa sources link aliases
   # The rooms of libs/ that a category may use, in this tree. Elsewhere, kinome::core has all headers.
   set(rooms_emitter lights image_files)
   set(rooms_film image_files)
-  set(rooms_texture image_files spectra)
-  foreach(room IN LISTS rooms_${category})
+  set(rooms_shape meshes)
+  set(rooms_texture image_files meshes spectra)
+  foreach(room IN LISTS rooms_${category} ITEMS sampling)
     if(TARGET kinome_${room}_headers)
       target_link_libraries(${target} PRIVATE kinome_${room}_headers)
     endif()

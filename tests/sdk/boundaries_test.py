@@ -20,26 +20,31 @@ NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 CORE, LIGHTS = "core", "libs/lights"
 FILES, SPECTRA = "libs/image_files", "libs/spectra"
-LIBS = {LIGHTS, FILES, SPECTRA, "libs/audit", "libs/scene_xml", "libs/editor", "libs/session", "libs/kit"}
+SAMPLING, MESHES = "libs/sampling", "libs/meshes"
+LIBS = {LIGHTS, FILES, SPECTRA, SAMPLING, MESHES, "libs/audit", "libs/scene_xml", "libs/editor",
+        "libs/session", "libs/kit"}
 # Rooms whose headers each room may include, in addition to its own.
 ROOMS = {
     CORE: set(),
-    LIGHTS: {CORE},
+    SAMPLING: {CORE},
+    MESHES: {CORE, SAMPLING},
+    LIGHTS: {CORE, SAMPLING},
     FILES: {CORE},
     SPECTRA: {CORE},
-    "libs/audit": {CORE, LIGHTS},
+    "libs/audit": {CORE, LIGHTS, SAMPLING},
     "libs/scene_xml": {CORE, SPECTRA},
-    "libs/editor": {CORE, FILES, SPECTRA, "libs/scene_xml"},
+    "libs/editor": {CORE, FILES, SPECTRA, MESHES, "libs/scene_xml"},
     "libs/session": {CORE, FILES, "libs/scene_xml"},  # merged parts are written by the scene's film
-    "libs/kit": {CORE, FILES, LIGHTS, "libs/audit", "libs/scene_xml", "libs/session"},
+    "libs/kit": {CORE, FILES, LIGHTS, SAMPLING, "libs/audit", "libs/scene_xml", "libs/session"},
     "apps/drawing": {CORE},
     "apps/kinome": {CORE, *LIBS, "apps/drawing"},
     "apps/viewer": {CORE, *LIBS, "apps/drawing", "apps/kinome"},
     "apps/python": {CORE, *LIBS},
 }
 # Rooms that plugins may include beside the core, by the category's folder.
-ROOMS_OF_PLUGINS = {"emitters": [LIGHTS], "integrators": [LIGHTS], "films": [FILES],
-                    "textures": [FILES], "spectra": [SPECTRA]}
+ROOMS_OF_PLUGINS = {"bsdfs": [SAMPLING], "emitters": [LIGHTS, SAMPLING], "films": [FILES],
+                    "integrators": [LIGHTS, SAMPLING], "sensors": [SAMPLING],
+                    "shapes": [MESHES, SAMPLING], "spectra": [SPECTRA], "textures": [FILES, MESHES]}
 # Folders of learned product sampling. Each may include headers of those before it.
 PRODUCT = "plugins/integrators/clustered/product"
 PRODUCT_FOLDERS = ["tiles", "rays", "lights", "choice", "paths", "strata", "pilot", "trial", "pass",

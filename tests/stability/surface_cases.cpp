@@ -176,7 +176,7 @@ Case edges(const Files& files) {
   Case c{13,
          "Random numbers reused until they reach 1",
          "No random number is used twice; those at the ends of [0, 1) give finite images.",
-         "statistical/bsdf_extremes_test.cpp core/distribution_test.cpp plugins/light_cut_test.cpp",
+         "statistical/bsdf_extremes_test.cpp libs/distribution_test.cpp plugins/light_cut_test.cpp",
          {}};
   const std::string edgy = front_view(1, Vec3(0.f), "edges", 16);
   const auto add = [&](const std::string& name, const std::string& lights, bool environment) {
