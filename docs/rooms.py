@@ -21,6 +21,7 @@ INTEGRATORS = "plugins/integrators"
 # that its path begins with.
 ROOMS = {
     "core": ["core", "core/include"],
+    "libs/output_files": ["libs", "libs/output_files/include"],
     "libs/image_files": ["libs", "libs/image_files/include"],
     "libs/spectra": ["libs", "libs/spectra/include"],
     "libs/sampling": ["libs", "libs/sampling/include"],

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "base/file_writer.h"
 #include "base/read_files.h"
-#include "kinome/image_files.h"
-#include "kinome/mesh_shape.h"
-#include "kinome/image.h"
 #include "editor/saved_mesh.h"
 #include "editor/written_values.h"
+#include "kinome/image.h"
+#include "kinome/image_files.h"
+#include "kinome/mesh_shape.h"
+#include "output_files/file_writer.h"
 
 namespace kinome::loader {
 namespace {

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "base/file_writer.h"
 #include "editor/patched_scene.h"
 #include "editor/written_values.h"
+#include "output_files/file_writer.h"
 
 namespace kinome::loader {
 namespace {

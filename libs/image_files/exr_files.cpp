@@ -10,8 +10,8 @@
 #include <system_error>
 #include <thread>
 
-#include "base/file_writer.h"
 #include "kinome/image_files.h"
+#include "output_files/file_writer.h"
 
 namespace kinome {
 namespace {

@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <fstream>
 
-#include "base/file_writer.h"
 #include "image_files/color_channels.h"
 #include "image_files/image_size.h"
-#include "kinome/image_files.h"
 #include "kinome/image.h"
+#include "kinome/image_files.h"
+#include "output_files/file_writer.h"
 
 namespace kinome {
 namespace {

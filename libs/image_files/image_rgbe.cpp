@@ -8,11 +8,11 @@
 #include <cmath>
 #include <vector>
 
-#include "base/file_writer.h"
 #include "image_files/color_channels.h"
-#include "kinome/image_files.h"
 #include "kinome/color.h"
 #include "kinome/image.h"
+#include "kinome/image_files.h"
+#include "output_files/file_writer.h"
 
 namespace kinome {
 namespace {

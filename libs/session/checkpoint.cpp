@@ -7,11 +7,11 @@
 
 #include <fmt/format.h>
 
-#include "base/file_writer.h"
 #include "base/fnv1a.h"
 #include "kinome/film.h"
 #include "kinome/image.h"
 #include "kinome/log.h"
+#include "output_files/file_writer.h"
 
 namespace kinome {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "base/file_writer.h"
+#include "output_files/file_writer.h"
 
 namespace kinome {
 

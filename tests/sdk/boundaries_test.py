@@ -20,21 +20,22 @@ NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 
 CORE, LIGHTS = "core", "libs/lights"
 FILES, SPECTRA = "libs/image_files", "libs/spectra"
-SAMPLING, MESHES = "libs/sampling", "libs/meshes"
-LIBS = {LIGHTS, FILES, SPECTRA, SAMPLING, MESHES, "libs/audit", "libs/scene_xml", "libs/editor",
-        "libs/session", "libs/kit"}
+SAMPLING, MESHES, OUTPUT = "libs/sampling", "libs/meshes", "libs/output_files"
+LIBS = {LIGHTS, FILES, SPECTRA, SAMPLING, MESHES, OUTPUT, "libs/audit", "libs/scene_xml",
+        "libs/editor", "libs/session", "libs/kit"}
 # Rooms whose headers each room may include, in addition to its own.
 ROOMS = {
     CORE: set(),
     SAMPLING: {CORE},
     MESHES: {CORE, SAMPLING},
     LIGHTS: {CORE, SAMPLING},
-    FILES: {CORE},
+    OUTPUT: {CORE},
+    FILES: {CORE, OUTPUT},
     SPECTRA: {CORE},
     "libs/audit": {CORE, LIGHTS, SAMPLING},
     "libs/scene_xml": {CORE, SPECTRA},
-    "libs/editor": {CORE, FILES, SPECTRA, MESHES, "libs/scene_xml"},
-    "libs/session": {CORE, FILES, "libs/scene_xml"},  # merged parts are written by the scene's film
+    "libs/editor": {CORE, FILES, OUTPUT, SPECTRA, MESHES, "libs/scene_xml"},
+    "libs/session": {CORE, FILES, OUTPUT, "libs/scene_xml"},  # merged parts are written by the scene's film
     "libs/kit": {CORE, FILES, LIGHTS, SAMPLING, "libs/audit", "libs/scene_xml", "libs/session"},
     "apps/drawing": {CORE},
     "apps/kinome": {CORE, *LIBS, "apps/drawing"},

@@ -6,14 +6,14 @@
 #include <fmt/format.h>
 
 #include "base/clock.h"
-#include "base/file_writer.h"
 #include "commands.h"
 #include "crash.h"
-#include "kinome/output_files.h"
 #include "kinome/log.h"
+#include "kinome/output_files.h"
 #include "kinome/parts.h"
 #include "kinome/plugin_registry.h"
 #include "kinome/read_files.h"
+#include "output_files/file_writer.h"
 #include "render/render_image.h"
 #include "say.h"
 

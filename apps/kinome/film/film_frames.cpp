@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "base/file_writer.h"
-#include "kinome/output_files.h"
 #include "kinome/error.h"
+#include "kinome/output_files.h"
 #include "kinome/read_files.h"
+#include "output_files/file_writer.h"
 
 namespace kinome::app {
 namespace {

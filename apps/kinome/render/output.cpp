@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
-#include "base/file_writer.h"
-#include "session/scratch_folder.h"
-#include "kinome/output_files.h"
 #include "kinome/image_files.h"
+#include "kinome/output_files.h"
+#include "output_files/file_writer.h"
+#include "session/scratch_folder.h"
 
 namespace kinome::app {
 namespace {

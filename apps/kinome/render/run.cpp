@@ -7,19 +7,19 @@
 #include <fmt/format.h>
 
 #include "base/clock.h"
-#include "base/file_writer.h"
 #include "commands.h"
 #include "crash.h"
 #include "farm/group.h"
-#include "render/inspect.h"
 #include "kinome/checkpoint.h"
 #include "kinome/log.h"
 #include "kinome/output_files.h"
 #include "kinome/render.h"
+#include "options/sensor_index.h"
+#include "output_files/file_writer.h"
+#include "render/inspect.h"
 #include "render/progress.h"
 #include "render/render_image.h"
 #include "render/trace_file.h"
-#include "options/sensor_index.h"
 #include "say.h"
 #include "signals.h"
 

@@ -8,10 +8,10 @@
 
 #include <mutex>
 
-#include "base/file_writer.h"
 #include "kinome/image_files.h"
 #include "kinome/inspection.h"
 #include "kinome/log.h"
+#include "output_files/file_writer.h"
 #include "rendering.h"
 #include "values.h"
 

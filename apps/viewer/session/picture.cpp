@@ -1,8 +1,8 @@
 #include "session/picture.h"
 
-#include "base/file_writer.h"
-#include "kinome/image_files.h"
 #include "kinome/error.h"
+#include "kinome/image_files.h"
+#include "output_files/file_writer.h"
 
 namespace kinome::viewer {
 

@@ -1,4 +1,4 @@
-#include "base/file_writer.h"
+#include "output_files/file_writer.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
