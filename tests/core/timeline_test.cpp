@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kinome/render_context.h"
+#include "kinome/stage_threads.h"
 #include "kinome/timeline.h"
 #include "support/render.h"
 

@@ -126,11 +126,11 @@ std::string ray_table(const RenderStats& stats) {
 }
 
 /// Formats the work of the threads in each stage; "" if it wasn't recorded.
-std::string thread_table(const RenderStats& stats) {
-  if (stats.stage_threads.empty()) return "";
+std::string thread_table(const std::vector<StageThreads>& stages) {
+  if (stages.empty()) return "";
   std::string text = fmt::format("  {:<20} {:>9} {:>13} {:>11}  {}\n", "threads", "whole [s]",
                                  "some idle [s]", "commits [s]", "busy [%], by thread");
-  for (const StageThreads& stage : stats.stage_threads) {
+  for (const StageThreads& stage : stages) {
     const double commits = std::accumulate(stage.committing.begin(), stage.committing.end(), 0.);
     text += fmt::format("    {:<18} {:9.3f} {:13.3f} {:11.3f} ", stage.stage, stage.seconds,
                         stage.partly_idle, commits);
@@ -170,7 +170,7 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
                   stats.counters.embree_seconds / std::max(1u, stats.threads * stats.processes),
                   100 * embree_share(stats));
   text += ray_table(stats);
-  text += thread_table(stats);
+  text += thread_table(summary.stage_threads);
   text += traffic_table(stats);
   if (stats.rel_mse >= 0) {
     text +=
@@ -215,7 +215,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
     traffic[what] = {{"messages", sent.messages}, {"bytes", sent.bytes}, {"seconds", sent.seconds}};
   }
   json stage_threads = json::array();
-  for (const StageThreads& stage : stats.stage_threads) {
+  for (const StageThreads& stage : summary.stage_threads) {
     stage_threads.push_back({{"stage", stage.stage},
                              {"seconds", stage.seconds},
                              {"partly_idle", stage.partly_idle},

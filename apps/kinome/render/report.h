@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
+#include "kinome/stage_threads.h"
 #include "kinome/stats.h"
 
 namespace kinome::app {
@@ -16,6 +18,7 @@ struct RenderSummary {
   int height = 0;
   unsigned samples = 0;  ///< per pixel, rounded
   uint64_t seed = 0;
+  std::vector<StageThreads> stage_threads = {};  ///< empty if no timeline was recorded
 };
 
 /// Formats a report for reading.

@@ -207,11 +207,11 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   int status = 0;
   together(group, [&] {
     if (!is_root) return;
-    const RenderSummary summary = finish_image(options, *scene, *sensor, context, registry, image,
-                                               output, checkpoint.get(), part.get());
+    RenderSummary summary = finish_image(options, *scene, *sensor, context, registry, image, output,
+                                         checkpoint.get(), part.get());
     stats.total_seconds = seconds_since(start);
     end_serial("write");
-    if (timeline) stats.stage_threads = stage_threads(*timeline, context.scheduler.threads());
+    if (timeline) summary.stage_threads = stage_threads(*timeline, context.scheduler.threads());
     if (!options.trace.empty()) write_text(options.trace, trace_json(*timeline));
     stats.peak_memory_bytes = peak_memory_bytes();
     warn_of_missed_budget(context.job.budget(), stats, stats.total_seconds, {});

@@ -72,16 +72,6 @@ struct PluginFault {
   uint64_t looks = 0;
 };
 
-/// Work of the threads in a stage. Stages of this kind follow each other in time, and include
-/// serial work (see Timeline).
-struct StageThreads {
-  std::string stage;
-  double seconds = 0;              ///< wall-clock time of the stage
-  double partly_idle = 0;          ///< part of it in which fewer than all threads worked on items
-  std::vector<double> busy;        ///< per thread: time on items
-  std::vector<double> committing;  ///< per thread: time of commits to the film, with waiting
-};
-
 /// Statistics of a render, for `--stats`. Times are wall-clock seconds unless noted.
 struct KINOME_EXPORT RenderStats {
   double load_seconds = 0;    ///< XML, plugins, assets
@@ -95,7 +85,6 @@ struct KINOME_EXPORT RenderStats {
   std::vector<Skipped> skipped;
   /// Features of Mitsuba missing from the image of a leniently loaded scene, with locations.
   std::vector<std::string> left_out;
-  std::vector<StageThreads> stage_threads;  ///< empty if no timeline was recorded
   std::vector<Stage> stages;  ///< stages that the integrator lists, in order of execution
   std::vector<std::string> plugins;
   std::string instruction_set;  ///< highest that plugins may use; see to_string(InstructionSet)

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "kinome/export.h"
-#include "kinome/stats.h"
 
 namespace kinome {
 
@@ -65,8 +64,5 @@ class KINOME_EXPORT Timeline {
   size_t named_ = 0;                       ///< number of parts before the first one without a stage
   std::map<std::string, double> seconds_;  ///< at the end of the last loop
 };
-
-/// Returns the work of `threads` threads in each stage, in the order of execution.
-KINOME_EXPORT std::vector<StageThreads> stage_threads(const Timeline& timeline, unsigned threads);
 
 }  // namespace kinome
