@@ -74,7 +74,7 @@ def render(rng, name, samples, bias=1.0, common=0.0, evenness=1.0, lanes=LANES, 
 
 
 def developed(sums, weights):
-    """Computes the Estimate as core/image/film_noise.cpp does. Both arrays are (lanes, height,
+    """Computes the Estimate as libs/session/film_noise.cpp does. Both arrays are (lanes, height,
     width)."""
     lanes, all_weights = len(sums), weights.sum(axis=0)
     mean = sums.sum(axis=0) / all_weights

@@ -229,6 +229,13 @@ std::vector<FilmSums> Film::layer_sums(const std::vector<bool>& with_splats) {
   return all;
 }
 
+ConstFilmSums Film::lane_sums(uint32_t lane) const {
+  const Data::Sums& sums = data_->lanes.at(lane).at(0);
+  return {sums.light_paths,
+          {sums.values.data(), sums.values.size()},
+          {sums.splats.data(), sums.splats.size()}};
+}
+
 std::vector<bool> Film::gaps(int layer) const {
   const size_t stride = data_->stride_of(layer);
   std::vector<bool> gaps(static_cast<size_t>(crop_.area()), true);

@@ -35,10 +35,6 @@ struct Film::Data {
   int index_of(const FilmChannel& channel) const;
   /// Returns the splats of `sums`, allocating zeros first if there are none.
   ZeroedArray<double>& splats_of(Sums& sums);
-  /// Computes how far each lane shifts a pixel's colour, such that the sum of squares is the
-  /// colour's variance (see film_noise.cpp). Returns the number of lanes with samples; the variance
-  /// is unknown if it is below two.
-  uint32_t lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const;
   /// Colour over lanes [first, end).
   Rgb color(size_t layer, size_t pixel, size_t first, size_t end) const;
   double splat_scale(size_t layer, size_t first, size_t end) const;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include "kinome/film_noise.h"
 #include "kinome/log.h"
 #include "kinome/process_group.h"
 
@@ -250,7 +251,7 @@ std::optional<double> estimate_rel_mse(const Film& film, std::span<const double>
 Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats) {
   Image image = film.develop();
   if (budget.lanes == 0) return image;
-  const FilmNoise noise = film.noise();
+  const FilmNoise noise = film_noise(film);
   stats.renders = noise.renders;
   stats.variance_of_mean = noise.variance_of_mean;
   const Image& variance = noise.image;

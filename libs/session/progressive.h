@@ -23,7 +23,7 @@ KINOME_EXPORT uint32_t lanes_for(const RenderBudget& budget, const Film& film);
 KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderJob& job,
                                  const PassCallback& on_pass = nullptr);
 
-/// Develops the film's image. If the budget requests lanes, appends the channels of Film::noise()
+/// Develops the film's image. If the budget requests lanes, appends the channels of film_noise()
 /// and sets RenderStats::renders and variance_of_mean.
 KINOME_EXPORT Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats);
 

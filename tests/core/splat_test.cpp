@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "kinome/film.h"
+#include "kinome/film_noise.h"
 #include "support/render.h"
 
 namespace kinome::test::splat_test {
@@ -128,7 +128,7 @@ TEST(Splat, LanesShareTheirPaths) {
   EXPECT_EQ(film->lane_color(0, 1)->x, 2);
   // Variance of the mean over paths: lanes of 3 and 2 paths deviate by 12 - 3 m and 4 - 2 m, over
   // 5.
-  EXPECT_NEAR(film->noise().image.data[0], 2 * (0.48 * 0.48 + 0.48 * 0.48), 1e-6);
+  EXPECT_NEAR(film_noise(*film).image.data[0], 2 * (0.48 * 0.48 + 0.48 * 0.48), 1e-6);
 }
 
 TEST(Splat, CountsInLuminanceAndLeavesAlpha) {

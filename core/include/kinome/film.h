@@ -9,6 +9,7 @@
 #include "kinome/film_channels.h"
 #include "kinome/film_position.h"
 #include "kinome/film_tile.h"
+#include "kinome/image.h"
 #include "kinome/object.h"
 
 namespace kinome {
@@ -75,6 +76,8 @@ class KINOME_EXPORT Film : public Object {
   /// Returns the sums of each layer in lane 0, valid until prepare(). Layers with `with_splats` set
   /// get memory for splats if they have none; it may be shorter than the number of layers.
   std::vector<FilmSums> layer_sums(const std::vector<bool>& with_splats = {});
+  /// Returns the sums of layer 0 in a lane, valid until prepare().
+  ConstFilmSums lane_sums(uint32_t lane) const;
   /// Serialises the film: passes all committed data to `io`, piece by piece, which writes it or
   /// replaces it by stored data. Returns false, with part of the data transferred, if the stored
   /// film was prepared differently.
@@ -90,8 +93,6 @@ class KINOME_EXPORT Film : public Object {
   /// Returns the developed colour of one lane (R, G, B; or luminance in all three), or nullopt if
   /// the lane has no samples there. `pixel` is an index into the crop window, row by row.
   std::optional<Rgb> lane_color(size_t pixel, uint32_t lane) const;
-  /// Estimates the variance of develop()'s colours from the differences between lanes.
-  FilmNoise noise() const;
 
   /// Writes the developed image in the film's file format. Appends file_extension() if `path` has
   /// no extension.

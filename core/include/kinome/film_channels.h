@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "kinome/export.h"
-#include "kinome/image.h"
 
 namespace kinome {
 
@@ -32,17 +31,11 @@ struct FilmSums {
   std::span<double> splats;  ///< per pixel: R, G, B; empty if there are no splats
 };
 
-/// Estimated variance of an image's colours, in squared colour units. Infinite if fewer than two
-/// lanes have samples.
-struct KINOME_EXPORT FilmNoise {
-  static constexpr int kTile = 16;  ///< side in pixels; tiles start at the crop window's corner
-  /// Channels "variance.R", "variance.G", "variance.B" (or "variance.Y") hold the variance of each
-  /// pixel. "tile_variance.R", ... hold the variance of the mean over the pixel's tile.
-  /// Neighbouring pixels may have correlated noise (filter, light paths), so pixel variances don't
-  /// sum to a tile's.
-  Image image;
-  std::vector<double> variance_of_mean;  ///< variance of the image's mean: R, G, B or Y
-  uint32_t renders = 0;  ///< number of lanes with samples, at the pixel with the fewest
+/// Sums of one layer in one lane of a film, for reading.
+struct ConstFilmSums {
+  double light_paths = 0;
+  std::span<const double> values;  ///< as in FilmSums
+  std::span<const double> splats;
 };
 
 }  // namespace kinome

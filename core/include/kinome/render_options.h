@@ -25,7 +25,7 @@ struct RenderBudget {
   /// count if that is larger.
   double rel_mse = 0;
   static constexpr double kMaxSamples = 16384;
-  /// Number of film lanes (at least 2) for Film::noise(); 0: no variance estimates.
+  /// Number of film lanes (at least 2) for film_noise(); 0: no variance estimates.
   uint32_t lanes = 0;
   /// Estimates the seconds that the caller needs after the render for an image like `picture`, for
   /// example to write it. They are part of `seconds`.

@@ -22,6 +22,7 @@ class ZeroedArray {
   bool empty() const { return size_ == 0; }
   size_t size() const { return size_; }
   T* data() { return static_cast<T*>(memory_.data()); }
+  const T* data() const { return static_cast<const T*>(memory_.data()); }
   T& operator[](size_t i) { return static_cast<T*>(memory_.data())[i]; }
   const T& operator[](size_t i) const { return static_cast<const T*>(memory_.data())[i]; }
 

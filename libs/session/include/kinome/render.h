@@ -12,7 +12,7 @@ namespace kinome {
 
 /// Prepares the film and renders with the scene's integrator until the context's budget is spent,
 /// or the sampler's samples are rendered if there is no budget. Fills the context's stats. With
-/// RenderBudget::lanes, the image includes the channels of Film::noise().
+/// RenderBudget::lanes, the image includes the channels of film_noise().
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context);
 
 /// Called after each completed pass over the image, with the image so far, on the thread that

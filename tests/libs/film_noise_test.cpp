@@ -5,7 +5,7 @@
 #include <random>
 
 #include "support/film_xml.h"
-#include "kinome/film.h"
+#include "kinome/film_noise.h"
 
 namespace kinome::test::film_noise_test {
 namespace {
@@ -32,7 +32,7 @@ TEST(FilmNoise, LanesMakeOnePictureAndItsVariance) {
   ASSERT_EQ(image.channels, (std::vector<std::string>{"R", "G", "B", "A", "extra", "other"}));
   const std::vector<float> expected = {3, 6, 0, 1, 3, 11.f / 5, 5, 5, 5, 0, 5, 0};
   EXPECT_EQ(image.data, expected);
-  const FilmNoise noise = film->noise();
+  const FilmNoise noise = film_noise(*film);
   ASSERT_EQ(noise.image.channels,
             (std::vector<std::string>{"variance.R", "variance.G", "variance.B", "tile_variance.R",
                                       "tile_variance.G", "tile_variance.B"}));
@@ -71,7 +71,7 @@ TEST(FilmNoise, NoiseThatPixelsShareIsThatOfTheirTiles) {
     }
     film->commit(tile);
   }
-  const FilmNoise noise = film->noise();
+  const FilmNoise noise = film_noise(*film);
   ASSERT_EQ(noise.image.channels, (std::vector<std::string>{"variance.Y", "tile_variance.Y"}));
   // Lanes of 0, 1, 2, 3: 5 / (4 x 3).
   for (int i = 0; i < 360; ++i) {
@@ -112,7 +112,7 @@ TEST(FilmNoise, NoiseThatTheFilterSpreadsIsThatOfTheTile) {
     of_pixels += squares;
   }
   for (const double share : shares) of_tile += share * share;
-  const FilmNoise noise = film->noise();
+  const FilmNoise noise = film_noise(*film);
   double pixels = 0;
   for (int i = 0; i < 256; ++i) pixels += noise.image.at(i % 16, i / 16, 0);
   // A variance from 400 lanes has a relative error of 1/14, and over 256 pixels 1/100. The

@@ -12,10 +12,12 @@
 // Since e_l is linear, it can be summed over pixels. The variance of the mean of a tile or of the
 // image therefore includes the covariances between pixels, which share samples and light paths.
 
+#include "kinome/film_noise.h"
+
 #include <algorithm>
 #include <cmath>
+#include <string>
 
-#include "image/film_data.h"
 #include "kinome/color.h"
 
 namespace kinome {
@@ -50,58 +52,83 @@ void set_channels(Image& image, int x, int y, int first, int count, const glm::d
   for (int c = 0; c < count; ++c) image.at(x, y, first + c) = static_cast<float>(values[c]);
 }
 
-}  // namespace
+/// Sums of all lanes of a film.
+class Lanes {
+ public:
+  explicit Lanes(const Film& film)
+      : response_(film.response()), is_luminance_(film.channels().front() == "Y") {
+    for (uint32_t l = 0; l < film.lanes(); ++l) lanes_.push_back(film.lane_sums(l));
+    stride_ = lanes_.front().values.size() / std::max<size_t>(1, film.crop().area());
+  }
+  size_t count() const { return lanes_.size(); }
+  bool is_luminance() const { return is_luminance_; }
+  /// Computes how far each lane shifts a pixel's colour, such that the sum of squares is the
+  /// colour's variance. Returns the number of lanes with samples; the variance is unknown if it is
+  /// below two.
+  uint32_t shares(size_t pixel, std::vector<glm::dvec3>& shares) const;
 
-uint32_t Film::Data::lane_shares(size_t pixel, std::vector<glm::dvec3>& shares) const {
-  const size_t stride = stride_of(0);
-  const auto sum_in = [&](const Lane& lane) {
-    const double* const from = &lane[0].values[pixel * stride];
+ private:
+  std::vector<ConstFilmSums> lanes_;
+  size_t stride_ = 0;
+  double response_;
+  bool is_luminance_;
+};
+
+uint32_t Lanes::shares(size_t pixel, std::vector<glm::dvec3>& shares) const {
+  const auto sum_in = [&](const ConstFilmSums& lane) {
+    const double* const from = &lane.values[pixel * stride_];
     return glm::dvec3(from[0], from[1], from[2]);
   };
-  const auto weight_in = [&](const Lane& lane) { return lane[0].values[(pixel + 1) * stride - 1]; };
-  const auto splats_in = [&](const Lane& lane) {
-    if (lane[0].splats.empty()) return glm::dvec3(0.);
-    const double* const from = &lane[0].splats[3 * pixel];
+  const auto weight_in = [&](const ConstFilmSums& lane) {
+    return lane.values[(pixel + 1) * stride_ - 1];
+  };
+  const auto splats_in = [&](const ConstFilmSums& lane) {
+    if (lane.splats.empty()) return glm::dvec3(0.);
+    const double* const from = &lane.splats[3 * pixel];
     return glm::dvec3(from[0], from[1], from[2]);
   };
   glm::dvec3 sum(0.), splats(0.);
   double weight = 0, paths = 0;
   uint32_t count = 0;
-  for (const Lane& lane : lanes) {
+  for (const ConstFilmSums& lane : lanes_) {
     sum += sum_in(lane);
     splats += splats_in(lane);
     weight += weight_in(lane);
-    paths += lane[0].light_paths;
-    if (weight_in(lane) != 0 || lane[0].light_paths != 0) ++count;
+    paths += lane.light_paths;
+    if (weight_in(lane) != 0 || lane.light_paths != 0) ++count;
   }
   if (count < 2) return count;
   const double factor = std::sqrt(count / (count - 1.));
-  const auto num_lanes = static_cast<double>(lanes.size());
-  for (size_t l = 0; l < lanes.size(); ++l) {
-    const Lane& lane = lanes[l];
-    const double part = paths > 0 ? lane[0].light_paths / paths : 1 / num_lanes;
+  const auto num_lanes = static_cast<double>(lanes_.size());
+  for (size_t l = 0; l < lanes_.size(); ++l) {
+    const ConstFilmSums& lane = lanes_[l];
+    const double part = paths > 0 ? lane.light_paths / paths : 1 / num_lanes;
     glm::dvec3 share = (splats_in(lane) - part * splats) / (paths > 0 ? paths : 1.);
     if (weight != 0) share += (sum_in(lane) - weight_in(lane) / weight * sum) / weight;
-    if (film.is_luminance_) share = glm::dvec3(luminance(Rgb(share)));
-    shares[l] = factor * double{film.response_} * share;
+    if (is_luminance_) share = glm::dvec3(luminance(Rgb(share)));
+    shares[l] = factor * response_ * share;
   }
   return count;
 }
 
-FilmNoise Film::noise() const {
-  const std::vector<std::string> names =
-      is_luminance_ ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+}  // namespace
+
+FilmNoise film_noise(const Film& film) {
+  const Lanes lanes(film);
+  const std::vector<std::string> names = lanes.is_luminance()
+                                             ? std::vector<std::string>{"Y"}
+                                             : std::vector<std::string>{"R", "G", "B"};
   const auto count = static_cast<int>(names.size());
   FilmNoise noise;
   Image& image = noise.image;
-  image.width = crop_.width();
-  image.height = crop_.height();
+  image.width = film.crop().width();
+  image.height = film.crop().height();
   for (const char* layer : {"variance.", "tile_variance."}) {
     for (const std::string& name : names) image.channels.push_back(layer + name);
   }
-  image.data.assign(static_cast<size_t>(crop_.area()) * image.channels.size(), kInfinity);
-  std::vector<glm::dvec3> shares(data_->lanes.size());
-  const LaneSums none(data_->lanes.size());
+  image.data.assign(static_cast<size_t>(film.crop().area()) * image.channels.size(), kInfinity);
+  std::vector<glm::dvec3> shares(lanes.count());
+  const LaneSums none(lanes.count());
   LaneSums whole = none;
   LaneSums one = none;
   for (int y0 = 0; y0 < image.height; y0 += FilmNoise::kTile) {
@@ -111,7 +138,7 @@ FilmNoise Film::noise() const {
       LaneSums tile = none;
       for (int y = y0; y < y1; ++y) {
         for (int x = x0; x < x1; ++x) {
-          const uint32_t n = data_->lane_shares(static_cast<size_t>(y) * image.width + x, shares);
+          const uint32_t n = lanes.shares(static_cast<size_t>(y) * image.width + x, shares);
           if (n < 2) continue;
           noise.renders = noise.renders == 0 ? n : std::min(noise.renders, n);
           one = none;
