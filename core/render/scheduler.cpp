@@ -93,10 +93,6 @@ struct Scheduler::State {
 
   /// Runs a loop. `left_out` marks items that need no work; it may be empty.
   void run(size_t count, const Item& fn, SharedItems* shared, std::vector<bool> left_out);
-
-  RenderJob& job;
-  ProcessGroup* const group;
-  const unsigned threads, all_threads;
   /// Returns the timeline for a loop that this thread begins; nullptr if it isn't recorded, because
   /// it runs within an item or on another thread than the render.
   Timeline* recorded() const {
@@ -104,6 +100,9 @@ struct Scheduler::State {
     return timeline && timeline->is_owner() && !ItemTimer::current() ? timeline : nullptr;
   }
 
+  RenderJob& job;
+  ProcessGroup* const group;
+  const unsigned threads, all_threads;
   mutable ThreadPool pool;
   Film* film = nullptr;
   CommitCallback on_commit;
