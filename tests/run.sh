@@ -13,7 +13,8 @@
 # --tsan:         uses the thread sanitizer, in a separate build folder
 # -R REGEX:       runs only tests whose names match
 # --only NAMES:   builds and runs only these areas (`core` is all of tests/core) and test programs, as
-#                 tests/…/CMakeLists.txt names them (`film` has the tests of films)
+#                 tests/…/CMakeLists.txt names them (`film` has the tests of films). `apps` includes its
+#                 folders, which are areas as well: cli, python, viewer
 # --plugins NAMES: with --only: builds only these plugins (`bsdf_diffuse`) instead of all
 # --stability:    renders every hard case with every integrator and material, in some minutes, and
 #                 writes tests/STABILITY.md (`--only stability` is its short form)
@@ -184,8 +185,11 @@ if [ -n "$only" ]; then
     targets="$targets kinome_$name"
   done
   labels=
+  case " $only " in
+    *" apps "*) only="$only cli python viewer" ;;
+  esac
   for name in $only; do
-    if [ -d "$root/tests/$name" ]; then
+    if [ -d "$root/tests/$name" ] || [ -d "$root/tests/apps/$name" ]; then
       targets="$targets tests_$name"
       labels="$labels${labels:+|}^$name\\."
     else

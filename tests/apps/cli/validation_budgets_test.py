@@ -16,7 +16,7 @@ import xml.etree.ElementTree as tree
 
 from PIL import Image
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "validation"))
 import bounces  # noqa: E402
 import seeds  # noqa: E402

@@ -14,7 +14,7 @@ import unittest.mock
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
 from compare import Estimate, compare, load  # noqa: E402
 from compare.command import main  # noqa: E402

@@ -10,7 +10,7 @@ import zlib
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "validation"))
 import bounces  # noqa: E402
 import bounces_page  # noqa: E402

@@ -19,7 +19,7 @@ import xml.etree.ElementTree as tree
 import numpy as np
 from PIL import Image
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
 from compare import Estimate  # noqa: E402
 from simulated_renders import write_exr  # noqa: E402

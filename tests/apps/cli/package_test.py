@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")).resolve()
 
 SCENE = """<scene version="3.0.0">

@@ -7,7 +7,7 @@ import tempfile
 import unittest
 import unittest.mock
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "validation"))
 from suite import arguments, tables, threads, threads_page  # noqa: E402
 

@@ -16,7 +16,7 @@ import unittest.mock
 import numpy as np
 from PIL import Image
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "validation"))
 from suite import arguments, command, maps, maps_page, surfaces, tables  # noqa: E402
 from suite.problems import Problem  # noqa: E402

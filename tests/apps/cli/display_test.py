@@ -12,7 +12,7 @@ import unittest
 import numpy as np
 import OpenImageIO as oiio
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests/support"))
 from tev_receiver import Receiver  # noqa: E402
 

@@ -10,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 PROGRAM = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
 CORNELL = ROOT / "validation/scenes/cornell.xml"
 # Allows MPI to run as root, and any number of processes.

@@ -10,7 +10,7 @@ import unittest
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "validation"))
 from suite import arguments, command, engine, engine_page, engine_scenes, tables, third_party  # noqa: E402
 from suite import engine_analysis as analysis  # noqa: E402

@@ -14,7 +14,7 @@ import unittest
 import numpy as np
 from PIL import Image
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "validation"))
 import pictures  # noqa: E402
 

@@ -15,7 +15,7 @@ import unittest
 import numpy as np
 import OpenImageIO as oiio
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 PROGRAM = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")).resolve() / "bin/kinome"
 MERGE = PROGRAM.with_name("kinome-merge")
 SCENE = """<scene version="3.0.0">

@@ -3,7 +3,7 @@ import os
 import pathlib
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
 from noise_images import write_pfm, write_ppm  # noqa: E402
 
 BUILD = pathlib.Path(os.environ["KINOME_BUILD"])

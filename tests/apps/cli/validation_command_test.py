@@ -13,7 +13,7 @@ import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
 from suite import arguments, command, others, tables  # noqa: E402
 from suite.problems import Log  # noqa: E402

@@ -7,7 +7,7 @@ import unittest
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "validation"))
 from compare import Estimate, compare  # noqa: E402
 from suite import tables  # noqa: E402

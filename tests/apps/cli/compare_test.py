@@ -9,7 +9,7 @@ import unittest.mock
 import numpy as np
 from scipy import stats
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
 from compare import BadInput, Errors, Estimate, compare  # noqa: E402
 from simulated_film import render  # noqa: E402

@@ -388,7 +388,7 @@ class ModuleTest(unittest.TestCase):
         for picture, name in ((a, "a.exr"), (b, "b.exr")):
             picture.write(self.folder / name)
             picture.write(self.folder / name.upper())
-        compare = pathlib.Path(__file__).resolve().parents[2] / "validation/kinome-compare"
+        compare = pathlib.Path(__file__).resolve().parents[3] / "validation/kinome-compare"
         subprocess.run([compare, "-q", "--alpha", "1e-6", self.folder / "a.exr",
                         self.folder / "b.exr"], check=True, stdout=subprocess.DEVNULL)
 
@@ -574,7 +574,7 @@ class Documentation(unittest.TestCase):
         """Runs all examples of the page in order, with smaller images."""
         import matplotlib.image
         matplotlib.use("Agg")
-        page = pathlib.Path(__file__).resolve().parents[2] / "docs/python.md"
+        page = pathlib.Path(__file__).resolve().parents[3] / "docs/python.md"
         text = "\n".join(re.findall(r"^```python\n(.*?)^```", page.read_text("utf-8"),
                                      re.MULTILINE | re.DOTALL))
         for large, small in (('480, "height": 320', '48, "height": 32'), ("240, 160", "24, 16")):

@@ -12,7 +12,7 @@ import zipfile
 
 from scikit_build_core import build
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 BUILD = pathlib.Path(os.environ["KINOME_BUILD"])
 
 
@@ -61,7 +61,7 @@ class WheelTest(unittest.TestCase):
         clean = {key: value for key, value in os.environ.items()
                  if key not in ("PYTHONPATH", "KINOME_PLUGIN_PATH")}
         # Run all tests of the module with the installed one.
-        self.run_program(python, ROOT / "tests/python/module_test.py", cwd=self.folder,
+        self.run_program(python, ROOT / "tests/apps/python/module_test.py", cwd=self.folder,
                          env={**clean, "KINOME_PACKAGE": "installed"})
         used = self.run_program(python, "-c", "import kinome; print(kinome.__file__)",
                                 cwd=self.folder, env=clean)

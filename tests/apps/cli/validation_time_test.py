@@ -10,7 +10,7 @@ import types
 import unittest
 import unittest.mock
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
 from suite import analysis, arguments, benchmark, tables, truth  # noqa: E402
 from suite.peers import Configuration, configurations  # noqa: E402

@@ -18,7 +18,7 @@ import unittest.mock
 import numpy as np
 import OpenImageIO as oiio
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
 from compare import BadInput, Estimate, images, load  # noqa: E402
 from compare.command import main, report  # noqa: E402

@@ -11,7 +11,7 @@ import numpy as np
 BUILD = pathlib.Path(os.environ["KINOME_BUILD"])
 sys.path.insert(0, str(BUILD / "python"))
 import kinome  # noqa: E402
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
 from noise_images import write_pfm, write_ppm  # noqa: E402
 
 SCENE = """\
