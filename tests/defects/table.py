@@ -233,7 +233,8 @@ DEFECTS = [Defect(*row) for row in (
     ("light_through_masks_lost", "plugins/bsdfs/mask.cpp",
      "through * (1.f - opacity) / (1.f - probability)", "0.9f * through",
      "bsdf", "*mask*"),
-    ("glass_always_mirrors_or_never", "plugins/integrators/clustered/product/paths/eye_rays.cpp",
+    ("glass_always_mirrors_or_never",
+     "plugins/integrators/clustered/product/paths/mirrored_direction.cpp",
      "random_float(hash_words(seed, primary), 0)", "0.5f",
      "path", "*SkyOnMaskedPlastic"),
 

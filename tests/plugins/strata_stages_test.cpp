@@ -4,6 +4,7 @@
 
 #include "clustered/product/strata/diffuse_strata.h"
 #include "clustered/product/paths/eye_rays.h"
+#include "clustered/product/paths/mirrored_direction.h"
 #include "clustered/product/strata/glossy_strata.h"
 #include "clustered/product/strata/local_strata.h"
 #include "stage_tile.h"

@@ -38,9 +38,6 @@ constexpr uint32_t kMinPrimariesUnsmoothed = 4;
 /// Maximum share of a render's time for its pilot.
 constexpr double kPilotShare = 0.25;
 constexpr double kCandidatesUnlearned = 16;  ///< per ray
-/// Factor of the pilot's rays in a trial, relative to an image's pilot. A tile can learn only from
-/// few tiles around it.
-constexpr uint32_t kMoreRays = 2;
 /// Separates the random numbers of passes from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
@@ -381,69 +378,6 @@ void ProductRenderer::render_all() {
   const double total = std::max(task_.settings.rays_per_pixel, 1.);
   if (!context_.job.cancelled())
     render_rays(rays_left_, std::max(0., 1 - rays_left_ / total), true);
-}
-
-bool ProductRenderer::can_use_paths() const {
-  return local_ && !local_->has_lamp_caustics();
-}
-
-double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial& trial) {
-  Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
-  const uint32_t rays = effort.primaries + effort.rays;
-  effort.rays *= kMoreRays;
-  const std::vector<PixelForecast> forecast = send_pilot(
-      effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);
-  // The plan of the trial's tiles alone, laid out as a strip.
-  trial_pixels_ = trial.pixels();
-  std::vector<PixelForecast> strip;
-  for (const size_t i : trial_pixels_) strip.push_back(forecast[i]);
-  if (!context_.job.cancelled()) {
-    allocate(effort, strip, kTileSide, static_cast<int>(strip.size()) / kTileSide);
-  }
-  return rays;
-}
-
-/// Renders the tiles of the trial into `image`. The first render uses the light points of the
-/// pilot.
-void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t index,
-                                uint64_t seed, std::vector<Rgb>& image) {
-  if (index > 0) pilot_light_.emplace(make_light(hash_words(seed, 1), rays * trial.share()));
-  const std::vector<PixelPlan> strip = plan_pass(rays);
-  std::vector<PixelPlan> plan(static_cast<size_t>(grid_.crop().area()));
-  for (size_t k = 0; k < trial_pixels_.size(); ++k) plan[trial_pixels_[k]] = strip[k];
-  trial.for_each_block<BlockRenderer>(
-      context_.scheduler, image,
-      [&] { return std::make_unique<BlockRenderer>(pass_view(*pilot_light_)); },
-      [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
-        renderer.render(block, plan, seed, counters,
-                        [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); });
-        size_t next = 0;
-        trial.for_each_pixel(block, [&](size_t i) { image[i] = renderer.colour(next++); });
-      });
-}
-
-MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double rays,
-                                            const RenderLength& length, double cost_of_ray,
-                                            uint64_t seed) {
-  // An image draws its points once for all of its rays. A render of the trial draws this number
-  // times light_share_.
-  const double share_of_light =
-      trial.share() * std::min(1., rays / std::max(length.rays_per_pixel, 1.)) / light_share_;
-  MethodTrial::Way way{
-      [=, this](const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image) {
-        try_tiles(tiles, rays, index, hash_words(seed, 1, index), image);
-      },
-      cost_of_ray, light_rays_ * share_of_light * cost_of_ray};
-  // Pixels share the light points, whose number is in this proportion.
-  way.common_share = light_share_;
-  if (caustics_) {
-    const double count = rays / kRaysPerCausticPath * grid_.crop().area();
-    const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));
-    way.more_variance = caustics_->variance(hash_words(seed, 3), tried, count, grid_,
-                                            context_.job.stats().counters);
-    way.more_cost += tried * caustics_->rays_per_path() * cost_of_ray;
-  }
-  return way;
 }
 
 }  // namespace kinome

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clustered/product/paths/caustics.h"
+#include "clustered/product/paths/mirrored_direction.h"
 #include "kinome/warp.h"
 
 namespace kinome {
@@ -41,16 +42,6 @@ float share_of(float own, float follow_ratio, float odds) {
 }
 
 }  // namespace
-
-std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, uint32_t primary,
-                                                    uint64_t seed) {
-  const Bsdf& bsdf = si.shape->bsdf();
-  if (!any(bsdf.lobes() & Lobe::kDelta)) return std::nullopt;
-  const Vec2 u(random_float(seed, 2 * primary), random_float(seed, 2 * primary + 1));
-  const auto sample = bsdf.sample(si, Lobe::kDelta, random_float(hash_words(seed, primary), 0), u);
-  if (!sample) return std::nullopt;
-  return MirroredDirection{si.frame.to_world(sample->wo), sample->weight};
-}
 
 void EyeRays::begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t seed,
                          RenderCounters& counters) {

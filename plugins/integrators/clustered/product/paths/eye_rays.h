@@ -14,16 +14,6 @@
 
 namespace kinome {
 
-/// A direction from which delta lobes reflect or transmit light to the viewer.
-struct MirroredDirection {
-  Vec3 d;
-  Rgb weight;  ///< factor of the radiance from d
-};
-/// Samples such a direction at a primary; random numbers depend on `seed` and the primary. Returns
-/// nullopt if the BSDF has no delta lobes or sampling fails.
-std::optional<MirroredDirection> mirrored_direction(const SurfaceInteraction& si, uint32_t primary,
-                                                    uint64_t seed);
-
 /// Eye rays: rays that primaries sample by their BSDFs. They find local light that is too near for
 /// light points, and light that arrives by mirrors or by lobes too narrow for light points. Balance
 /// weights divide light that other techniques find as well. Rays wait until trace(). One per

@@ -2,6 +2,8 @@
 
 #include <optional>
 
+#include "clustered/product/paths/mirrored_direction.h"
+
 namespace kinome {
 namespace {
 
