@@ -5,13 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "kit/bsdf_blocks.h"
 #include "kit/bsdf_points.h"
 #include "kit/density_cells.h"
 #include "kit/emitter_scene.h"
 #include "kit/random.h"
 #include "kit/subject.h"
-#include "kinome/instruction_set.h"
 
 namespace kinome::check {
 namespace {
@@ -49,14 +47,6 @@ const char* find_fault(const Bsdf& bsdf, const SurfaceInteraction& si, Lobe mask
     return "sample() sends light through the surface, but transmits_ is false";
   }
   return nullptr;
-}
-
-/// Returns a random direction. It is often near the mirror direction of wi or near -wi.
-Vec3 direction_for(const Vec3& wi, int i, Random& random) {
-  const Vec3 d = random.direction();
-  if (i % 3 == 0) return glm::normalize(Vec3(-wi.x, -wi.y, wi.z) + 0.1f * d);
-  if (i % 3 == 1) return glm::normalize(-wi + 0.1f * d);
-  return d;
 }
 
 Outcome bsdf_values(const Subject& subject) {
@@ -313,81 +303,6 @@ Outcome bsdf_null_transmission(const Subject& subject) {
     outcome.fail(
         fmt::format("null_transmission() differs from samples with Lobe::kNull by {:.2g}", worst));
   }
-  return outcome;
-}
-
-// ---- blocks
-
-std::vector<BsdfQuestion> random_questions(size_t count, Random& random) {
-  std::vector<BsdfQuestion> questions(count);
-  for (size_t i = 0; i < count; ++i) {
-    BsdfQuestion& q = questions[i];
-    q.si = seen_from(random.direction());
-    q.si.uv = random.unit2();
-    q.si.p_error = 1e-6f;
-    q.wo = direction_for(q.si.wi, static_cast<int>(i), random);
-    q.u1 = random.unit();
-    q.u2 = random.unit2();
-  }
-  return questions;
-}
-
-bool is_near(const Vec3& a, const Vec3& b, float scale) {
-  return max_component(glm::abs(a - b)) <=
-         2e-3f * std::max(max_component(glm::abs(a)), max_component(glm::abs(b))) + 2e-5f * scale;
-}
-
-/// Number of a block's results that differ from those of single points.
-struct BsdfDifferences {
-  int values = 0, samples = 0;
-};
-
-BsdfDifferences differences_of(const Bsdf& bsdf, const std::vector<BsdfQuestion>& questions,
-                           Outcome& outcome) {
-  BsdfBlock block(questions);
-  bsdf.shade_block(block.points, block.query, block.answer);
-  if (block.is_overrun()) outcome.fail("shade_block() writes beyond its columns");
-  BsdfDifferences differences;
-  for (size_t i = 0; i < questions.size(); ++i) {
-    const BsdfReply a = block.reply(i), b = reply_at(bsdf, questions[i]);
-    const float scale = 1 + b.value.pdf;
-    differences.values += !(is_near(a.value.f, b.value.f, scale) &&
-                            is_near(Vec3(a.value.pdf), Vec3(b.value.pdf), scale));
-    const bool has = b.sample.pdf > 0;
-    if ((a.sample.pdf > 0) != has) {
-      ++differences.samples;
-    } else if (has) {
-      differences.samples += !(glm::length(a.sample.wo - b.sample.wo) < 1e-3f &&
-                               is_near(a.sample.weight, b.sample.weight, 10) &&
-                               any(a.sample.lobe & Lobe::kDelta) == any(b.sample.lobe & Lobe::kDelta));
-    }
-  }
-  return differences;
-}
-
-/// Compares blocks with single points, for each instruction set that the plugin is built for.
-Outcome bsdf_blocks(const Subject& subject) {
-  Outcome outcome;
-  Random random(subject.request().seed + 8);
-  const auto questions = random_questions(static_cast<size_t>(subject.samples(3001)), random);
-  const auto count = static_cast<int>(questions.size());
-  std::string sets;
-  for (const InstructionSet set :
-       subject.registry().instruction_sets(subject.category(), subject.name())) {
-    if (set > subject.registry().instruction_set()) continue;
-    PluginRegistry registry(subject.folders(), std::max(set, least_instruction_set()));
-    const auto bsdf = subject.make<Bsdf>(registry);
-    const std::string name = to_string(std::max(set, least_instruction_set()));
-    sets += (sets.empty() ? "" : ", ") + name;
-    const BsdfDifferences differences = differences_of(*bsdf, questions, outcome);
-    const std::string where = " at {} of {} points (" + name + ")";
-    outcome.fail_if_many(differences.values, count, 500,
-                         "shade_block() differs from eval_pdf()" + where);
-    outcome.fail_if_many(differences.samples, count, 100,
-                         "shade_block() differs from sample()" + where);
-  }
-  outcome.measured =
-      fmt::format("blocks of {} points compared with single points ({})", count, sets);
   return outcome;
 }
 
