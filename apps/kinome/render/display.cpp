@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
@@ -25,6 +24,7 @@
 #include "kinome/error.h"
 #include "kinome/log.h"
 #include "options/interpret_options.h"
+#include "render/tev_packets.h"
 
 namespace kinome::app {
 namespace {
@@ -42,77 +42,6 @@ constexpr Seconds kConnectTimeout{5};
 /// Time that finish() waits without progress.
 constexpr Seconds kFinishTimeout{2};
 constexpr int kPollMilliseconds = 50;
-
-// Messages of the network protocol of the viewer tev:
-// https://github.com/Tom94/tev#over-the-network. Each begins with its length in bytes (including
-// these four) and its kind (one byte). Numbers are little-endian, strings zero-terminated.
-
-using Packet = std::vector<char>;
-
-// Numbers are copied without conversion.
-static_assert(std::endian::native == std::endian::little);
-
-constexpr char kCreateImage = 4, kUpdateImageV3 = 6;
-
-class Writer {
- public:
-  explicit Writer(char kind) {
-    put(uint32_t{0});  // replaced by the length in finish()
-    put(kind);
-  }
-  template <class Number>
-  void put(Number number) {
-    put_bytes(&number, sizeof number);
-  }
-  void put(const std::string& text) { put_bytes(text.c_str(), text.size() + 1); }
-  void put(const std::vector<std::string>& texts) {
-    for (const std::string& text : texts) put(text);
-  }
-  void put_bytes(const void* bytes, size_t count) {
-    const auto* const first = static_cast<const char*>(bytes);
-    packet_.insert(packet_.end(), first, first + count);
-  }
-  Packet finish() {
-    const auto length = static_cast<uint32_t>(packet_.size());
-    std::memcpy(packet_.data(), &length, sizeof length);
-    return std::move(packet_);
-  }
-
- private:
-  Packet packet_;
-};
-
-/// Returns a "CreateImage" message: creates and shows a black image, which replaces one of the same
-/// name.
-Packet create_image(const std::string& name, int width, int height,
-                    const std::vector<std::string>& channels) {
-  Writer writer(kCreateImage);
-  writer.put(char{1});  // the viewer selects the image
-  writer.put(name);
-  writer.put(int32_t{width});
-  writer.put(int32_t{height});
-  writer.put(static_cast<int32_t>(channels.size()));
-  writer.put(channels);
-  return writer.finish();
-}
-
-/// Returns an "UpdateImage" message, version 3. `data` is row by row with interleaved channels.
-Packet update_image(const std::string& name, const Rect& pixels,
-                    const std::vector<std::string>& channels, const std::vector<float>& data) {
-  Writer writer(kUpdateImageV3);
-  writer.put(char{0});
-  writer.put(name);
-  writer.put(static_cast<int32_t>(channels.size()));
-  writer.put(channels);
-  for (const int number : {pixels.x0, pixels.y0, pixels.width(), pixels.height()}) {
-    writer.put(int32_t{number});
-  }
-  // Offset of each channel's first value in `data`, then the stride of each channel.
-  for (size_t c = 0; c < channels.size(); ++c) writer.put(static_cast<int64_t>(c));
-  for (size_t c = 0; c < channels.size(); ++c) writer.put(static_cast<int64_t>(channels.size()));
-  writer.put_bytes(data.data(), data.size() * sizeof(float));
-  return writer.finish();
-}
 
 /// Owner of a socket's file descriptor.
 class Socket {
