@@ -1,11 +1,19 @@
 #include "base/read_files.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <new>
+
+#include "kinome/error.h"
 
 namespace kinome {
 namespace {
@@ -27,6 +35,11 @@ Registry& registry() {
 std::atomic<ReadFiles*> files_of_process{nullptr};
 
 thread_local ReadFiles* recording = nullptr;
+
+/// Returns an Error for the failed call that set errno.
+Error unreadable_file(const std::string& path) {
+  return Error(Location{path}, std::string("can't be read: ") + std::strerror(errno));
+}
 
 }  // namespace
 
@@ -52,25 +65,31 @@ ReadFiles* ReadFiles::recorded_by_this_thread() {
   return recording;
 }
 
-std::optional<std::string> file_contents(const std::string& path) {
+std::string file_contents(const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                              &std::fclose);
-  if (!file) return std::nullopt;
+  if (!file) throw unreadable_file(path);
   // Files of unknown size (pipes) are read in steps.
   const bool seekable = std::fseek(file.get(), 0, SEEK_END) == 0;
   const long size = seekable ? std::ftell(file.get()) : -1;
   if (seekable) std::rewind(file.get());
-  constexpr size_t kStep = 1 << 20;
   size_t filled = 0;
   // One byte more than the size, so that a single read reaches the end. Folders report a size of
   // LONG_MAX; reading them fails.
-  std::string bytes(size > 0 && size < (int64_t{1} << 40) ? static_cast<size_t>(size) + 1 : kStep,
-                    '\0');
-  while (const size_t n = std::fread(bytes.data() + filled, 1, bytes.size() - filled, file.get())) {
-    filled += n;
-    if (filled == bytes.size()) bytes.resize(bytes.size() + kStep);
+  constexpr size_t kStep = 1 << 20;
+  std::string bytes;
+  try {
+    bytes.resize(size > 0 && size < (int64_t{1} << 40) ? static_cast<size_t>(size) + 1 : kStep);
+    while (const size_t n =
+               std::fread(bytes.data() + filled, 1, bytes.size() - filled, file.get())) {
+      filled += n;
+      if (filled == bytes.size()) bytes.resize(bytes.size() + kStep);
+    }
+  } catch (const std::bad_alloc&) {
+    const auto read = static_cast<double>(std::max<int64_t>(size, static_cast<int64_t>(filled)));
+    throw Error(Location{path}, fmt::format("doesn't fit in memory ({:.3g} GB)", 1e-9 * read));
   }
-  if (std::ferror(file.get())) return std::nullopt;
+  if (std::ferror(file.get())) throw unreadable_file(path);
   bytes.resize(filled);
   return bytes;
 }

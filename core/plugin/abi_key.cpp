@@ -2,6 +2,7 @@
 
 #include <elf.h>
 
+#include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <vector>
@@ -15,7 +16,7 @@ namespace {
 class FileParts {
  public:
   explicit FileParts(const std::string& path) : stream_(path, std::ios::binary | std::ios::ate) {
-    if (!stream_) throw Error("it can't be read");
+    if (!stream_) throw Error(std::string("it can't be read: ") + std::strerror(errno));
     size_ = static_cast<uint64_t>(stream_.tellg());
   }
 

@@ -94,6 +94,7 @@ bool is_preview(const std::string& bytes) {
 /// and sizes don't agree, an attribute extends beyond the file, or a header has no end.
 void check_attributes(const std::string& path, uint64_t file_size, bool is_multipart) {
   std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error(std::strerror(errno));
   file.seekg(8);  // the magic number and the version
   std::string name, type;
   // An empty name ends a header. In a multi-part file, an empty header ends the list of headers.

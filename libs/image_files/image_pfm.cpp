@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -52,6 +53,7 @@ Image read_pfm(const std::string& path, const Location& asker) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) throw fail("no such file");
   std::ifstream file(path, std::ios::binary);
+  if (!file) throw fail(std::strerror(errno));
   std::string magic;
   Image image;
   double scale = 0;

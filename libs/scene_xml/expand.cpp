@@ -318,8 +318,11 @@ std::string read_text(const std::string& path, const Location& where) {
   if (const std::string why = unreadable(path); !why.empty()) {
     throw Error(location, title + " " + why);
   }
-  if (auto text = file_contents(path)) return *std::move(text);
-  throw Error(location, title + " can't be read");
+  try {
+    return file_contents(path);
+  } catch (const Error& error) {
+    throw Error(location, title + " " + error.message());
+  }
 }
 
 Expansion expand(const std::string& text, const std::string& name, const LoadOptions& options,

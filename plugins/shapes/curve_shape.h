@@ -71,7 +71,7 @@ class CurveShape : public Shape {
  public:
   explicit CurveShape(const Properties& props) : Shape(props) {
     const std::string file = props.file("filename");
-    curves_ = CurveFileReader(file, read_mesh_file(file), is_bspline).read(to_world_of(props));
+    curves_ = CurveFileReader(file, file_contents(file), is_bspline).read(to_world_of(props));
     for (const glm::vec4& point : curves_.points) {
       bounds_.expand(Vec3(point) - point.w);
       bounds_.expand(Vec3(point) + point.w);

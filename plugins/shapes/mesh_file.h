@@ -16,12 +16,6 @@
 /// Helpers that readers of mesh files share.
 namespace kinome {
 
-/// Returns the bytes of a file. Throws Error at `path` if it can't be read.
-inline std::string read_mesh_file(const std::string& path) {
-  if (auto bytes = file_contents(path)) return *std::move(bytes);
-  throw Error(Location{path, 0, 0}, "can't be read as a file");
-}
-
 /// Formats an index from a file; whole numbers have no decimals.
 inline std::string format_index(double index) {
   return std::abs(index) < 1e15 && index == std::floor(index)

@@ -310,7 +310,7 @@ class Obj final : public wide::Mesh {
  public:
   explicit Obj(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
-    const std::string text = with_newlines(read_mesh_file(file));
+    const std::string text = with_newlines(file_contents(file));
     std::string_view lines = text;
     if (lines.starts_with("\xEF\xBB\xBF")) lines.remove_prefix(3);  // a byte order mark
     ObjReader reader(file, lines);

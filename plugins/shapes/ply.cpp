@@ -338,7 +338,7 @@ class Ply final : public wide::Mesh {
  public:
   explicit Ply(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
-    const std::string bytes = read_mesh_file(file);
+    const std::string bytes = file_contents(file);
     const PlyHeader header = read_ply_header(file, bytes);
     const std::string_view body = std::string_view(bytes).substr(header.bytes);
     const bool flip_v = props.boolean("flip_tex_coords");

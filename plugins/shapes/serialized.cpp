@@ -231,7 +231,7 @@ class Serialized final : public wide::Mesh {
  public:
   explicit Serialized(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
-    const std::string bytes = read_mesh_file(file);
+    const std::string bytes = file_contents(file);
     const uint16_t version = read_version(file, bytes, 0);
     MeshSource source(file, find_mesh(file, bytes, version, props.integer("shape_index"), props),
                       version);

@@ -3,8 +3,10 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -76,6 +78,7 @@ StoredImage read_file(const std::string& path, const Properties& props) {
   const auto size = std::filesystem::file_size(path, failed);
   std::string magic(4, '\0');
   std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(Location{path}, std::string("can't be read: ") + std::strerror(errno));
   file.read(magic.data(), 4);
   if (magic == "\x76\x2f\x31\x01") return pick_channels(read_exr(path), Location{path});
   if (magic.starts_with("PF") || magic.starts_with("Pf")) {

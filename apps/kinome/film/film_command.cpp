@@ -35,7 +35,7 @@ uint64_t seed_of(const Options& options, int frame) {
 }
 
 std::string hash_of_file(const std::string& path) {
-  const std::string text = file_contents(path).value_or("");
+  const std::string text = file_contents(path);
   Fnv1a hash;
   hash.add(text.data(), text.size());
   return fmt::format("{:016x}", hash.value());

@@ -109,7 +109,7 @@ void FilmFrames::claim(const Checkpoint::Identity& identity, int frames) const {
   }
   Checkpoint::Identity there;
   try {
-    there = json::parse(file_contents(path).value_or("")).get<Checkpoint::Identity>();
+    there = json::parse(file_contents(path)).get<Checkpoint::Identity>();
   } catch (const json::exception&) {
     throw Error(Location{path},
                 "invalid file: can't identify the animation of the frames beside it");

@@ -31,10 +31,9 @@ Location location_of(const std::string& file, const std::string& text, size_t by
 }
 
 json parse(const std::string& path) {
-  const auto text = file_contents(path);
-  if (!text) throw Error(Location{path}, "can't be read");
+  const std::string text = file_contents(path);
   try {
-    return json::parse(*text);
+    return json::parse(text);
   } catch (const json::out_of_range&) {
     throw Error(Location{path}, "a number is too large");
   } catch (const json::parse_error& error) {
@@ -42,7 +41,7 @@ json parse(const std::string& path) {
     std::string what = error.what();
     const size_t words = what.find("syntax error");
     what = words == std::string::npos ? "invalid JSON" : what.substr(words);
-    throw Error(location_of(path, *text, error.byte > 0 ? error.byte - 1 : 0), what);
+    throw Error(location_of(path, text, error.byte > 0 ? error.byte - 1 : 0), what);
   }
 }
 

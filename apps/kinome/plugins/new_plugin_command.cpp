@@ -28,11 +28,6 @@ fs::path templates() {
   return program.parent_path() / "share/kinome/templates";
 }
 
-std::string read(const fs::path& path) {
-  if (auto text = file_contents(path.string())) return *std::move(text);
-  throw Error(fmt::format("'{}': can't be read", path.string()));
-}
-
 void write(const fs::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
@@ -115,14 +110,14 @@ int new_plugin_command(const Options& options) {
   const fs::path to = options.folder.empty() ? name : options.folder;
   if (fs::exists(to)) throw Error(fmt::format("'{}' already exists", to.string()));
 
-  std::string source = read(example);
+  std::string source = file_contents(example);
   const std::string registration = "KINOME_PLUGIN(";
   const size_t begin = source.find(registration) + registration.size();
   const std::string old_class = source.substr(begin, source.find(',', begin) - begin);
   const std::string old_name = example.stem().string();
   source = replaced(source, "\\b" + old_class + "\\b", class_name(name, options.category));
   source = renamed(source, old_name, name);
-  std::string build = read(templates() / "CMakeLists.txt");
+  std::string build = file_contents(templates() / "CMakeLists.txt");
   const bool is_wide = source.find("<kinome/wide/") != std::string::npos;
   if (is_wide) build = replaced(build, "@NAME@.cpp\\)", "@NAME@.cpp WIDE)");
   build = replaced(replaced(build, "@NAME@", name), "@CATEGORY@", options.category);
@@ -131,7 +126,7 @@ int new_plugin_command(const Options& options) {
   if (failed) throw Error(fmt::format("'{}': {}", to.string(), failed.message()));
   write(to / (name + ".cpp"), source);
   write(to / "CMakeLists.txt", build);
-  write(to / "scene.xml", renamed(read(from / "scene.xml"), old_name, name));
+  write(to / "scene.xml", renamed(file_contents(from / "scene.xml"), old_name, name));
   fmt::print("{}: {}.cpp (as the example {}), CMakeLists.txt, scene.xml\n", to.string(), name,
              old_name);
   fs::path prefix = templates().parent_path().parent_path().parent_path();

@@ -1,14 +1,14 @@
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "kinome/export.h"
 
 namespace kinome {
 
-/// Returns the bytes of a file, or nullopt if it can't be read.
-KINOME_EXPORT std::optional<std::string> file_contents(const std::string& path);
+/// Returns the bytes of a file. Throws Error at the file, with the system's reason, if it can't be
+/// read or doesn't fit in memory.
+KINOME_EXPORT std::string file_contents(const std::string& path);
 
 /// Registers a file that a scene or a command reads, so that it is never overwritten: all writers
 /// of the core (kinome/image.h) refuse its path. The registration lasts as long as the SceneEditor
