@@ -1,5 +1,7 @@
 #include "scene_xml/build.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "kinome/log.h"
@@ -275,8 +277,16 @@ void Builder::add_object(const Node& child, std::string name, const PluginDescri
   const Node* const target = child.tag == "ref" ? target_of(child) : &child;
   const auto category = target ? category_named(target->tag) : std::nullopt;
   std::shared_ptr<Object> object = target ? make(*target) : nullptr;
-  if (category == Category::kTexture && !find_row(plugin, name)) {
-    name = row_of_any_texture(plugin).value_or(name);
+  if (category == Category::kTexture) {
+    const std::optional<std::string> any_name = row_of_any_texture(plugin);
+    if (any_name && !find_row(plugin, name)) name = *any_name;
+    for (const auto& [other, first] : parts.props.entries()) {
+      if (name != any_name || other != name) continue;
+      faults_.add(child.where, fmt::format("{} '{}' takes at most 1 texture (the first is at {})",
+                                           to_string(parts.props.category()),
+                                           parts.props.plugin_name(), to_string(first.where)));
+      return;
+    }
   }
   if (category == Category::kTexture && parts.props.category() == Category::kShape &&
       !find_row(plugin, name)) {

@@ -107,9 +107,7 @@ bool check_names(const Node& node, TagKind kind, Faults& faults) {
     const Attribute* attribute = node.find(name);
     if (!attribute) continue;
     const std::string& value = attribute->value;
-    const bool is_reserved =
-        attribute->name == "name" && (value.starts_with("_arg_") || value.starts_with("_default_"));
-    if (is_reserved) {
+    if (attribute->name == "name" && is_reserved_name(value)) {
       faults.add(attribute->where, "'" + value +
                                        "': names that begin with _arg_ or _default_ are "
                                        "reserved");

@@ -96,7 +96,10 @@ class IdTags {
   std::map<std::string, std::string> tags_;
 };
 
-/// Returns true if a node, even a broken one, has this attribute with a nonempty value without $.
+/// Returns true for names of objects without a name, which scenes must not use: "_arg_0".
+bool is_reserved_name(std::string_view name);
+/// Returns true if a node, even a broken one, has this attribute with a nonempty value without $. A
+/// reserved name doesn't count.
 bool has_certain(const Node& node, std::string_view attribute);
 /// Returns "<rgb>" for messages.
 std::string quoted_tag(const Node& node);

@@ -104,9 +104,14 @@ std::string Node::value(std::string_view name) const {
   return attribute ? attribute->value : "";
 }
 
+bool is_reserved_name(std::string_view name) {
+  return name.starts_with("_arg_") || name.starts_with("_default_");
+}
+
 bool has_certain(const Node& node, std::string_view attribute) {
   const Attribute* const found = node.find(attribute);
-  return found && !found->value.empty() && found->value.find('$') == std::string::npos;
+  return found && !found->value.empty() && found->value.find('$') == std::string::npos &&
+         !(attribute == "name" && is_reserved_name(found->value));
 }
 
 std::string quoted_tag(const Node& node) {

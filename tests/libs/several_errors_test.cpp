@@ -121,6 +121,18 @@ const Several kSeveral[] = {
     {"NoNameOfATextureThatIsNeeded",
      "<bsdf type='normalmap'>^<texture type='checkerboard'/><bsdf type='diffuse'/></bsdf>",
      {"a texture of bsdf 'normalmap' needs a name"}},
+    {"SecondTextureOfAnyName",
+     "<bsdf type='bumpmap'><texture type='checkerboard' name='a'/>"
+     "^<texture type='checkerboard' name='b'/><bsdf type='diffuse'/></bsdf>",
+     {"bsdf 'bumpmap' takes at most 1 texture (the first is at scene.xml:1:45)"}},
+    {"ReservedNameOfATextureThatIsNeeded",
+     "<bsdf type='normalmap'><texture type='checkerboard' ^name='_arg_0'/><bsdf "
+     "type='diffuse'/></bsdf>",
+     {"'_arg_0': names that begin with _arg_ or _default_ are reserved"}},
+    {"ReservedNameOfAValueThatIsNeeded",
+     "<bsdf type='blendbsdf'><float ^name='_arg_0' value='1'/><bsdf type='diffuse'/>"
+     "<bsdf type='diffuse'/></bsdf>",
+     {"'_arg_0': names that begin with _arg_ or _default_ are reserved"}},
     {"WrongNameOfATextureThatIsNeeded",
      "<bsdf type='normalmap'><texture type='checkerboard' ^nmae='normalmap'/><bsdf "
      "type='diffuse'/></bsdf>",
