@@ -1,5 +1,7 @@
 #include "kinome/error.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <vector>
@@ -45,6 +47,10 @@ std::string format_message(const Location& where, const std::string& message,
 std::string to_string(const Location& where) {
   if (where.file.empty() || where.line <= 0) return where.file;
   return where.file + ":" + std::to_string(where.line) + ":" + std::to_string(where.column);
+}
+
+std::string format_number(float number) {
+  return fmt::format("{}", number);
 }
 
 Error::Error(const Location& where, const std::string& message, std::vector<Location> askers)

@@ -55,10 +55,10 @@ inline std::shared_ptr<Texture> nonnegative_texture(const Properties& props,
                                                     const std::string& name) {
   auto texture = props.texture(name);
   if (!(texture->min() >= 0)) {
-    throw props.error(name, "must not be negative, got " + std::to_string(texture->min()));
+    throw props.error(name, "must not be negative, got " + format_number(texture->min()));
   }
   if (!std::isfinite(texture->max())) {
-    throw props.error(name, "must be finite, got " + std::to_string(texture->max()));
+    throw props.error(name, "must be finite, got " + format_number(texture->max()));
   }
   return texture;
 }
@@ -76,10 +76,10 @@ inline constexpr float kMaxRoughness = 1e6f;
 inline void check_roughness(const Properties& props, const std::string& name, float min_value,
                             float max_value) {
   if (!(min_value >= 0)) {
-    throw props.error(name, "must not be negative, got " + std::to_string(min_value));
+    throw props.error(name, "must not be negative, got " + format_number(min_value));
   }
   if (!(max_value <= kMaxRoughness)) {
-    throw props.error(name, "must be at most 1e6, got " + std::to_string(max_value));
+    throw props.error(name, "must be at most 1e6, got " + format_number(max_value));
   }
 }
 /// Reads a roughness: the alpha of microfacets, or its square root.

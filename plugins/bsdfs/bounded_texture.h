@@ -37,7 +37,7 @@ inline std::shared_ptr<Texture> bounded_texture(const Properties& props, const s
   if (!(texture->max() > 1.001f * upper_bound)) return texture;
   const std::string range =
       "must be between 0 and " + std::to_string(static_cast<int>(upper_bound)) + ", ";
-  const std::string max_value = std::to_string(texture->max());
+  const std::string max_value = format_number(texture->max());
   if (texture->is_uniform()) throw props.error(name, range + "got " + max_value);
   props.warn(name, range + "but its texture has values up to " + max_value +
                        ": they are clamped to that range");

@@ -36,10 +36,10 @@ inline float relative_ior(const Properties& props) {
   const auto index = [&](const char* name) {
     const float value = props.number_or_name(name, kIndicesOfRefraction);
     if (!(value > 0) || !std::isfinite(value)) {
-      throw props.error(name, "must be positive, got " + std::to_string(value));
+      throw props.error(name, "must be positive, got " + format_number(value));
     }
     if (value < kMin || value > kMax) {
-      throw props.error(name, "must be between 0.001 and 1000, got " + std::to_string(value));
+      throw props.error(name, "must be between 0.001 and 1000, got " + format_number(value));
     }
     return value;
   };
@@ -54,7 +54,7 @@ inline float bending_ior(const Properties& props) {
     throw props.error("int_ior",
                       "must differ from ext_ior by at least 0.01 %, got int_ior / "
                       "ext_ior = " +
-                          std::to_string(eta));
+                          format_number(eta));
   }
   return eta;
 }

@@ -85,7 +85,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
     auto eta = props.texture("eta");
     if (!(eta->min() >= 1e-3f && eta->max() <= 1e3f)) {
       throw props.error("eta", "must be between 0.001 and 1000, got " +
-                                   std::to_string(eta->min() >= 1e-3f ? eta->max() : eta->min()));
+                                   format_number(eta->min() >= 1e-3f ? eta->max() : eta->min()));
     }
     return eta;
   }

@@ -49,7 +49,7 @@ Rgb read_irradiance(const Properties& props, float length) {
   if (!(max_component(irradiance) * length <= kMaxEmission)) {
     throw props.error("to_world", "must not scale the irradiance beyond 1e36");
   }
-  props.warn("to_world", "scales +z: the irradiance is multiplied by " + std::to_string(length) +
+  props.warn("to_world", "scales +z: the irradiance is multiplied by " + format_number(length) +
                              ", as in Mitsuba 3 on diffuse surfaces (its other BSDFs give wrong "
                              "results then)");
   return irradiance * length;

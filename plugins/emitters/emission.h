@@ -28,8 +28,8 @@ inline float read_scale(const Properties& props) {
 inline Rgb read_emission(const Properties& props, const std::string& name) {
   const Rgb value = props.color(name);
   if (!(std::min({value.x, value.y, value.z}) >= 0 && max_component(value) <= kMaxEmission)) {
-    throw props.error(name, "must be between 0 and 1e36, got " + std::to_string(value.x) + " " +
-                                std::to_string(value.y) + " " + std::to_string(value.z));
+    throw props.error(name, "must be between 0 and 1e36, got " + format_number(value.x) + " " +
+                                format_number(value.y) + " " + format_number(value.z));
   }
   return value;
 }
@@ -45,7 +45,7 @@ inline void check_emission(const Properties& props, const std::string& name, con
     throw props.error(name,
                       "makes the emission too large: with its texture, size and angle it must be "
                       "at most 1e36, got " +
-                          std::to_string(emission / double{kMaxEmission}) + "e36");
+                          format_number(static_cast<float>(emission / double{kMaxEmission})) + "e36");
   }
 }
 

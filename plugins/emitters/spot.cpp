@@ -47,7 +47,7 @@ float read_beam_width(const Properties& props, float cutoff) {
   if (!props.has("beam_width")) return 0.75f * cutoff;
   return kDegree * props.real("beam_width",
                               "must be between 0 and cutoff_angle (" +
-                                  std::to_string(cutoff / kDegree) + " degrees)",
+                                  format_number(cutoff / kDegree) + " degrees)",
                               [cutoff](float b) { return b >= 0 && b * kDegree <= cutoff; });
 }
 
@@ -74,7 +74,7 @@ class Spot final : public ColoredPoint<Spot> {
     check_emission(props, "intensity", *texture_, double{max_component(intensity_)});
     if (!texture_->is_uniform() && !(cutoff_ < kPi / 2)) {
       throw props.error("texture", "needs a cutoff_angle of less than 90 degrees, got " +
-                                       std::to_string(cutoff_ / kDegree) +
+                                       format_number(cutoff_ / kDegree) +
                                        ": a wider cone has no cross-section");
     }
   }

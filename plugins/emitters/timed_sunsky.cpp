@@ -100,7 +100,7 @@ Days read_days(const Properties& props) {
   const float open = props.real("shutter_open");
   days.shutter = {open,
                   props.real("shutter_close",
-                             "must be greater than shutter_open (" + std::to_string(open) + ")",
+                             "must be greater than shutter_open (" + format_number(open) + ")",
                              [open](float close) { return open < close; })};
   read_sun_at(props, days.start);  // checks that it is finite
   return days;

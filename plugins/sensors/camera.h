@@ -57,7 +57,7 @@ inline float read_positive(const Properties& props, const char* name) {
 inline ClipRange read_clip_range(const Properties& props) {
   const float near = read_positive(props, "near_clip");
   const float far =
-      props.real("far_clip", "must be greater than near_clip (" + std::to_string(near) + ")",
+      props.real("far_clip", "must be greater than near_clip (" + format_number(near) + ")",
                  [near](float depth) { return near < depth; });
   return {near, far};
 }
@@ -65,7 +65,7 @@ inline ClipRange read_clip_range(const Properties& props) {
 inline Shutter read_shutter(const Properties& props) {
   const float open = props.real("shutter_open");
   return {open, props.real("shutter_close",
-                           "must not be before shutter_open (" + std::to_string(open) + ")",
+                           "must not be before shutter_open (" + format_number(open) + ")",
                            [open](float close) { return !(close < open); })};
 }
 

@@ -46,7 +46,7 @@ class CurveFileReader {
     if (!is_finite(position)) cursor_.fail("a control point has a position that is not finite");
     const auto radius = static_cast<float>(cursor_.number("a radius"));
     if (!(radius >= 0) || !std::isfinite(radius)) {
-      cursor_.fail("a radius must be finite and not negative, got " + std::to_string(radius));
+      cursor_.fail("a radius must be finite and not negative, got " + format_number(radius));
     }
     has_more_ = has_more_ || !cursor_.at_line_end();
     curves_.points.emplace_back(to_world.point(position), radius);

@@ -27,7 +27,7 @@ class BlackBody final : public SpectrumColor {
                                          [](float t) { return t >= 100 && t <= 1e6f; });
     const float shortest = props.real("wavelength_min");
     const float longest = props.real(
-        "wavelength_max", "must be greater than wavelength_min (" + std::to_string(shortest) + ")",
+        "wavelength_max", "must be greater than wavelength_min (" + format_number(shortest) + ")",
         [shortest](float w) { return shortest < w; });
     Spectrum spectrum = black_body_spectrum(temperature);
     const float scale = not_negative(props, "scale", Rgb(props.real("scale"))).x;

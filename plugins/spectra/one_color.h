@@ -32,7 +32,7 @@ class OneColor : public DerivedTexture {
 inline Rgb not_negative(const Properties& props, const char* name, const Rgb& value) {
   const float min_value = std::min({value.x, value.y, value.z});
   if (min_value >= 0) return value;
-  throw props.error(name, "must not be negative, got " + std::to_string(min_value));
+  throw props.error(name, "must not be negative, got " + format_number(min_value));
 }
 
 }  // namespace kinome

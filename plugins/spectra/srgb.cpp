@@ -22,7 +22,7 @@ class SrgbSpectrum final : public OneColor {
     if (!color->is_uniform()) throw props.error("color", "must be a colour, got a texture");
     const Rgb value = not_negative(props, "color", color->mean());
     if (!props.boolean("unbounded") && color->max() > 1) {
-      throw props.error("color", "must be between 0 and 1, got " + std::to_string(color->max()));
+      throw props.error("color", "must be between 0 and 1, got " + format_number(color->max()));
     }
     return value;
   }

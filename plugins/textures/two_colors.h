@@ -87,7 +87,7 @@ class TwoColors : public Texture {
   static std::shared_ptr<Texture> read_color(const Properties& props, const std::string& name) {
     auto color = props.texture(name);
     if (color->is_uniform() && color->min() < 0) {
-      throw props.error(name, "must not be negative, got " + std::to_string(color->min()));
+      throw props.error(name, "must not be negative, got " + format_number(color->min()));
     }
     return color;
   }

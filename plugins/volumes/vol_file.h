@@ -45,7 +45,7 @@ inline void find_range(VoxelGrid& grid, const std::string& file) {
   throw Error(Location{file, 0, 0}, "voxel (" + std::to_string(voxel % grid.size.x) + ", " +
                                         std::to_string(row % grid.size.y) + ", " +
                                         std::to_string(row / grid.size.y) + ") has the value " +
-                                        std::to_string(grid.values[i]));
+                                        format_number(grid.values[i]));
 }
 
 /// Reads a .vol file. Throws Error if it isn't a valid one.

@@ -18,6 +18,12 @@ TEST(Error, SaysWhereAsFarAsItIsKnown) {
   EXPECT_EQ(Error({"a.xml", 3, 7}, "wrong").where().column, 7);
 }
 
+TEST(Error, NumbersAreShort) {
+  EXPECT_EQ(format_number(0.1f), "0.1");
+  EXPECT_EQ(format_number(-1), "-1");
+  EXPECT_EQ(format_number(1e-9f), "1e-09");
+}
+
 TEST(Error, IsOneLine) {
   EXPECT_STREQ(Error({"a\nb", 1, 2}, "two\nlines\r\tin one").what(), "a b:1:2: two lines  in one");
 }

@@ -190,7 +190,7 @@ TEST(Include, FaultsOfAllFilesAreNamedInTheOrderOfTheScene) {
                 "broken.xml:2:7: malformed XML: Start-end tags mismatch: <shape> of line 2 isn't "
                 "closed (referenced by " +
                 at + "main.xml:3:10)\n" + at +
-                "main.xml:4:22: 'radius' must be positive and finite, got -1.000000\n");
+                "main.xml:4:22: 'radius' must be positive and finite, got -1\n");
   EXPECT_TRUE(
       check_scene(folder.write("good.xml", scene("<shape type='sphere'/>")), {}, probe_registry())
           .empty());
@@ -204,7 +204,7 @@ TEST(Include, ErrorsOfItsParametersAreNotThoseOfAnAsset) {
   EXPECT_EQ(load_error(folder.write(
                 "main.xml", scene("<shape type='sphere'><include filename='part.xml'/></shape>"))),
             folder.path("part.xml") +
-                ":1:24: 'radius' must be positive and finite, got -1.000000 (referenced by " +
+                ":1:24: 'radius' must be positive and finite, got -1 (referenced by " +
                 folder.path("main.xml") + ":1:54)");
 }
 

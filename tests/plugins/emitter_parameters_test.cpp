@@ -46,7 +46,7 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
     return "<rgb name='" + name + "' value='1 -1 1'/>";
   };
   const std::vector<Refused> cases = {
-      {"point", negative("intensity"), "intensity", "between 0 and 1e36, got 1.000000 -1"},
+      {"point", negative("intensity"), "intensity", "between 0 and 1e36, got 1 -1"},
       {"spot", negative("intensity"), "intensity", "between 0 and 1e36"},
       {"spot", negative("texture"), "texture", "between 0 and 1e36"},
       {"directional", negative("irradiance"), "irradiance", "between 0 and 1e36"},

@@ -324,7 +324,7 @@ TEST_F(BitmapTest, ReflectancesAboveOneAreClamped) {
   const auto bsdf = make<Bsdf>("<bsdf type='diffuse'>" + map + "</bsdf>");
   const std::string log = testing::internal::GetCapturedStderr();
   EXPECT_NE(
-      log.find("'reflectance' must be between 0 and 1, but its texture has values up to 12.000000: "
+      log.find("'reflectance' must be between 0 and 1, but its texture has values up to 12: "
                "they are clamped to that range"),
       std::string::npos)
       << log;

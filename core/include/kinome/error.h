@@ -54,6 +54,9 @@ class KINOME_EXPORT Errors : public Error {
   std::vector<Error> all_;
 };
 
+/// Returns the shortest text that reads back as this number: "0.1".
+KINOME_EXPORT std::string format_number(float number);
+
 /// Returns the entry of `candidates` nearest to `name` by edit distance, or "" if none is near.
 /// Range is any range whose elements convert to std::string.
 KINOME_EXPORT int edit_distance(const char* a, const char* b);

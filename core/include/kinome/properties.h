@@ -87,7 +87,7 @@ class KINOME_EXPORT Properties {
              const IsValid& is_valid) const {
     const float value = real(name);
     if (is_valid(value)) return value;
-    throw error(name, requirement + ", got " + std::to_string(value));
+    throw error(name, requirement + ", got " + format_number(value));
   }
   /// Returns the value of a kFloatOrName parameter: a number, or the value of the named entry in
   /// `names`. Throws Error with the nearest name if the name is unknown.

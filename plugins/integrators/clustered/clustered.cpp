@@ -105,8 +105,8 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   ProductSettings& sampling = settings.sampling;
   sampling.rays_per_pixel = props.real("rays_per_pixel");
   if (!(sampling.rays_per_pixel >= 0 && sampling.rays_per_pixel <= kMaxRaysPerPixel)) {
-    throw props.error("rays_per_pixel",
-                      "must be from 0 to 1e12, got " + std::to_string(sampling.rays_per_pixel));
+    throw props.error("rays_per_pixel", "must be from 0 to 1e12, got " +
+                                            format_number(props.real("rays_per_pixel")));
   }
   sampling.diagnostics = props.boolean("diagnostics");
   sampling.length = PathLength(props);

@@ -58,7 +58,7 @@ inline PointLightSettings read_point_light_parameters(const Properties& props) {
   options.max_geometry_term = props.real("max_geometry_term");
   if (!(options.max_geometry_term >= 0)) {
     throw props.error("max_geometry_term",
-                      "must not be negative, got " + std::to_string(options.max_geometry_term));
+                      "must not be negative, got " + format_number(options.max_geometry_term));
   }
   return settings;
 }
