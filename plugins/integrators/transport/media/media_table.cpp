@@ -6,6 +6,7 @@ namespace kinome::transport {
 
 MediaTable::MediaTable(const Scene& scene, const Sensor& sensor) {
   const size_t count = scene.media().size() + 1;
+  grids_.resize(count);
   coefficients_.resize(6 * count);
   float* const first = coefficients_.data();
   extinction_ = {first, first + count, first + 2 * count};
@@ -26,7 +27,10 @@ void MediaTable::add(const Medium& medium) {
   phases_.push_back(owned_phases_.back().get());
   is_coloured_ = is_coloured_ || medium.is_coloured();
   has_grids_ = has_grids_ || !medium.is_uniform();
-  if (!medium.is_uniform()) return;
+  if (!medium.is_uniform()) {
+    grids_[media_.size() - 1] = std::make_unique<MajorantGrid>(medium);
+    return;
+  }
   const MediumCoefficients at = medium.coefficients(Vec3(0.f), Vec3(0, 0, 1));
   extinction_.set(media_.size() - 1, at.extinction);
   Rgb albedo(0.f);

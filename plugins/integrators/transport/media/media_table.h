@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "kinome/medium.h"
 #include "kinome/scene.h"
 #include "kinome/wide/vectors.h"
+#include "majorant_grid.h"
 
 namespace kinome::transport {
 
@@ -34,6 +34,8 @@ class MediaTable {
   bool is_coloured() const { return is_coloured_; }
   /// True if some medium isn't uniform.
   bool has_grids() const { return has_grids_; }
+  /// Bounds on the extinction of a medium; nullptr for vacuum and uniform media.
+  const MajorantGrid* grid(uint32_t number) const { return grids_[number].get(); }
   /// Coefficients of each medium; 0 for those that aren't uniform, and for vacuum.
   const Columns3& extinction() const { return extinction_; }
   const Columns3& albedo() const { return albedo_; }
@@ -59,19 +61,27 @@ class MediaTable {
     const auto three = [&](const float* x, const float* y, const float* z) {
       return wide::Vec3(Float::load(x + lane), Float::load(y + lane), Float::load(z + lane));
     };
-    const wide::Vec3 d = three(rays.dx, rays.dy, rays.dz);
-    const wide::Vec3 to = wide::Vec3(centre_) - three(rays.ox, rays.oy, rays.oz);
-    const Float along = dot(to, d);
-    const wide::Vec3 beside = to - d * along;
-    return max(along + safe_sqrt(radius_ * radius_ - dot(beside, beside)), Float(0.f));
+    return end_of_space<wide::Vec3>(three(rays.ox, rays.oy, rays.oz),
+                                    three(rays.dx, rays.dy, rays.dz));
   }
+  float end_of_space(const Ray& ray) const { return end_of_space<kinome::Vec3>(ray.o, ray.d); }
 
  private:
+  template <class V>
+  KINOME_WIDE wide::NumberOf<V> end_of_space(const V& o, const V& d) const {
+    using namespace wide::formulas;
+    using F = wide::NumberOf<V>;
+    const V to = V(centre_) - o;
+    const F along = dot(to, d);
+    const V beside = to - d * along;
+    return max(along + safe_sqrt(radius_ * radius_ - dot(beside, beside)), F(0.f));
+  }
   void add(const Medium& medium);
   void find_sphere(const Aabb& shapes, const Sensor& sensor);
   uint32_t number_of(const Medium* medium) const;
 
   std::vector<const Medium*> media_{nullptr};
+  std::vector<std::unique_ptr<const MajorantGrid>> grids_;
   std::vector<std::unique_ptr<const Bsdf>> owned_phases_;
   std::vector<const Bsdf*> phases_;
   std::vector<float> coefficients_;  ///< memory of the columns

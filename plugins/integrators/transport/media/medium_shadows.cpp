@@ -25,12 +25,15 @@ MediumShadows::MediumShadows(const SceneTable& scene, const MediaTable& media, s
       transmittance_(per_point_.three()),
       rays_{per_ray_.ray_hits(), per_ray_.ray_hits()},
       waves_{make_wave(per_ray_), make_wave(per_ray_)},
-      through_{per_met_.three(), per_met_.floats()} {}
+      through_{per_met_.three(), per_met_.floats()},
+      tracking_(media, rays) {}
 
 void MediumShadows::trace(const Ray16* rays, size_t count, const uint32_t* medium,
-                          const float* distance, RenderCounters& counters) {
+                          const float* distance, const uint32_t* owner,
+                          const RandomSeeds& seeds, RenderCounters& counters) {
   size_t on = begin(rays, count, medium, distance);
-  for (size_t leg = 0; on > 0; leg = 1 - leg) {
+  for (uint32_t legs = 0; on > 0; ++legs) {
+    const size_t leg = legs % 2;
     counters[RayKind::kShadow] += on;
     clear_hits(rays_[leg], on);
     scene_.scene().intersect(rays_[leg], padded(on) / kBlockLanes, Coherence::kIncoherent,
@@ -38,6 +41,7 @@ void MediumShadows::trace(const Ray16* rays, size_t count, const uint32_t* mediu
     const Wave& wave = waves_[leg];
     travel(wave, on, rays_[leg]);
     met_.find(rays_[leg], on, Surfaces::Which::kPassing);
+    if (media_.has_grids()) track(leg, owner, seeds.after(legs));
     for (const uint32_t i : met_.missed()) transmittance_.set(wave.from[i], wave.transmittance.at(i));
     on = pass(leg);
   }
@@ -80,6 +84,22 @@ void MediumShadows::travel(const Wave& wave, size_t count, const RayHit16* rays)
                              : wide::Rgb(red);
     (wide::Rgb::load(wave.transmittance, i) * transmittance).store(wave.transmittance, i);
   });
+}
+
+/// The same as travel() for media that aren't uniform. Rays that surfaces stop are left out.
+void MediumShadows::track(size_t leg, const uint32_t* owner, const RandomSeeds& seeds) {
+  const Wave& wave = waves_[leg];
+  const auto add = [&](uint32_t i, bool hits) {
+    if (!media_.grid(wave.medium[i])) return;
+    const Ray ray = ray_of(&rays_[leg][i / kBlockLanes].ray, i % kBlockLanes);
+    const float end = hits ? ray.tmax : std::min(wave.left[i], media_.end_of_space(ray));
+    tracking_.add(wave.medium[i], ray.o, ray.d, end, seeds.of(owner[wave.from[i]]), i);
+  };
+  for (const uint32_t i : met_.missed()) add(i, false);
+  for (const Surfaces::Range& range : met_.ranges()) {
+    for (size_t i = range.first; i < range.first + range.count; ++i) add(met_.points().ray[i], true);
+  }
+  tracking_.find_transmittances(wave.transmittance);
 }
 
 /// Makes the next wave from the rays that go straight on. Returns the number of its rays.

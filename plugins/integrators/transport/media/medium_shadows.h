@@ -3,7 +3,8 @@
 #include "../direction_sort.h"
 #include "../surfaces.h"
 #include "kinome/stats.h"
-#include "media_table.h"
+#include "random_seeds.h"
+#include "tracking.h"
 
 namespace kinome::transport {
 
@@ -16,9 +17,9 @@ class MediumShadows {
 
   /// Traces the first `count` rays. Rays that are on must have unit directions. `medium`: number of
   /// the medium at each origin. `distance`: length of each ray, infinite for distant light; tmax of
-  /// the rays is slightly shorter.
+  /// the rays is slightly shorter. `owner`: sample of each ray, for `seeds`.
   void trace(const Ray16* rays, size_t count, const uint32_t* medium, const float* distance,
-             RenderCounters& counters);
+             const uint32_t* owner, const RandomSeeds& seeds, RenderCounters& counters);
 
   /// Transmittance of media and surfaces along each ray of the last trace(); 0 if the ray is off or
   /// stopped.
@@ -37,6 +38,7 @@ class MediumShadows {
 
   size_t begin(const Ray16* rays, size_t count, const uint32_t* medium, const float* distance);
   void travel(const Wave& wave, size_t count, const RayHit16* rays) const;
+  void track(size_t leg, const uint32_t* owner, const RandomSeeds& seeds);
   size_t pass(size_t leg);
 
   const SceneTable& scene_;
@@ -48,6 +50,7 @@ class MediumShadows {
   RayHit16* rays_[2];  ///< rays of the current wave and of the next
   Wave waves_[2];
   NullTransmissionBlock through_;
+  Tracking tracking_;
 };
 
 }  // namespace kinome::transport

@@ -44,6 +44,14 @@ KINOME_WIDE wide::Rgb segment_weight(wide::Rgb throughput, wide::Rgb extinction,
   return value * (sum / dot(throughput, density));
 }
 
+/// Draws a channel in proportion to the throughput.
+uint32_t draw_channel(const kinome::Rgb& throughput, float u) {
+  const float at = u * (throughput.x + throughput.y + throughput.z);
+  if (at < throughput.x) return 0;
+  if (at < throughput.x + throughput.y) return 1;
+  return throughput.z > 0 ? 2 : throughput.y > 0 ? 1 : 0;
+}
+
 }  // namespace
 
 Segments::Segments(const SceneTable& scene, const MediaTable& media, bool hides_emitters,
@@ -55,7 +63,9 @@ Segments::Segments(const SceneTable& scene, const MediaTable& media, bool hides_
       far_(per_ray_.floats()),
       beyond_{per_ray_.ray_hits(), per_ray_.ray_hits()},
       path_{per_ray_.indices(), per_ray_.indices()},
-      met_(scene, rays) {
+      position_(per_ray_.indices()),
+      met_(scene, rays),
+      tracking_(media, rays) {
   const auto& shapes = scene.scene().shapes();
   for (size_t i = 0; i < shapes.size(); ++i) {
     const bool is_hidden = hides_emitters && shapes[i]->emitter();
@@ -66,18 +76,19 @@ Segments::Segments(const SceneTable& scene, const MediaTable& media, bool hides_
   }
 }
 
-void Segments::trace(RayHit16* rays, size_t count, const PathState& state, RayKind kind,
-                     RenderCounters& counters) {
+void Segments::trace(RayHit16* rays, size_t count, const PathState& state,
+                     const RandomSeeds& seeds, RayKind kind, RenderCounters& counters) {
   for_lanes(count, [&](size_t i) {
     Float::load(rays[i / kBlockLanes].ray.tmax + i % kBlockLanes).store(far_ + i);
   });
-  trace_leg(rays, count, nullptr, state, kind, counters);
+  trace_leg(rays, count, nullptr, state, seeds, kind, counters);
   if (!passes_) return;
   size_t left = pass(rays, count, nullptr, 0, state);
-  for (int leg = 0; left > 0; leg = 1 - leg) {
+  for (uint32_t legs = 1; left > 0; ++legs) {
+    const int leg = (legs - 1) % 2;
     RayHit16* const beyond = beyond_[leg];
     const uint32_t* const path = path_[leg];
-    trace_leg(beyond, left, path, state, kind, counters);
+    trace_leg(beyond, left, path, state, seeds.after(legs), kind, counters);
     for (size_t i = 0; i < left; ++i) copy_ray_hit(beyond, i, rays, path[i]);
     left = pass(beyond, left, path, 1 - leg, state);
   }
@@ -86,7 +97,7 @@ void Segments::trace(RayHit16* rays, size_t count, const PathState& state, RayKi
 /// Traces rays to the next surface or collision. Ray i belongs to path path[i], or i if `path` is
 /// nullptr.
 void Segments::trace_leg(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state,
-                         RayKind kind, RenderCounters& counters) {
+                         const RandomSeeds& seeds, RayKind kind, RenderCounters& counters) {
   for_lanes(count, [&](size_t i) {
     const Int k = paths_at(path, i);
     float* const tmax = rays[i / kBlockLanes].ray.tmax + i % kBlockLanes;
@@ -99,6 +110,7 @@ void Segments::trace_leg(RayHit16* rays, size_t count, const uint32_t* path, con
                            is_camera ? Coherence::kCoherent : Coherence::kIncoherent, counters);
   counters[kind] += count;
   settle(rays, count, path, state);
+  if (media_.has_grids()) track(rays, count, path, state, seeds);
 }
 
 /// Distance at which paths k collide if the medium doesn't end before.
@@ -151,6 +163,41 @@ void Segments::settle(RayHit16* rays, size_t count, const uint32_t* path,
     const Uint shape = as_uint(medium) + (first - 1);
     select(collides, shape, Uint::load(block.shape + lane)).store(block.shape + lane);
   });
+}
+
+/// The same as settle() for media that aren't uniform.
+void Segments::track(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state,
+                     const RandomSeeds& seeds) {
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t k = path ? path[i] : static_cast<uint32_t>(i), medium = state.medium[k];
+    if (!media_.grid(medium)) continue;
+    const Ray ray = ray_of(&rays[i / kBlockLanes].ray, i % kBlockLanes);
+    const bool hits = rays[i / kBlockLanes].shape[i % kBlockLanes] != kNoHit;
+    const float end = hits ? ray.tmax : std::min(far_[k], media_.end_of_space(ray));
+    position_[k] = static_cast<uint32_t>(i);
+    tracking_.add(medium, ray.o, ray.d, end, seeds.of(state.owner[k]), k);
+  }
+  if (tracking_.is_empty()) return;
+  const auto first = static_cast<uint32_t>(scene_.scene().shapes().size());
+  for (const auto& [k, distance] : tracking_.find_collisions(state.throughput, state.optical_depth)) {
+    RayHit16& block = rays[position_[k] / kBlockLanes];
+    const size_t lane = position_[k] % kBlockLanes;
+    block.ray.tmax[lane] = distance;
+    block.shape[lane] = first + state.medium[k] - 1;
+  }
+  if (state.channel) redraw_channels(count, path, state, seeds);
+}
+
+/// Draws the channels of paths in media that aren't uniform again, because their throughput has
+/// changed independently of the channel.
+void Segments::redraw_channels(size_t count, const uint32_t* path, const PathState& state,
+                               const RandomSeeds& seeds) const {
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t k = path ? path[i] : static_cast<uint32_t>(i);
+    if (!media_.grid(state.medium[k])) continue;
+    const uint64_t bits = hash_words(seeds.of(state.owner[k]), 1);
+    state.channel[k] = draw_channel(state.throughput.at(k), to_unit_float(uint32_t(bits >> 32)));
+  }
 }
 
 /// Makes continuations `next` of the rays that end at boundaries, in the medium of the other side.

@@ -4,12 +4,14 @@
 
 #include "../surfaces.h"
 #include "kinome/stats.h"
-#include "media_table.h"
+#include "random_seeds.h"
+#include "tracking.h"
 
 namespace kinome::transport {
 
 /// Columns of paths whose next edges are traced.
 struct PathState {
+  const uint32_t* owner;  ///< sample of the block
   uint32_t* medium;     ///< number of the medium (MediaTable) at the ray's origin
   Columns3 throughput;
   float* optical_depth;  ///< that the ray travels before it collides
@@ -36,14 +38,18 @@ class Segments {
 
   /// Finds the next point of each ray. tmin must be 0, and d a unit vector. Collisions are set as
   /// hits (SceneTable). Updates the throughput, and sets the medium to the one before the point.
-  void trace(RayHit16* rays, size_t count, const PathState& state, RayKind kind,
-             RenderCounters& counters);
+  void trace(RayHit16* rays, size_t count, const PathState& state, const RandomSeeds& seeds,
+             RayKind kind, RenderCounters& counters);
 
  private:
   void trace_leg(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state,
-                 RayKind kind, RenderCounters& counters);
+                 const RandomSeeds& seeds, RayKind kind, RenderCounters& counters);
   wide::Float distance_to_collision(wide::Int k, const PathState& state) const;
   void settle(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state) const;
+  void track(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state,
+             const RandomSeeds& seeds);
+  void redraw_channels(size_t count, const uint32_t* path, const PathState& state,
+                       const RandomSeeds& seeds) const;
   size_t pass(const RayHit16* rays, size_t count, const uint32_t* path, int next,
               const PathState& state);
 
@@ -57,7 +63,9 @@ class Segments {
   /// Continuations of rays behind boundaries, and the indices of their paths.
   RayHit16* beyond_[2];
   uint32_t* path_[2];
+  uint32_t* position_;  ///< of the ray of each path, during track()
   Surfaces met_;
+  Tracking tracking_;
 };
 
 }  // namespace kinome::transport

@@ -74,9 +74,9 @@ void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays
     {
       const StageTimer timer(counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
       sample_distances(samples, first);
-      const PathState state{along_.medium, along_.throughput, optical_depth_, channel_,
-                            along_.scatterings};
-      segments_.trace(rays_, count_, state, kind, counters);
+      const PathState state{along_.owner,   along_.medium, along_.throughput,
+                            optical_depth_, channel_,      along_.scatterings};
+      segments_.trace(rays_, count_, state, RandomSeeds(samples, first), kind, counters);
       find_points();
       add_emission(radiance);
       add_environment(radiance);
@@ -88,7 +88,7 @@ void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays
       const StageTimer timer(counters.stage_seconds["shade"]);
       sample(samples, dimension);
     }
-    add_emitter_samples(radiance, counters);
+    add_emitter_samples(RandomSeeds(samples, dimension), radiance, counters);
     const StageTimer timer(counters.stage_seconds["shade"]);
     scatter(samples, dimension + EmitterSamples::kDimensions, alpha);
     sort_rays();
@@ -249,7 +249,8 @@ void VolumePaths::find_media(size_t count, const Columns3& d, uint32_t* medium) 
   }
 }
 
-void VolumePaths::add_emitter_samples(const Columns3& radiance, RenderCounters& counters) {
+void VolumePaths::add_emitter_samples(const RandomSeeds& seeds, const Columns3& radiance,
+                                      RenderCounters& counters) {
   const size_t count = met_.scattering();
   if (count == 0) return;
   const SurfaceBlock& points = met_.points();
@@ -275,7 +276,7 @@ void VolumePaths::add_emitter_samples(const Columns3& radiance, RenderCounters& 
   if (rays == 0) return;
   const StageTimer timer(counters.stage_seconds["shadow"]);
   find_media(count, sampled.d, medium_);
-  shadows_.trace(shadow_rays_, count, medium_, sampled.distance, counters);
+  shadows_.trace(shadow_rays_, count, medium_, sampled.distance, at_.owner, seeds, counters);
   for_lanes(count, [&](size_t i) {
     const wide::Rgb transmittance = wide::Rgb::load(shadows_.transmittance(), i);
     add_to_owners(wide::Rgb::load(light_, i) * transmittance, !is_black(transmittance),

@@ -55,7 +55,8 @@ class VolumePaths {
   void add_emission(const Columns3& radiance);
   void add_environment(const Columns3& radiance);
   void sample(const PixelSamples& samples, uint32_t dimension);
-  void add_emitter_samples(const Columns3& radiance, RenderCounters& counters);
+  void add_emitter_samples(const RandomSeeds& seeds, const Columns3& radiance,
+                           RenderCounters& counters);
   const Medium* medium_of(const Surfaces::Range& range) const;
   void find_media(size_t count, const Columns3& d, uint32_t* medium) const;
   void scatter(const PixelSamples& samples, uint32_t dimension, float* alpha);
