@@ -1,7 +1,7 @@
 #include "coefficients.h"
 #include "kinome/plugin.h"
 
-/// The same medium everywhere inside of a shape: fog, milk, wax.
+/// The same extinction everywhere inside of a shape: fog, milk, wax. The albedo may be a volume.
 ///
 ///     <medium type="homogeneous" name="interior">
 ///       <rgb name="albedo" value="0.99 0.9 0.96"/>
@@ -13,22 +13,16 @@ namespace {
 
 constexpr Parameter kParameters[] = {KINOME_MEDIUM_PARAMETERS};
 
-Rgb uniform_color(const Properties& props, const char* name,
-                  const std::shared_ptr<const Volume>& volume) {
-  if (!volume->is_uniform()) {
-    throw props.error(name,
-                      "must be uniform, got a volume that varies (use a 'heterogeneous' "
-                      "medium)");
-  }
-  return volume->color(Vec3(0.f));
-}
-
 class Homogeneous final : public Medium {
  public:
-  explicit Homogeneous(const Properties& props)
-      : extinction_(uniform_color(props, "sigma_t", nonnegative_volume(props, "sigma_t")) *
-                    extinction_scale(props)),
-        scattering_(extinction_ * uniform_color(props, "albedo", albedo_volume(props))) {
+  explicit Homogeneous(const Properties& props) : albedo_(albedo_volume(props)) {
+    const auto extinction = nonnegative_volume(props, "sigma_t");
+    if (!extinction->is_uniform()) {
+      throw props.error("sigma_t",
+                        "must be uniform, got a volume that varies (use a "
+                        "'heterogeneous' medium)");
+    }
+    extinction_ = extinction->color(Vec3(0.f)) * extinction_scale(props);
     if (!is_finite(extinction_)) throw props.error("scale", "makes the extinction infinite");
     phase_ = phase_of(props);
     samples_emitters_ = props.boolean("sample_emitters");
@@ -39,17 +33,25 @@ class Homogeneous final : public Medium {
 
   MediumCoefficients coefficients(const Vec3& p, const Vec3& d) const override {
     const float area = phase_->is_oriented() ? phase_->projected_area(p, d) : 1.f;
-    return {extinction_ * area, scattering_ * area};
+    const Rgb extinction = extinction_ * area;
+    return {extinction, extinction * glm::min(albedo_->color(p), Rgb(1.f))};
   }
   void coefficients_block(const Columns3& p, const Columns3& d, size_t count,
                           const MediumBlock& out) const override {
     if (phase_->is_oriented()) return Medium::coefficients_block(p, d, count, out);
-    fill(extinction_, count, out.extinction);
-    if (out.scattering.x) fill(scattering_, count, out.scattering);
+    if (out.scattering.x) {
+      albedo_->color_block(p, count, out.scattering);
+      for (size_t i = 0; i < count; ++i) {
+        out.scattering.set(i, extinction_ * glm::min(out.scattering.at(i), Rgb(1.f)));
+      }
+    }
+    std::fill_n(out.extinction.x, count, extinction_.x);
+    std::fill_n(out.extinction.y, count, extinction_.y);
+    std::fill_n(out.extinction.z, count, extinction_.z);
   }
-  bool is_uniform() const override { return !phase_->is_oriented(); }
+  bool is_uniform() const override { return albedo_->is_uniform() && !phase_->is_oriented(); }
 
-  bool has_optical_depth() const override { return is_uniform(); }
+  bool has_optical_depth() const override { return !phase_->is_oriented(); }
   void optical_depth_block(const Columns3& /*o*/, const Columns3& /*d*/, const float* length,
                            size_t count, const Columns3& out) const override {
     const Rgb extinction = extinction_;
@@ -57,14 +59,8 @@ class Homogeneous final : public Medium {
   }
 
  private:
-  static void fill(const Rgb& value, size_t count, const Columns3& out) {
-    std::fill_n(out.x, count, value.x);
-    std::fill_n(out.y, count, value.y);
-    std::fill_n(out.z, count, value.z);
-  }
-
+  std::shared_ptr<const Volume> albedo_;
   Rgb extinction_;
-  Rgb scattering_;
 };
 
 }  // namespace

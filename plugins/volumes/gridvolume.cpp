@@ -1,12 +1,16 @@
-/// A grid of voxels from a file of Mitsuba (.vol): the density of a cloud, the colours of smoke. It
-/// fills the unit cube, which `to_world` transforms.
+/// A grid of voxels from a file of Mitsuba (.vol) or OpenVDB (.vdb): the density of a cloud, the
+/// colours of smoke. It fills the unit cube, which `to_world` transforms.
 ///
 ///     <volume type="gridvolume" name="sigma_t">
 ///       <string name="filename" value="cloud.vol"/>
 ///       <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform>
 ///     </volume>
 
+#include <dlfcn.h>
+
+#include "kinome/instruction_set.h"
 #include "kinome/plugin.h"
+#include "vdb_reader.h"
 #include "voxels.h"
 
 namespace kinome {
@@ -17,7 +21,9 @@ constexpr const char* kWraps[] = {"clamp", "repeat", "mirror"};
 
 constexpr Parameter kParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
-     "grid of 1, 3 or 6 channels in Mitsuba's .vol format", true},
+     "grid of 1, 3 or 6 channels: Mitsuba's .vol, or OpenVDB", true},
+    {"grid", ParameterType::kString, "",
+     "name of the grid in an OpenVDB file; default: the first one"},
     {"to_world", ParameterType::kTransform, "identity",
      "transform of the unit cube, or of the file's box"},
     choice_of("filter_type", kFilters, "trilinear",
@@ -30,6 +36,41 @@ constexpr Parameter kParameters[] = {
     ignored_row("max_value", ParameterType::kFloat, "the maximum of the values is used"),
 };
 
+/// Returns the function that reads OpenVDB files. Its library is loaded on demand, because few
+/// scenes need it and it has large dependencies.
+ReadVdbFunction vdb_reader(const Properties& props) {
+  Dl_info info{};
+  static const char anchor = 0;
+  dladdr(&anchor, &info);
+  auto folder = std::filesystem::path(info.dli_fname ? info.dli_fname : "").parent_path();
+  if (instruction_set_named(folder.filename().string())) folder = folder.parent_path();
+  const std::filesystem::path library = (folder / kReadVdbLibrary).lexically_normal();
+  if (!std::filesystem::exists(library)) {
+    throw props.error("filename", "is an OpenVDB file, but Kinome was built without OpenVDB");
+  }
+  void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const symbol = handle ? dlsym(handle, kReadVdbSymbol) : nullptr;
+  if (symbol) return reinterpret_cast<ReadVdbFunction>(symbol);
+  const char* const reason = dlerror();
+  throw props.error("filename", std::string("requires a library that can't be loaded: ") +
+                                    (reason ? reason : library.c_str()));
+}
+
+VoxelGrid read_grid(const Properties& props) {
+  const std::string file = props.file("filename");
+  if (!is_vdb_file(file)) {
+    if (props.has("grid")) throw props.error("grid", "is only for OpenVDB files");
+    return read_vol_file(file);
+  }
+  VoxelGrid grid;
+  std::string error;
+  if (!vdb_reader(props)(file, props.string("grid"), grid, error)) {
+    throw Error(Location{file, 0, 0}, error);
+  }
+  find_range(grid, file);
+  return grid;
+}
+
 /// Transform from the unit cube to world space.
 Transform cube_to_world(const Properties& props, const VoxelGrid& grid) {
   const Transform to_world = props.transform("to_world");
@@ -37,7 +78,8 @@ Transform cube_to_world(const Properties& props, const VoxelGrid& grid) {
   if (!props.boolean("use_grid_bbox")) return to_world;
   const Vec3 size = grid.box.extent();
   if (!(size.x > 0 && size.y > 0 && size.z > 0 && is_finite(size) && is_finite(grid.box.lo))) {
-    throw props.error("use_grid_bbox", "requires a file whose box isn't empty");
+    throw props.error("use_grid_bbox",
+                      "requires a file whose box isn't empty and is along the axes");
   }
   Mat4 m(1.f);
   for (int a = 0; a < 3; ++a) m[a][a] = size[a];
@@ -47,8 +89,7 @@ Transform cube_to_world(const Properties& props, const VoxelGrid& grid) {
 
 class GridVolume final : public Volume {
  public:
-  explicit GridVolume(const Properties& props)
-      : GridVolume(props, read_vol_file(props.file("filename"))) {}
+  explicit GridVolume(const Properties& props) : GridVolume(props, read_grid(props)) {}
 
   uint32_t channels() const override { return voxels_.grid().channels; }
   void eval(const Vec3& p, float* values) const override {

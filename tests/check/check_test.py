@@ -32,6 +32,9 @@ OWN = {
     "shape/merge": ["-D", "part=<shape type='cube'/>"],
     "shape/obj": ["-D", "filename=FOLDER/mesh.obj"],
     "shape/ply": ["-D", "filename=FOLDER/mesh.ply"],
+    "phase/sggx": ["-D", "S=<volume name='S' type='gridvolume'><string name='filename' "
+                         "value='FOLDER/flakes.vol'/></volume>"],
+    "phase/tabphase": ["-D", "values=1 0 3"],
     "texture/bitmap": ["-D", "filename=FOLDER/image.pfm"],
     "texture/blackbody": ["-D", "temperature=5000"],
     "texture/irregular": ["-D", "wavelengths=400 500 700", "-D", "values=0.1 0.5 0.2"],
@@ -39,6 +42,8 @@ OWN = {
     "texture/regular": ["-D", "wavelength_min=400", "-D", "wavelength_max=700",
                         "-D", "values=0.1 0.5 0.2"],
     "texture/scale": ["-D", "texture=<texture type='checkerboard'/>"],
+    "volume/gridvolume": ["-D", "filename=FOLDER/grid.vol", "-D", "wrap_mode=mirror",
+                          "-D", "to_world=0.9 0.2 0 1  -0.3 1.1 0 0  0 0.4 2 -1  0 0 0 1"],
 }
 # Too complex to be built from options here: gltf and serialized have their own tests.
 LEFT_OUT = {"shape/gltf", "shape/glb", "shape/serialized"}
@@ -114,6 +119,13 @@ class OwnPlugins(unittest.TestCase):
         texels = [(i * 7 % 15, i * 4 % 13, 100 if i == 8 else 1) for i in range(15)]
         (self.folder / "image.pfm").write_bytes(
             b"PF\n5 3\n-1.0\n" + b"".join(struct.pack("<3f", *texel) for texel in texels))
+        (self.folder / "grid.vol").write_bytes(
+            b"VOL\x03" + struct.pack("<5i6f", 1, 5, 4, 3, 3, *range(6)) +
+            b"".join(struct.pack("<f", (i * 37 + 11) % 101 / 101) for i in range(180)))
+        # Two of rotated ellipsoids.
+        (self.folder / "flakes.vol").write_bytes(
+            b"VOL\x03" + struct.pack("<5i6f", 1, 2, 1, 1, 6, *range(6)) +
+            struct.pack("<12f", 0.7, 0.5, 0.3, 0.2, -0.1, 0.15, 1, 0.02, 0.9, 0, 0.3, 0))
         (self.folder / "mesh.obj").write_text(
             "v -1 -1 0\nv 1 -1 0\nv 1 1 0.5\nv -1 1 0\nf 1 2 3\nf 1 3 4\n")
         (self.folder / "mesh.ply").write_text(

@@ -419,6 +419,23 @@ TEST(OldFormats, VertexColorsOfPly) {
   EXPECT_EQ(scene->shapes()[1]->wanted_attributes().size(), 1u);
 }
 
+TEST(OldFormats, MediaAreTranslated) {
+  const auto scene = old_scene(
+      "<shape type='sphere'><medium type='homogeneous' name='interior'><rgb name='sigmaA' "
+      "value='1, 2, 0'/><rgb name='sigmaS' value='3, 2, 0'/><float name='scale' value='2'/>"
+      "</medium></shape><shape type='sphere'><medium type='homogeneous' name='exterior'>"
+      "<spectrum name='sigmaT' value='4'/><spectrum name='albedo' value='.5'/></medium>"
+      "<bsdf type='dielectric'/></shape>");
+  ASSERT_EQ(scene->media().size(), 2u);
+  const auto at = [&](size_t i) { return scene->media()[i]->coefficients({}, Vec3(0, 0, 1)); };
+  expect_near(at(0).extinction, Rgb(8, 8, 0));
+  expect_near(at(0).scattering, Rgb(6, 4, 0));
+  expect_near(at(1).extinction, Rgb(4.f));
+  expect_near(at(1).scattering, Rgb(2.f));
+  EXPECT_EQ(scene->shapes()[0]->bsdf().plugin(), "bsdf/null");
+  EXPECT_EQ(scene->shapes()[1]->bsdf().plugin(), "bsdf/dielectric");
+}
+
 TEST(OldFormats, LenientlyUnknownPluginsAreLeftOut) {
   const std::string xml =
       "<integrator type='sorcery'><integer name='maxDepth' value='3'/></integrator>"

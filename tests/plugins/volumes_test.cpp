@@ -1,6 +1,8 @@
 /// Grids of voxels: look-up as in Mitsuba, bounds, integrals, damaged files.
 #include <gtest/gtest.h>
+#include <zlib.h>
 
+#include <filesystem>
 #include <limits>
 
 #include "kinome/volume.h"
@@ -20,6 +22,15 @@ std::string grid_xml(const std::string& file, const std::string& more = "") {
 const char* const kPlacement =
     "<transform name='to_world'><scale x='2' y='1' z='3'/><rotate z='1' angle='30'/>"
     "<translate x='0.5' y='-1' z='0'/></transform>";
+
+std::string error_of(const std::string& xml) {
+  try {
+    make_object(xml);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
 
 /// Values of Mitsuba 3.9.1 (scalar_rgb) for the file of VolFile with mixed_value().
 TEST(GridVolume, HasMitsubasValues) {
@@ -137,13 +148,36 @@ TEST(GridVolume, RefusesDamagedFiles) {
   }
 }
 
-std::string error_of(const std::string& xml) {
-  try {
-    make_object(xml);
-  } catch (const Error& error) {
-    return error.what();
+/// The file, written by OpenVDB 10.0.1, has the grid `density` of mixed_value() with voxels of size
+/// 1/2 from (5, -1, 2) to (8, 1, 3), and the grid `colour` of two voxels.
+TEST(GridVolume, ReadsOpenVdb) {
+  const std::string packed = KINOME_TEST_SOURCE "/tests/plugins/two_grids.vdb.gz";
+  std::string bytes(100000, '\0');
+  gzFile stream = gzopen(packed.c_str(), "rb");
+  bytes.resize(static_cast<size_t>(gzread(stream, bytes.data(), 100000)));
+  gzclose(stream);
+  const TemporaryFolder folder;
+  const std::string file = folder.write("grids.vdb", bytes);
+  if (!std::filesystem::exists(KINOME_TEST_PLUGINS "/support/openvdb_reader.so")) {
+    EXPECT_NE(error_of(grid_xml(file)).find("but Kinome was built without OpenVDB"),
+              std::string::npos);
+    return;
   }
-  return "no error";
+  const auto density = make<Volume>(grid_xml(file, "<boolean name='use_grid_bbox' value='true'/>"));
+  EXPECT_EQ(density->channels(), 1u);
+  EXPECT_EQ(density->box().lo, Vec3(2.25f, -0.75f, 0.75f));
+  EXPECT_EQ(density->box().hi, Vec3(4.25f, 0.75f, 1.75f));
+  for (int i = 0; i < 24; ++i) {
+    const Vec3 voxel(5 + i % 4, -1 + i / 4 % 3, 2 + i / 12);
+    EXPECT_NEAR(density->color(0.5f * voxel).x, mixed_value(i), 1e-6f) << i;
+  }
+  const auto colour = make<Volume>(grid_xml(file, "<string name='grid' value='colour'/>"));
+  EXPECT_LT(glm::length(colour->color(Vec3(0.75f, 0.5f, 0.5f)) - Rgb(.4f, .5f, .6f)), 1e-6f);
+  EXPECT_NE(error_of(grid_xml(file, "<string name='grid' value='colr'/>"))
+                .find("has no grid 'colr' (available: 'density', 'colour')"),
+            std::string::npos);
+  const std::string cut = folder.write("cut.vdb", bytes.substr(0, bytes.size() / 2));
+  EXPECT_NE(error_of(grid_xml(cut)), "no error");
 }
 
 TEST(GridVolume, RefusesBadPlacements) {

@@ -51,6 +51,8 @@ void translate_sensor(Node& node, Warnings& warnings);
 void translate_emitter(Node& node, Warnings& warnings);
 void translate_bsdf(Node& node, Warnings& warnings, Faults& faults);
 void translate_texture(Node& node, Warnings& warnings);
+void translate_medium(Node& node, Warnings& warnings);
+void translate_volume(Node& node);
 
 /// Replaces `vertexcolors` by black in shapes without colours, as in Mitsuba 0.6. Must come before
 /// textures are translated.

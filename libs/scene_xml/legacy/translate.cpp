@@ -82,6 +82,8 @@ class Translation {
     if (node.tag == "emitter") translate_emitter(node, warnings_);
     if (node.tag == "bsdf") translate_bsdf(node, warnings_, faults_);
     if (node.tag == "texture") translate_texture(node, warnings_);
+    if (node.tag == "medium") translate_medium(node, warnings_);
+    if (node.tag == "volume") translate_volume(node);
     if (node.tag == "sampler" && node.value("type") == "hammersley") set_type(node, "ldsampler");
     if (node.tag == "shape") translate_shape(node);
     restore_capitals(node);
@@ -102,7 +104,7 @@ class Translation {
   }
 
   /// Renames parameters from before 0.3, and keeps one BSDF of an OBJ file's, as Mitsuba 3
-  /// requires.
+  /// requires. Boundaries of media without a BSDF are invisible.
   void translate_shape(Node& node) {
     const std::string type = node.value("type");
     if (type == "sphere") rename_child(node, "inverted", "flip_normals");
@@ -116,6 +118,13 @@ class Translation {
       warnings_.add(child.where, "the first BSDF is used for the whole shape");
       return true;
     });
+    const bool has_medium = find_child(node, "interior") || find_child(node, "exterior");
+    const bool has_light = std::ranges::any_of(node.children, [&](const Node& child) {
+      return tag_of(child) == "emitter" || tag_of(child) == "sensor";
+    });
+    if (has_medium && !has_bsdf && !has_light) {
+      node.children.push_back(make_object("bsdf", "null", node.where));
+    }
   }
 
   /// Keeps the last value of a parameter that is given several times, as Mitsuba 0.6 did.
