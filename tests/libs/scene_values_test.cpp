@@ -250,6 +250,7 @@ TEST(Values, PluginsSayWhatTheirColoursMeasure) {
                                               {"texture", Quantity::kUnitless},
                                               {"color", Quantity::kColor},
                                               {"value", Quantity::kColor},
+                                              {"volume", Quantity::kReflectance},
                                               {"anisotropic", Quantity::kUnitless},
                                               {"base_color", Quantity::kReflectance},
                                               {"clearcoat", Quantity::kUnitless},
