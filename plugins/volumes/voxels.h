@@ -189,15 +189,28 @@ class Voxels {
     const glm::dvec3 corner = glm::floor(centre);
     const glm::dvec3 a = centre - slope * (half / std::sqrt(3.)) - corner,
                      b = centre + slope * (half / std::sqrt(3.)) - corner;
-    for (unsigned k = 0; k < 8; ++k) {
-      const glm::bvec3 is_second(k & 1, k & 2, k & 4);
-      const auto weight = [&](const glm::dvec3& at) {
-        const glm::dvec3 w = glm::mix(1. - at, at, is_second);
-        return w.x * w.y * w.z;
-      };
-      const double factor = half * (weight(a) + weight(b));
-      const size_t i = voxel(corner + glm::dvec3(is_second));
-      for (size_t c = 0; c < grid_.channels; ++c) sums[c] += factor * grid_.values[i + c];
+    // Offsets of the two voxels along each axis, and their weights at both nodes.
+    size_t offsets[3][2];
+    double at_a[3][2], at_b[3][2];
+    const size_t strides[] = {grid_.channels, row_length(), row_length() * grid_.size.y};
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto first = static_cast<float>(corner[axis]);
+      for (int k = 0; k < 2; ++k) {
+        const int voxel = wrapped(first + static_cast<float>(k), axis);
+        offsets[axis][k] = static_cast<size_t>(voxel) * strides[axis];
+        at_a[axis][k] = k == 0 ? 1 - a[axis] : a[axis];
+        at_b[axis][k] = k == 0 ? 1 - b[axis] : b[axis];
+      }
+    }
+    for (int z = 0; z < 2; ++z) {
+      for (int y = 0; y < 2; ++y) {
+        const float* const row = grid_.values.data() + offsets[2][z] + offsets[1][y];
+        const double row_a = half * at_a[2][z] * at_a[1][y], row_b = half * at_b[2][z] * at_b[1][y];
+        for (int x = 0; x < 2; ++x) {
+          const double factor = row_a * at_a[0][x] + row_b * at_b[0][x];
+          for (size_t c = 0; c < grid_.channels; ++c) sums[c] += factor * row[offsets[0][x] + c];
+        }
+      }
     }
   }
   /// Returns the index of a voxel's first value.
