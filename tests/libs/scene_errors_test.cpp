@@ -76,13 +76,13 @@ const Wrong kWrong[] = {
     {"TwoPhases", "<medium type='homogeneous'><phase type='hg'/>\n^<phase type='hg'/></medium>",
      "medium 'homogeneous' takes at most 1 phase"},
     {"AlbedoAboveOne", "<medium type='homogeneous'>^<float name='albedo' value='1.5'/></medium>",
-     "'albedo' must be at most 1, got 1.500000"},
+     "'albedo' must be at most 1, got 1.5"},
     {"AlbedoAboveOneInAVolume",
      "<medium type='heterogeneous'>^<volume type='constvolume' name='albedo'><rgb name='value' "
      "value='.5 2 1'/></volume></medium>",
-     "'albedo' must be at most 1, got 2.000000"},
+     "'albedo' must be at most 1, got 2"},
     {"NegativeExtinction", "<medium type='homogeneous'>^<float name='sigma_t' value='-1'/></medium>",
-     "'sigma_t' must not be negative, got -1.000000"},
+     "'sigma_t' must not be negative, got -1"},
     {"InfiniteExtinction",
      "<medium type='homogeneous'><float name='sigma_t' value='1e30'/>^<float name='scale' "
      "value='1e30'/></medium>",
@@ -96,7 +96,7 @@ const Wrong kWrong[] = {
     {"StringForVolume", "<medium type='homogeneous'>^<string name='sigma_t' value='a'/></medium>",
      "'sigma_t' must be a volume, color or float, got a string"},
     {"ForwardPhase", "<phase type='hg'>^<float name='g' value='1'/></phase>",
-     "'g' must be greater than -1 and less than 1, got 1.000000"},
+     "'g' must be greater than -1 and less than 1, got 1"},
     {"OnePhaseToBlend", "^<phase type='blendphase'><float name='weight' value='.5'/><phase "
      "type='hg'/></phase>",
      "phase 'blendphase': 'phase' must be two nested phase functions, got 1"},
