@@ -32,6 +32,7 @@ class Background {
     const int file = open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     dup2(file, STDERR_FILENO);
     dup2(file, STDOUT_FILENO);
+    signal(SIGINT, SIG_DFL);  // tests may run in a shell's background, whose programs ignore it
     execv(argv[0], argv.data());
     _exit(127);
   }
