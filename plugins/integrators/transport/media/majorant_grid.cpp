@@ -40,7 +40,8 @@ BlockWalk::BlockWalk(const MajorantGrid& grid, const Vec3& o, const Vec3& d, flo
 void BlockWalk::enter(const MajorantGrid& grid) {
   for (int a = 0; a < 3; ++a) {
     const float inverse = 1 / d_[a];
-    const float t0 = (grid.box().lo[a] - o_[a]) * inverse, t1 = (grid.box().hi[a] - o_[a]) * inverse;
+    const float t0 = (grid.box().lo[a] - o_[a]) * inverse,
+                t1 = (grid.box().hi[a] - o_[a]) * inverse;
     if (d_[a] == 0) {
       if (o_[a] < grid.box().lo[a] || o_[a] > grid.box().hi[a]) end_ = -1;
       continue;

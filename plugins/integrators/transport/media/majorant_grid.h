@@ -61,10 +61,10 @@ class BlockWalk {
   void enter(const MajorantGrid& grid);
   Vec3 o_, d_;
   float t_ = 0, end_;
-  glm::ivec3 at_{0};    ///< block
-  glm::ivec3 step_{0};  ///< 1 or -1 along each axis
+  glm::ivec3 at_{0};      ///< block
+  glm::ivec3 step_{0};    ///< 1 or -1 along each axis
   Vec3 next_{kInfinity};  ///< distance of the next face along each axis
-  Vec3 per_block_{0.f};  ///< distance between two faces
+  Vec3 per_block_{0.f};   ///< distance between two faces
   uint64_t random_;
 };
 

@@ -5,11 +5,23 @@
 #include <memory>
 #include <vector>
 
+#include "../rays.h"
 #include "kinome/scene.h"
 #include "kinome/wide/vectors.h"
 #include "majorant_grid.h"
 
 namespace kinome::transport {
+
+/// Moves a ray to point i, which it has hit, and sets its tmin so that it goes on behind the
+/// surface. Distances are those from the surface, so that no part of a medium is left out. Returns
+/// the distance of the point from the old origin.
+inline float go_on_behind(const SurfaceBlock& points, size_t i, Ray& ray) {
+  const Vec3 p = points.p.at(i);
+  const float distance = glm::dot(p - ray.o, ray.d);
+  ray.tmin = distance_behind(ray, p, points.n.at(i), points.p_error[i]) - distance;
+  ray.o += distance * ray.d;
+  return distance;
+}
 
 /// The media of a scene, numbered from 1, and the shapes that separate them. Immutable: made once
 /// per render, shared by all threads.

@@ -48,10 +48,11 @@ void warn_of_start(const Scene& scene, const Sensor& sensor) {
   }
   if (other <= given) return;
   log_warn(Error(Location{scene.file()},
-                 sensor.medium() ? "the sensor's medium isn't that of the shape around it: nest a "
-                                   "<ref> to that shape's medium in the sensor"
-                                 : "the sensor is in a medium but has none itself, so that its rays "
-                                   "start in empty space: nest a <ref> to the medium in the sensor")
+                 sensor.medium()
+                     ? "the sensor's medium isn't that of the shape around it: nest a "
+                       "<ref> to that shape's medium in the sensor"
+                     : "the sensor is in a medium but has none itself, so that its rays "
+                       "start in empty space: nest a <ref> to the medium in the sensor")
                .what());
 }
 

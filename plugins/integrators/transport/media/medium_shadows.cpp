@@ -29,8 +29,8 @@ MediumShadows::MediumShadows(const SceneTable& scene, const MediaTable& media, s
       tracking_(media, rays) {}
 
 void MediumShadows::trace(const Ray16* rays, size_t count, const uint32_t* medium,
-                          const float* distance, const uint32_t* owner,
-                          const RandomSeeds& seeds, RenderCounters& counters) {
+                          const float* distance, const uint32_t* owner, const RandomSeeds& seeds,
+                          RenderCounters& counters) {
   size_t on = begin(rays, count, medium, distance);
   for (uint32_t legs = 0; on > 0; ++legs) {
     const size_t leg = legs % 2;
@@ -42,7 +42,8 @@ void MediumShadows::trace(const Ray16* rays, size_t count, const uint32_t* mediu
     travel(wave, on, rays_[leg]);
     met_.find(rays_[leg], on, Surfaces::Which::kPassing);
     if (media_.has_grids()) track(leg, owner, seeds.after(legs));
-    for (const uint32_t i : met_.missed()) transmittance_.set(wave.from[i], wave.transmittance.at(i));
+    for (const uint32_t i : met_.missed())
+      transmittance_.set(wave.from[i], wave.transmittance.at(i));
     on = pass(leg);
   }
 }
@@ -54,6 +55,9 @@ size_t MediumShadows::begin(const Ray16* rays, size_t count, const uint32_t* med
   const size_t on = sort_.sort(rays, count);
   if (on == 0) return 0;
   sort_.copy(&rays_[0][0].ray, sizeof(RayHit16));
+  for (size_t k = 0; k < padded(on) / kBlockLanes; ++k) {
+    std::fill_n(rays_[0][k].ray.tmin, kBlockLanes, 0.f);
+  }
   const Wave& wave = waves_[0];
   std::copy_n(sort_.order(), padded(on), wave.from);
   for_lanes(on, [&](size_t i) {
@@ -79,9 +83,9 @@ void MediumShadows::travel(const Wave& wave, size_t count, const RayHit16* rays)
     const wide::Rgb extinction = gather(media_.extinction(), medium);
     const Float red = exp(-extinction.x * travelled);
     const wide::Rgb transmittance =
-        media_.is_coloured() ? wide::Rgb(red, exp(-extinction.y * travelled),
-                                         exp(-extinction.z * travelled))
-                             : wide::Rgb(red);
+        media_.is_coloured()
+            ? wide::Rgb(red, exp(-extinction.y * travelled), exp(-extinction.z * travelled))
+            : wide::Rgb(red);
     (wide::Rgb::load(wave.transmittance, i) * transmittance).store(wave.transmittance, i);
   });
 }
@@ -97,7 +101,8 @@ void MediumShadows::track(size_t leg, const uint32_t* owner, const RandomSeeds& 
   };
   for (const uint32_t i : met_.missed()) add(i, false);
   for (const Surfaces::Range& range : met_.ranges()) {
-    for (size_t i = range.first; i < range.first + range.count; ++i) add(met_.points().ray[i], true);
+    for (size_t i = range.first; i < range.first + range.count; ++i)
+      add(met_.points().ray[i], true);
   }
   tracking_.find_transmittances(wave.transmittance);
 }
@@ -121,11 +126,9 @@ size_t MediumShadows::pass(size_t leg) {
       next.from[count] = wave.from[before];
       next.transmittance.set(count, transmittance);
       Ray ray = ray_of(&rays[before / 16].ray, before % 16);
-      const float distance =
-          distance_behind(ray, points.p.at(i), points.n.at(i), points.p_error[i]);
+      const float distance = go_on_behind(points, i, ray);
       next.medium[count] = media_.behind(shape, points.n.at(i), ray.d, wave.medium[before]);
       next.left[count] = std::max(wave.left[before] - distance, 0.f);
-      ray.o += distance * ray.d;
       // Ends where the whole ray ends.
       ray.tmax = std::max(wave.end[before] - distance, 0.f);
       next.end[count] = ray.tmax;

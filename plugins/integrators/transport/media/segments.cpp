@@ -23,7 +23,8 @@ KINOME_WIDE void store_to(T value, const uint32_t* path, size_t i, size_t count,
   if (!path) return value.store(column + i);
   alignas(kColumnAlignment) std::remove_pointer_t<decltype(column)> values[kLanes];
   value.store(values);
-  for (size_t lane = 0; lane < std::min(count, kLanes); ++lane) column[path[i + lane]] = values[lane];
+  for (size_t lane = 0; lane < std::min(count, kLanes); ++lane)
+    column[path[i + lane]] = values[lane];
 }
 
 /// Component `channel` of v.
@@ -76,8 +77,8 @@ Segments::Segments(const SceneTable& scene, const MediaTable& media, bool hides_
   }
 }
 
-void Segments::trace(RayHit16* rays, size_t count, const PathState& state,
-                     const RandomSeeds& seeds, RayKind kind, RenderCounters& counters) {
+void Segments::trace(RayHit16* rays, size_t count, const PathState& state, const RandomSeeds& seeds,
+                     RayKind kind, RenderCounters& counters) {
   for_lanes(count, [&](size_t i) {
     Float::load(rays[i / kBlockLanes].ray.tmax + i % kBlockLanes).store(far_ + i);
   });
@@ -89,7 +90,10 @@ void Segments::trace(RayHit16* rays, size_t count, const PathState& state,
     RayHit16* const beyond = beyond_[leg];
     const uint32_t* const path = path_[leg];
     trace_leg(beyond, left, path, state, seeds.after(legs), kind, counters);
-    for (size_t i = 0; i < left; ++i) copy_ray_hit(beyond, i, rays, path[i]);
+    for (size_t i = 0; i < left; ++i) {
+      copy_ray_hit(beyond, i, rays, path[i]);
+      rays[path[i] / kBlockLanes].ray.tmin[path[i] % kBlockLanes] = 0;
+    }
     left = pass(beyond, left, path, 1 - leg, state);
   }
 }
@@ -117,8 +121,9 @@ void Segments::trace_leg(RayHit16* rays, size_t count, const uint32_t* path, con
 Float Segments::distance_to_collision(Int k, const PathState& state) const {
   const Int medium = as_int(gather(state.medium, k));
   const Columns3 all = media_.extinction();
-  const Float extinction =
-      state.channel ? component(gather(all, medium), as_int(gather(state.channel, k))) : gather(all.x, medium);
+  const Float extinction = state.channel
+                               ? component(gather(all, medium), as_int(gather(state.channel, k)))
+                               : gather(all.x, medium);
   const Float optical_depth = gather(state.optical_depth, k);
   return select(extinction > 0.f, optical_depth / extinction, Float(kInfinity));
 }
@@ -147,9 +152,10 @@ void Segments::settle(RayHit16* rays, size_t count, const uint32_t* path,
       const Int channel = as_int(gather(state.channel, k));
       const wide::Rgb all = gather(media_.extinction(), medium);
       extinction = component(all, channel);
-      throughput = throughput * select(is_inside, segment_weight(throughput, all, albedo, channel,
-                                                                 travelled, collides),
-                                       wide::Rgb(1.f));
+      throughput =
+          throughput * select(is_inside,
+                              segment_weight(throughput, all, albedo, channel, travelled, collides),
+                              wide::Rgb(1.f));
     } else {
       throughput = throughput * select(collides, albedo, wide::Rgb(1.f));
     }
@@ -179,7 +185,8 @@ void Segments::track(RayHit16* rays, size_t count, const uint32_t* path, const P
   }
   if (tracking_.is_empty()) return;
   const auto first = static_cast<uint32_t>(scene_.scene().shapes().size());
-  for (const auto& [k, distance] : tracking_.find_collisions(state.throughput, state.optical_depth)) {
+  for (const auto& [k, distance] :
+       tracking_.find_collisions(state.throughput, state.optical_depth)) {
     RayHit16& block = rays[position_[k] / kBlockLanes];
     const size_t lane = position_[k] % kBlockLanes;
     block.ray.tmax[lane] = distance;
@@ -213,10 +220,7 @@ size_t Segments::pass(const RayHit16* rays, size_t count, const uint32_t* path, 
       const uint32_t k = path ? path[points.ray[i]] : points.ray[i];
       if (range.row->emitter && state.scatterings[k] > 0) continue;
       Ray ray = ray_of(&rays[points.ray[i] / 16].ray, points.ray[i] % 16);
-      const float distance =
-          distance_behind(ray, points.p.at(i), points.n.at(i), points.p_error[i]);
-      ray.o += distance * ray.d;
-      far_[k] -= distance;
+      far_[k] -= go_on_behind(points, i, ray);
       state.medium[k] = media_.behind(shape, points.n.at(i), ray.d, state.medium[k]);
       set_ray(beyond_[next][n / kBlockLanes].ray, n % kBlockLanes, ray);
       path_[next][n++] = k;

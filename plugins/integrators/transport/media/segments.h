@@ -12,7 +12,7 @@ namespace kinome::transport {
 /// Columns of paths whose next edges are traced.
 struct PathState {
   const uint32_t* owner;  ///< sample of the block
-  uint32_t* medium;     ///< number of the medium (MediaTable) at the ray's origin
+  uint32_t* medium;       ///< number of the medium (MediaTable) at the ray's origin
   Columns3 throughput;
   float* optical_depth;  ///< that the ray travels before it collides
   /// Channel of the extinction that `optical_depth` refers to. nullptr unless media are coloured.
@@ -59,7 +59,7 @@ class Segments {
   std::vector<uint32_t> passed_row_of_;
   bool passes_ = false;
   Arena per_ray_;
-  float* far_;       ///< length that is left of each ray
+  float* far_;  ///< length that is left of each ray
   /// Continuations of rays behind boundaries, and the indices of their paths.
   RayHit16* beyond_[2];
   uint32_t* path_[2];

@@ -100,8 +100,8 @@ void Tracking::find_transmittances(const Columns3& transmittance) {
           walks[n++] = walk;
           continue;
         }
-        transmittance.set(walk.index, transmittance.at(walk.index) * walk.transmittance *
-                                          std::exp(-walk.passed));
+        transmittance.set(
+            walk.index, transmittance.at(walk.index) * walk.transmittance * std::exp(-walk.passed));
       }
       walks.erase(walks.begin() + static_cast<std::ptrdiff_t>(n), walks.end());
       evaluate(*media_.medium(m), walks);

@@ -25,10 +25,10 @@ class Tracking {
     float distance;
   };
   /// Delta tracking: samples the first collision of each segment. Tentative collisions have the
-  /// rate of the block's majorant. They are real with the mean probability of the channels, weighted
-  /// by the throughput of the path `index`, which is divided by this mean. So the sum of the
-  /// channels doesn't depend on the outcome, except for the albedo. `optical_depth`: that of the
-  /// first tentative collision; set to that of the next one. The result is valid until the next
+  /// rate of the block's majorant. They are real with the mean probability of the channels,
+  /// weighted by the throughput of the path `index`, which is divided by this mean. So the sum of
+  /// the channels doesn't depend on the outcome, except for the albedo. `optical_depth`: that of
+  /// the first tentative collision; set to that of the next one. The result is valid until the next
   /// call.
   const std::vector<Collision>& find_collisions(const Columns3& throughput, float* optical_depth);
 

@@ -72,7 +72,8 @@ void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays
   RayKind kind = RayKind::kCamera;
   for (uint32_t first = kCameraDimensions; count_ > 0; first += kStepDimensions) {
     {
-      const StageTimer timer(counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
+      const StageTimer timer(
+          counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
       sample_distances(samples, first);
       const PathState state{along_.owner,   along_.medium, along_.throughput,
                             optical_depth_, channel_,      along_.scatterings};
@@ -125,9 +126,7 @@ void VolumePaths::begin(const PixelSamples& samples, const RayHit16* camera_rays
 void VolumePaths::sample_distances(const PixelSamples& samples, uint32_t dimension) {
   if (media_.size() == 1) return;
   numbers_.fill_1d(sampler_, samples, dimension, along_.owner, count_, u_);
-  for_lanes(count_, [&](size_t i) {
-    (-log(1.f - Float::load(u_ + i))).store(optical_depth_ + i);
-  });
+  for_lanes(count_, [&](size_t i) { (-log(1.f - Float::load(u_ + i))).store(optical_depth_ + i); });
   if (!channel_) return;
   numbers_.fill_1d(sampler_, samples, dimension + 1, along_.owner, count_, u_);
   for_lanes(count_, [&](size_t i) {
@@ -180,9 +179,8 @@ void VolumePaths::add_environment(const Columns3& radiance) {
   const auto missed = met_.missed();
   const Emitter* const environment = scene_.scene().environment();
   if (!environment || missed.empty()) return;
-  for_lanes(missed.size(), [&](size_t i) {
-    GatheredRays(rays_, missed.data() + i).d().store(missed_d_, i);
-  });
+  for_lanes(missed.size(),
+            [&](size_t i) { GatheredRays(rays_, missed.data() + i).d().store(missed_d_, i); });
   environment->eval_environment_block(missed_d_, missed.size(), missed_light_, missed_pdf_);
   alignas(kColumnAlignment) uint32_t owner[kLanes];
   for_lanes(missed.size(), [&](size_t i) {
@@ -298,8 +296,8 @@ void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, float
     wide::Rgb carried = wide::Rgb::load(at_.throughput, i) * wide::Rgb::load(answer_.weight, i);
     const Float before = Float::load(at_.scatterings + i);
     const Float scatterings = before + select(is_straight, Float(0.f), Float(1.f));
-    Mask on = (Float::load(met_.live() + i) > 0.f) &
-              !(Float::load(answer_.sample_pdf + i) <= 0.f) & (scatterings < max_depth);
+    Mask on = (Float::load(met_.live() + i) > 0.f) & !(Float::load(answer_.sample_pdf + i) <= 0.f) &
+              (scatterings < max_depth);
     const Float survival = survival_probability(carried);
     const Mask is_chosen = (scatterings > rr_depth) & !is_straight;
     on &= (Float::load(u1_ + i) < survival) | !is_chosen;
@@ -307,8 +305,7 @@ void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, float
     carried = select(on, carried);
     carried.store(carried_, i);
     on &= !is_black(carried);
-    const Mask is_alone =
-        (is_delta > 0.f) | !(Float::load(samples_emitters_ + i) > 0.f);
+    const Mask is_alone = (is_delta > 0.f) | !(Float::load(samples_emitters_ + i) > 0.f);
     const Float pdf = select(is_alone, Float(kInfinity), Float::load(answer_.sample_pdf + i));
     select(is_straight, Float::load(at_.pdf + i), pdf).store(at_.pdf + i);
     select(is_straight, wide::Vec3::load(at_.from, i), wide::Vec3::load(points.p, i))
