@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 namespace kinome {
@@ -12,6 +13,11 @@ namespace {
 /// Bytes of a huge page that must be used for it to be worth requesting.
 constexpr size_t kMinUsed = ZeroedMemory::kHugePage / 4;
 
+/// Returns the number of bytes that are mapped for `bytes`, which are at least kMinUsed.
+size_t mapped_bytes(size_t bytes) {
+  return (bytes + ZeroedMemory::kHugePage - 1) / ZeroedMemory::kHugePage * ZeroedMemory::kHugePage;
+}
+
 }  // namespace
 
 ZeroedMemory::ZeroedMemory(size_t bytes) {
@@ -19,11 +25,13 @@ ZeroedMemory::ZeroedMemory(size_t bytes) {
   if (bytes == 0) return;
   if (bytes > kMaxBytes) throw std::bad_alloc();
   if (bytes < kMinUsed) {
-    memory_ = {std::calloc(bytes, 1), Release{0}};
+    const size_t padded = (bytes + kMinAlignment - 1) / kMinAlignment * kMinAlignment;
+    memory_ = {std::aligned_alloc(kMinAlignment, padded), Release{bytes}};
     if (!memory_) throw std::bad_alloc();
+    std::memset(memory_.get(), 0, padded);
     return;
   }
-  const size_t pages = (bytes + kHugePage - 1) / kHugePage * kHugePage;
+  const size_t pages = mapped_bytes(bytes);
   // Map one page more, and unmap what lies outside the aligned pages.
   void* const mapped =
       mmap(nullptr, pages + kHugePage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -32,7 +40,7 @@ ZeroedMemory::ZeroedMemory(size_t bytes) {
   const size_t before = (kHugePage - reinterpret_cast<uintptr_t>(begin) % kHugePage) % kHugePage;
   if (before > 0) munmap(begin, before);
   munmap(begin + before + pages, kHugePage - before);
-  memory_ = {begin + before, Release{pages}};
+  memory_ = {begin + before, Release{bytes}};
 #if defined(MADV_HUGEPAGE)
   const size_t last = bytes - (pages - kHugePage);
   const size_t huge = last < kMinUsed ? pages - kHugePage : pages;
@@ -40,11 +48,12 @@ ZeroedMemory::ZeroedMemory(size_t bytes) {
 #endif
 }
 
-void ZeroedMemory::Release::operator()(void* memory) const {
-  if (mapped == 0) {
+void ZeroedMemory::release(void* memory, size_t bytes) {
+  if (!memory) return;
+  if (bytes < kMinUsed) {
     std::free(memory);
   } else {
-    munmap(memory, mapped);
+    munmap(memory, mapped_bytes(bytes));
   }
 }
 

@@ -11,6 +11,7 @@
 #include "clustered/product/lights/light_point_draw.h"
 #include "clustered/product/lights/point_partition.h"
 #include "kernel_helpers.h"
+#include "kinome/render_context.h"
 #include "support/statistics.h"
 
 namespace kinome::test::local_parts_test {
@@ -47,6 +48,27 @@ TEST(PointPartition, GivesEachPointOneCell) {
   // Positions far from all points have a cell, too.
   for (const float far : {-1e6f, 1e6f}) {
     EXPECT_LT(cells.cell_of({Vec3(far), Vec3(0, 0, 1)}), cells.size());
+  }
+}
+
+/// Threads make the same cells. Equal points, which can't be divided, are among the points.
+TEST(PointPartition, IsTheSameWithThreads) {
+  Random random(3);
+  std::vector<OrientedPoint> points(300, random_point(random));
+  while (points.size() < 3000) points.push_back(random_point(random));
+  std::vector<float> flux;
+  for (const OrientedPoint& p : points) flux.push_back(p.position.x < 0.1f ? 100.f : 1.f);
+  RenderContext context({.threads = 3});
+  for (const uint32_t count : {1u, 7u, 200u, 5000u}) {
+    std::vector<uint32_t> cells;
+    const PointPartition alone(points, flux, count);
+    const PointPartition together(points, flux, count, &context.scheduler, &cells);
+    ASSERT_EQ(together.size(), alone.size());
+    ASSERT_EQ(cells.size(), points.size());
+    for (size_t i = 0; i < points.size(); ++i) {
+      ASSERT_EQ(alone.cell_of(points[i]), cells[i]);
+      ASSERT_EQ(together.cell_of(points[i]), cells[i]);
+    }
   }
 }
 

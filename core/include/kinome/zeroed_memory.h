@@ -13,19 +13,25 @@ namespace kinome {
 class KINOME_EXPORT ZeroedMemory {
  public:
   static constexpr size_t kHugePage = size_t{1} << 21;
+  static constexpr size_t kMinAlignment = 64;
 
   ZeroedMemory() = default;
   /// Throws std::bad_alloc.
   explicit ZeroedMemory(size_t bytes);
 
-  /// Pointer to the memory, aligned for any number, and to kHugePage from that size on. nullptr if
+  /// Pointer to the memory, aligned to kMinAlignment, and to kHugePage from that size on. nullptr if
   /// empty.
   void* data() const { return memory_.get(); }
 
+  /// Returns the memory of an object that this call makes empty. The caller must pass it to
+  /// release() with the number of bytes of the constructor.
+  void* detach() { return memory_.release(); }
+  static void release(void* memory, size_t bytes);
+
  private:
   struct Release {
-    size_t mapped;  ///< bytes; 0: allocated on the heap
-    void operator()(void* memory) const;
+    size_t bytes;
+    void operator()(void* memory) const { release(memory, bytes); }
   };
   std::unique_ptr<void, Release> memory_{nullptr, Release{0}};
 };

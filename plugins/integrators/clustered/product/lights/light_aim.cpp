@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "clustered/product/tiles/spread.h"
-#include "kinome/render_context.h"
 #include "kinome/scene.h"
 #include "kinome/warp.h"
 
@@ -103,15 +102,13 @@ std::vector<AimSphere> aim_spheres(std::vector<WeightedPosition> positions) {
 }
 
 std::vector<EyePoint> points_around(const Scene& scene, std::span<const SurfaceInteraction> seen,
-                                    uint64_t seed, RenderContext& context) {
+                                    size_t first, uint64_t seed, RenderCounters& counters) {
   std::vector<EyePoint> points(seen.size()), all;
-  for (size_t i = 0; i < seen.size(); ++i) points[i] = {seen[i], 1, hash_words(seed, i)};
-  RenderCounters counters;
+  for (size_t i = 0; i < seen.size(); ++i) points[i] = {seen[i], 1, hash_words(seed, first + i)};
   for (const uint32_t rays_of_each : {kRaysOfPlace, 1u}) {
     points = next_points(scene, points, rays_of_each, counters);
     all.insert(all.end(), points.begin(), points.end());
   }
-  context.job.stats().counters.add(counters);
   return all;
 }
 

@@ -10,8 +10,8 @@
 
 namespace kinome {
 
-class RenderContext;
 class Scene;
+struct RenderCounters;
 
 /// A sphere around positions whose light contributes to the image.
 struct AimSphere {
@@ -44,8 +44,9 @@ struct EyePoint {
 };
 
 /// Returns the points that one or two rays, sampled by BSDFs, reach from the given surface points.
+/// `first` is the index of the first of these, for random numbers.
 std::vector<EyePoint> points_around(const Scene& scene, std::span<const SurfaceInteraction> seen,
-                                    uint64_t seed, RenderContext& context);
+                                    size_t first, uint64_t seed, RenderCounters& counters);
 
 /// Selects one of `count` spheres, or none (-1), with u. Rescales u so that it is uniform in [0, 1)
 /// again. Leaves u unchanged if `count` is 0.

@@ -121,7 +121,7 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
     const uint32_t least = bounce_ends_.empty() ? settings.points : settings.points / 4;
     surface_count_ = std::clamp(surfaces * kPointsOfSurface, least, kMaxSurfacePoints);
     make_cells(false, std::clamp(surfaces * kCellsOfSurface, kSurfaceCells, kMaxSurfaceCells),
-               learn_guide(false, surface_count_, seen, own, context), 1);
+               learn_guide(false, surface_count_, seen, own, context), 1, context.scheduler);
     surface_cells_ = size_ - lamp_cells_;
   }
   if (!bounce_ends_.empty()) {
@@ -139,7 +139,7 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
       draw_part(true, settings.points, hash_words(own, 3), context, drawn);
     }
     make_cells(true, settings.bounce_cells, drawn,
-               static_cast<double>(bounce_count_) / settings.points);
+               static_cast<double>(bounce_count_) / settings.points, context.scheduler);
     const bool mirrors =
         std::any_of(scene.shapes().begin(), scene.shapes().end(),
                     [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
@@ -267,7 +267,7 @@ void LocalLight::add_column(const CellSums& sums, double repeated) {
 
 /// The draws have the density of a pass's points, but don't contribute to any pass.
 void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn,
-                            double repeated) {
+                            double repeated, const Scheduler& scheduler) {
   std::vector<OrientedPoint> places;
   std::vector<float> guided_flux;
   const auto use_of = [](const LightOrigin& origin) { return origin.guided * origin.aimed; };
@@ -284,15 +284,17 @@ void LocalLight::make_cells(bool bounce, uint32_t count, const std::vector<Drawn
     guided_flux.push_back(0);
   }
   PointPartition& partition = bounce ? bounce_partition_ : surface_partition_;
-  partition = PointPartition(places, guided_flux, count);
+  std::vector<uint32_t> cells;
+  partition = PointPartition(places, guided_flux, count, &scheduler, &cells);
   std::vector<CellSums> sums(partition.size());
   if (is_unknown) sums[0].add(places[0], 0);
+  size_t next = 0;
   for (const Drawn& chunk : drawn) {
     for (size_t i = 0; i < chunk.points.size(); ++i) {
       const LightPoint& p = chunk.points[i];
-      const OrientedPoint place{p.position, p.normal};
-      sums[partition.cell_of(place)].add(place, importance_of(p.power), chunk.origins[i].guided,
-                                         use_of(chunk.origins[i]), chunk.is_deep[i] != 0);
+      sums[cells[next]].add(places[next], importance_of(p.power), chunk.origins[i].guided,
+                            use_of(chunk.origins[i]), chunk.is_deep[i] != 0);
+      ++next;
     }
   }
   std::vector<double> areas;

@@ -12,6 +12,7 @@
 #include "clustered/product/lights/source_choice.h"
 #include "clustered/product/rays/straight_rays.h"
 #include "kinome/emitter.h"
+#include "kinome/large_array.h"
 #include "kinome/scene.h"
 #include "transport/path_parameters.h"
 #include "transport/scene_table.h"
@@ -99,11 +100,11 @@ struct AdjointSample;
 
 /// Light points of one pass, sorted by cell. Within a cell, neighbours are close to one another.
 struct LocalPoints {
-  std::vector<LightPoint> points;
-  std::vector<simd::LightPointRow> rows;  ///< the same points, for kernels
-  std::vector<uint32_t> reflection;       ///< LightPoint::reflection of the same points
-  std::vector<uint32_t> first;            ///< first point of each LocalLight cell, and the end
-  std::vector<Reflection> reflections;
+  LargeArray<LightPoint> points;
+  LargeArray<simd::LightPointRow> rows;  ///< the same points, for kernels
+  LargeArray<uint32_t> reflection;       ///< LightPoint::reflection of the same points
+  std::vector<uint32_t> first;           ///< first point of each LocalLight cell, and the end
+  LargeArray<Reflection> reflections;
   bool has_bent_normals = false;  ///< true if off_surface isn't 0 for some point
   /// Number of points relative to that of a pass. Callers must divide powers by this value, because
   /// powers are those of a full pass.
@@ -274,10 +275,12 @@ class LocalLight {
   void make_lamp_cells();
   /// Finds the spheres of aim, and sets the bounce_share of each source by them.
   void aim_sources(std::span<const SurfaceInteraction> seen, uint64_t seed, RenderContext& context);
-  /// Returns the points, weighted by the light that one emitter sample finds there. If it finds
-  /// hardly any, all light has the same weight.
-  std::vector<WeightedPosition> lit_positions(const std::vector<EyePoint>& points,
-                                              RenderContext& context) const;
+  /// Returns positions around the seen ones, weighted by the light that one emitter sample finds
+  /// there. If it finds hardly any, all light has the same weight.
+  std::vector<WeightedPosition> lit_positions(std::span<const SurfaceInteraction> seen,
+                                              uint64_t seed, RenderContext& context) const;
+  /// Returns the light that one emitter sample finds at each point.
+  std::vector<float> light_at(std::span<const EyePoint> points, RenderCounters& counters) const;
   AimCones surface_cones(const SurfaceInteraction& x) const;
   double flux_to_aims(const Source& source, uint64_t seed) const;
   /// Number of draws for the estimate of a source's flux.
@@ -296,7 +299,8 @@ class LocalLight {
                                  std::span<const SurfaceInteraction> seen, uint64_t seed,
                                  RenderContext& context);
   /// Makes at most `count` cells from draws. A pass will have `repeated` times as many points.
-  void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn, double repeated);
+  void make_cells(bool bounce, uint32_t count, const std::vector<Drawn>& drawn, double repeated,
+                  const Scheduler& scheduler);
   /// Adds a cell. `repeated` as for make_cells().
   void add_column(const CellSums& sums, double repeated);
   void draw_part(bool bounce, uint32_t count, uint64_t seed, RenderContext& context,

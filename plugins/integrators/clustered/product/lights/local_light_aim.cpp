@@ -5,6 +5,7 @@
 #include "clustered/product/lights/light_point_draw.h"
 #include "clustered/product/lights/local_light.h"
 #include "clustered/product/tiles/spread.h"
+#include "kinome/render_context.h"
 
 namespace kinome {
 namespace {
@@ -16,6 +17,8 @@ constexpr double kByAllFlux = 0.5;
 constexpr double kMinPart = 1e-12;
 /// Minimum number of lit points for weights to depend on light.
 constexpr size_t kMinLit = 16;
+/// Number of seen positions whose surroundings a thread explores together.
+constexpr size_t kPlacesOfPart = 64;
 /// Random numbers of an eye point, after those of its rays.
 enum Number : uint32_t { kSource = 16, kPlace };
 enum Seed : uint64_t { kSeedOfRegion = 0x72656769, kSeedOfFlux = 0x61696d66 };
@@ -31,8 +34,7 @@ bool meets(const AimSphere& sphere, const Vec3& o, const Vec3& d) {
 
 void LocalLight::aim_sources(std::span<const SurfaceInteraction> seen, uint64_t seed,
                              RenderContext& context) {
-  aims_ = aim_spheres(lit_positions(
-      points_around(scene_, seen, hash_words(seed, kSeedOfRegion), context), context));
+  aims_ = aim_spheres(lit_positions(seen, hash_words(seed, kSeedOfRegion), context));
   for (Source& source : sources_) {
     const Emitter& emitter = *source.emitter;
     if (source.kind == Kind::kSurface) continue;
@@ -72,14 +74,49 @@ void LocalLight::aim_sources(std::span<const SurfaceInteraction> seen, uint64_t 
   }
 }
 
-std::vector<WeightedPosition> LocalLight::lit_positions(const std::vector<EyePoint>& points,
+std::vector<WeightedPosition> LocalLight::lit_positions(std::span<const SurfaceInteraction> seen,
+                                                        uint64_t seed,
                                                         RenderContext& context) const {
+  struct Part {
+    std::vector<WeightedPosition> positions;
+    std::vector<float> light;
+    RenderCounters counters;
+  };
+  std::vector<Part> parts((seen.size() + kPlacesOfPart - 1) / kPlacesOfPart);
+  context.scheduler.parallel_for(parts.size(), [&](size_t k) {
+    const size_t first = k * kPlacesOfPart;
+    const auto own = seen.subspan(first, std::min(kPlacesOfPart, seen.size() - first));
+    Part& part = parts[k];
+    const std::vector<EyePoint> points = points_around(scene_, own, first, seed, part.counters);
+    for (const EyePoint& point : points) part.positions.push_back({point.si.p, point.weight});
+    part.light = light_at(points, part.counters);
+  });
   std::vector<WeightedPosition> positions;
+  std::vector<float> light;
+  for (const Part& part : parts) {
+    positions.insert(positions.end(), part.positions.begin(), part.positions.end());
+    light.insert(light.end(), part.light.begin(), part.light.end());
+    context.job.stats().counters.add(part.counters);
+  }
+  double sum = 0;
+  size_t count = 0;
+  for (const float value : light) {
+    sum += static_cast<double>(value);
+    count += value > 0 ? 1 : 0;
+  }
+  if (count < kMinLit) return positions;
+  // Points that are brighter than the average lit point count little more than this.
+  const auto mean = static_cast<float>(sum / static_cast<double>(count));
+  for (size_t i = 0; i < light.size(); ++i) positions[i].weight *= light[i] / (light[i] + mean);
+  return positions;
+}
+
+std::vector<float> LocalLight::light_at(std::span<const EyePoint> points,
+                                        RenderCounters& counters) const {
   std::vector<Ray> rays(points.size());
   std::vector<float> light(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     const SurfaceInteraction& si = points[i].si;
-    positions.push_back({si.p, points[i].weight});
     const uint64_t seed = points[i].seed;
     const SourceChoice::At asked = asked_at(si, si.wi.z >= 0 ? 1.f : -1.f);
     const uint32_t source = asked.pick(random_float(seed, kSource));
@@ -96,21 +133,9 @@ std::vector<WeightedPosition> LocalLight::lit_positions(const std::vector<EyePoi
     light[i] = found;
     rays[i] = si.shadow_ray(direct->d, direct->distance);
   }
-  RenderCounters counters;
   const std::vector<float> shares = arriving_shares(scene_, passing(), rays, counters);
-  context.job.stats().counters.add(counters);
-  double sum = 0;
-  size_t count = 0;
-  for (size_t i = 0; i < points.size(); ++i) {
-    light[i] *= shares[i];
-    sum += static_cast<double>(light[i]);
-    count += light[i] > 0 ? 1 : 0;
-  }
-  if (count < kMinLit) return positions;
-  // Points that are brighter than the average lit point count little more than this.
-  const auto mean = static_cast<float>(sum / static_cast<double>(count));
-  for (size_t i = 0; i < points.size(); ++i) positions[i].weight *= light[i] / (light[i] + mean);
-  return positions;
+  for (size_t i = 0; i < points.size(); ++i) light[i] *= shares[i];
+  return light;
 }
 
 AimCones LocalLight::surface_cones(const SurfaceInteraction& x) const {

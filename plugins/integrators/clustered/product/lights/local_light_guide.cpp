@@ -27,6 +27,7 @@ constexpr uint64_t kMaxRounds = 5;
 /// Number of points that each seen position evaluates, and number of rays that it sends to them.
 constexpr uint32_t kLooks = 64, kRays = 4;
 constexpr size_t kViewsOfChunk = 64;
+constexpr uint32_t kViewsOfPart = 256;
 enum Seed : uint64_t {
   kSeedOfPlaces = 0x7365656e,
   kSeedOfRounds = 0x726f756e,
@@ -154,22 +155,35 @@ std::vector<SurfaceInteraction> places_seen(const Scene& scene, const Sensor& se
                                             uint32_t count, uint64_t seed, RenderContext& context) {
   const Rect& crop = sensor.film().crop();
   const uint64_t x = hash_words(seed, kSeedOfPlaces, 1), y = hash_words(seed, kSeedOfPlaces, 2);
-  std::vector<RayHit> rays(count);
-  for (uint32_t i = 0; i < count; ++i) {
-    const Vec2 u = owen_sobol_point(i, x, y);
-    const Vec2 place(static_cast<float>(crop.x0) + u.x * static_cast<float>(crop.width()),
-                     static_cast<float>(crop.y0) + u.y * static_cast<float>(crop.height()));
-    rays[i].ray = sensor.sample_ray(place, Vec2(0.5f));
-  }
-  RenderCounters counters;
-  scene.intersect(rays, Coherence::kIncoherent, counters);
-  counters[RayKind::kCamera] += count;
-  context.job.stats().counters.add(counters);
+  struct Part {
+    std::vector<SurfaceInteraction> places;
+    RenderCounters counters;
+  };
+  std::vector<Part> parts((count + kViewsOfPart - 1) / kViewsOfPart);
+  context.scheduler.parallel_for(parts.size(), [&](size_t k) {
+    Part& part = parts[k];
+    const auto first = static_cast<uint32_t>(k) * kViewsOfPart;
+    std::vector<RayHit> rays(std::min(kViewsOfPart, count - first));
+    for (uint32_t i = 0; i < rays.size(); ++i) {
+      const Vec2 u = owen_sobol_point(first + i, x, y);
+      const Vec2 place(static_cast<float>(crop.x0) + u.x * static_cast<float>(crop.width()),
+                       static_cast<float>(crop.y0) + u.y * static_cast<float>(crop.height()));
+      rays[i].ray = sensor.sample_ray(place, Vec2(0.5f));
+    }
+    scene.intersect(rays, Coherence::kIncoherent, part.counters);
+    part.counters[RayKind::kCamera] += rays.size();
+    for (const RayHit& ray : rays) {
+      if (!ray.hit.valid()) continue;
+      const SurfaceInteraction si = scene.interaction(ray);
+      if (any(si.shape->bsdf().lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) {
+        part.places.push_back(si);
+      }
+    }
+  });
   std::vector<SurfaceInteraction> places;
-  for (const RayHit& ray : rays) {
-    if (!ray.hit.valid()) continue;
-    const SurfaceInteraction si = scene.interaction(ray);
-    if (any(si.shape->bsdf().lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) places.push_back(si);
+  for (const Part& part : parts) {
+    places.insert(places.end(), part.places.begin(), part.places.end());
+    context.job.stats().counters.add(part.counters);
   }
   return places;
 }

@@ -101,7 +101,7 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, const Scheduler
     const LightPoint* point;
     bool operator<(const Key& other) const { return code < other.code; }
   };
-  std::vector<Key> keys(all.first.back());
+  LargeArray<Key> keys(all.first.back());
   all.reflections.resize(reflections);
   scheduler.parallel_for(ranges.size(), [&](size_t r) {
     Range& range = ranges[r];

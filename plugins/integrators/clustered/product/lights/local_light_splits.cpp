@@ -6,6 +6,7 @@
 #include "clustered/product/lights/light_point_draw.h"
 #include "clustered/product/lights/local_light.h"
 #include "clustered/product/tiles/spread.h"
+#include "kinome/render_context.h"
 
 namespace kinome {
 namespace {
@@ -72,37 +73,42 @@ bool LocalLight::learn_splits(const std::vector<Drawn>& drawn,
                               RenderContext& context) {
   if (max_depth() <= kBounceDepth || seen.empty()) return false;
   const std::vector<LightGuide::Use> uses = find_uses(drawn, seen, seed, context);
-  std::vector<OrientedPoint> places;
-  std::vector<float> powers, later;  // `later`: use of the points that the walk leaves afterwards
-  double all_power = 0, all_later = 0;
+  std::vector<size_t> first;  // index of each chunk's first point
+  size_t count = 0;
   for (const Drawn& chunk : drawn) {
-    const size_t first = later.size();
-    later.resize(first + chunk.points.size());
+    first.push_back(count);
+    count += chunk.points.size();
+  }
+  std::vector<OrientedPoint> places(count);
+  // `later`: use of the points that the walk leaves afterwards.
+  std::vector<float> powers(count), later(count);
+  context.scheduler.parallel_for(drawn.size(), [&](size_t c) {
+    const Drawn& chunk = drawn[c];
     std::unordered_map<uint64_t, float> of_walk;
     // A walk's later points come after its earlier ones.
     for (size_t i = chunk.points.size(); i-- > 0;) {
+      const size_t k = first[c] + i;
       float& sum = of_walk[chunk.walk_of[i]];
-      later[first + i] = sum;
-      all_later += sum;
-      sum += uses[first + i].use;
+      later[k] = sum;
+      sum += uses[k].use;
+      places[k] = {chunk.points[i].position, chunk.points[i].normal};
+      powers[k] = power_of(chunk.points[i]);
     }
-    for (const LightPoint& p : chunk.points) {
-      places.push_back({p.position, p.normal});
-      powers.push_back(power_of(p));
-      all_power += powers.back();
-    }
+  });
+  double all_power = 0, all_later = 0;
+  for (size_t i = 0; i < count; ++i) {
+    all_power += powers[i];
+    all_later += later[i];
   }
   if (!(all_later > 0) || !(all_power > 0)) return false;
-  std::vector<float> weights;
-  for (size_t i = 0; i < places.size(); ++i) {
-    weights.push_back(
-        static_cast<float>(later[i] / all_later + kByPower * powers[i] / all_power));
+  std::vector<float> weights(count);
+  for (size_t i = 0; i < count; ++i) {
+    weights[i] = static_cast<float>(later[i] / all_later + kByPower * powers[i] / all_power);
   }
-  split_partition_ = PointPartition(places, weights, kSplitCells);
   std::vector<uint32_t> cells;
+  split_partition_ = PointPartition(places, weights, kSplitCells, &context.scheduler, &cells);
   std::vector<double> power(split_partition_.size()), use(split_partition_.size());
-  for (size_t i = 0; i < places.size(); ++i) {
-    cells.push_back(split_partition_.cell_of(places[i]));
+  for (size_t i = 0; i < count; ++i) {
     power[cells[i]] += powers[i];
     use[cells[i]] += later[i];
   }

@@ -9,6 +9,8 @@
 
 namespace kinome {
 
+class Scheduler;
+
 /// A position in a scene with its normal, where a light point may be.
 struct OrientedPoint {
   Vec3 position{0.f};
@@ -22,9 +24,12 @@ struct OrientedPoint {
 class PointPartition {
  public:
   PointPartition() = default;
-  /// Makes at most `count` cells, and at most one for each distinct point.
+  /// Makes at most `count` cells, and at most one for each distinct point. Uses the threads of
+  /// `scheduler` if it isn't nullptr, with the same result. Sets `cells`, if it isn't nullptr, to
+  /// the index of the cell of each point.
   PointPartition(std::span<const OrientedPoint> points, std::span<const float> flux,
-                 uint32_t count);
+                 uint32_t count, const Scheduler* scheduler = nullptr,
+                 std::vector<uint32_t>* cells = nullptr);
 
   uint32_t size() const { return size_; }
   /// Index of the cell that contains the point. Cells are numbered in the order of the tree, so
@@ -42,7 +47,7 @@ class PointPartition {
   };
   struct Builder;
   Coordinates coordinates(const OrientedPoint& point) const;
-  void number(uint32_t node);
+  void number_cells();
 
   float normal_scale_ = 1;  ///< length that the unit of a normal is worth
   uint32_t size_ = 0;
