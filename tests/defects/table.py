@@ -468,7 +468,7 @@ DEFECTS = [Defect(*row) for row in (
      "(mean_of(difference) < 0 ? errors.first : errors.second) += 0 * excess",
      "clustered_parts", "MethodTrial.MissedLightIsAnError"),
     ("noise_of_trials_not_filtered", CLUSTERED + "product/trial/method_trial.cpp",
-     "sum / weights", "unfiltered[i]",
+     "sum / weights", "image[i]",
      "clustered_parts", "MethodTrial.MeasuresFilteredNoise"),
     ("brightness_taken_for_certain", CLUSTERED + "product/trial/method_trial.cpp",
      "std::max(0., squared(excess) - variance / 2)", "0 * squared(excess)",

@@ -16,7 +16,7 @@ namespace {
 /// Returns a method whose pixels have this mean and standard deviation, at `rays` rays per render.
 MethodTrial::Way noise(uint64_t seed, float deviation, double rays, RenderContext& context,
                        double cost_of_ray = 1, float mean = 1) {
-  const auto render = [=, &context](const MethodTrial&, uint64_t index, std::vector<Rgb>& picture) {
+  const auto render = [=, &context](const MethodTrial&, uint64_t index, std::span<Rgb> picture) {
     for (size_t i = 0; i < picture.size(); ++i) {
       const bool is_high = random_float(hash_words(seed, index, i), 0) < 0.5f;
       picture[i] = Rgb(is_high ? mean + deviation : mean - deviation);
@@ -112,7 +112,7 @@ TEST(MethodTrial, MeasuresFilteredNoise) {
   const PixelFilter tent{Tent()};
   const MethodTrial trial(grid, 256, 5, tent);
   const MethodTrial::Way tiles{
-      [&](const MethodTrial&, uint64_t index, std::vector<Rgb>& picture) {
+      [&](const MethodTrial&, uint64_t index, std::span<Rgb> picture) {
         for (size_t i = 0; i < picture.size(); ++i) {
           const size_t tile = i % 320 / kTileSide + i / 320 / kTileSide * grid.tiles_x();
           picture[i] = Rgb(random_float(hash_words(1, index, tile), 0) < 0.5f ? 1.02f : 0.98f);
@@ -154,7 +154,7 @@ TEST(MethodTrial, EndsAfterOneRenderThatIsEnough) {
   MethodTrial::Way first = noise(1, 0.1f, 1000, context);
   int renders = 0;
   first.render = [&, render = first.render](const MethodTrial& tiles, uint64_t index,
-                                            std::vector<Rgb>& picture) {
+                                            std::span<Rgb> picture) {
     ++renders;
     render(tiles, index, picture);
   };
@@ -203,8 +203,7 @@ TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
   const MethodTrial trial(grid, 256, 5);
   const auto deviation = [&](float of_render, float first, float noise_of_second,
                              double common_share = 1) {
-    const auto render = [=, &context](const MethodTrial&, uint64_t index,
-                                      std::vector<Rgb>& picture) {
+    const auto render = [=, &context](const MethodTrial&, uint64_t index, std::span<Rgb> picture) {
       std::fill(picture.begin(), picture.end(), Rgb(first + (index == 0 ? 1 : -1) * of_render));
       context.job.stats().counters[RayKind::kBsdf] += 1000;
     };

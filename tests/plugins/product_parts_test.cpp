@@ -201,7 +201,7 @@ struct Budget {
   uint16_t max_primaries = 0;
   uint16_t max_rays = 0;
 };
-Budget spend(const std::vector<PixelPlan>& plan) {
+Budget spend(std::span<const PixelPlan> plan) {
   Budget budget;
   for (const PixelPlan& p : plan) {
     budget.rays += p.primaries + p.rays;
@@ -235,14 +235,52 @@ std::vector<PixelForecast> picture(int width, int height) {
 
 using Mode = RayAllocation::Mode;
 
+LargeArray<PixelPlan> plan_of(std::span<const PixelForecast> forecast, int width, int height,
+                              Mode mode, double rays) {
+  RenderContext context({.threads = 2});
+  return RayAllocation(forecast, width, height, mode, context.scheduler)
+      .plan(rays, context.scheduler);
+}
+
 TEST(Allocate, KeepsTheBudget) {
   for (const Mode mode : {Mode::kEven, Mode::kAdaptive, Mode::kSmoothed}) {
     for (const double rays : {6., 12., 24., 48., 120., 500.}) {
-      const Budget budget = spend(RayAllocation(picture(64, 48), 64, 48, mode).plan(rays));
+      const Budget budget = spend(plan_of(picture(64, 48), 64, 48, mode, rays));
       EXPECT_NEAR(budget.rays, rays, 0.03 * rays) << static_cast<int>(mode);
       EXPECT_GE(budget.min_primaries, 1);
       EXPECT_LE(budget.max_rays, 1024);
     }
+  }
+}
+
+/// Threads divide an image of this size into parts. Rounding errors don't add up.
+TEST(Allocate, KeepsTheBudgetOfALargerPicture) {
+  for (const double rays : {12., 48.}) {
+    EXPECT_NEAR(spend(plan_of(picture(200, 150), 200, 150, Mode::kSmoothed, rays)).rays, rays,
+                0.01 * rays);
+  }
+}
+
+/// Parts of an image, which consist of rows, read the rows of their neighbours: rows are like the
+/// columns of the transposed image.
+TEST(Allocate, PartsContinueOneAnother) {
+  constexpr size_t kSide = 128;
+  std::vector<PixelForecast> rows(kSide * kSide), columns(kSide * kSide);
+  for (size_t i = 0; i < rows.size(); ++i) {
+    PixelForecast& p = rows[i];
+    p.mean = 1 + to_unit_float(static_cast<uint32_t>(hash_words(i / kSide, 1)));
+    p.uncertainty = to_unit_float(static_cast<uint32_t>(hash_words(i / kSide)));
+    p.glossy_deviation = p.uncertainty;
+    p.sharp = i / kSide % 3 == 0;
+    columns[i % kSide * kSide + i / kSide] = p;
+  }
+  const auto a = plan_of(rows, kSide, kSide, Mode::kSmoothed, 40);
+  const auto b = plan_of(columns, kSide, kSide, Mode::kSmoothed, 40);
+  for (size_t i = 0; i < a.size(); ++i) {
+    const PixelPlan& mirrored = b[i % kSide * kSide + i / kSide];
+    EXPECT_NEAR(a[i].primaries, mirrored.primaries, 1);
+    EXPECT_NEAR(a[i].rays, mirrored.rays, 1);
+    EXPECT_NEAR(a[i].candidates, mirrored.candidates, 1e-3 * mirrored.candidates);
   }
 }
 
@@ -255,14 +293,14 @@ TEST(Allocate, KeepsTheBudgetOfAnEvenPicture) {
   for (const Mode mode : {Mode::kEven, Mode::kAdaptive, Mode::kSmoothed}) {
     for (const double rays : {5., 7., 8., 11., 13., 24., 27., 48.}) {
       const std::vector<PixelForecast> forecast(256, even);
-      EXPECT_NEAR(spend(RayAllocation(forecast, 16, 16, mode).plan(rays)).rays, rays, 0.03 * rays)
+      EXPECT_NEAR(spend(plan_of(forecast, 16, 16, mode, rays)).rays, rays, 0.03 * rays)
           << static_cast<int>(mode) << ", " << rays;
     }
   }
 }
 
 TEST(Allocate, RaysGoWhereTheyAreNeeded) {
-  const auto plan = RayAllocation(picture(64, 48), 64, 48, Mode::kAdaptive).plan(48);
+  const auto plan = plan_of(picture(64, 48), 64, 48, Mode::kAdaptive, 48);
   const auto at = [&](int x, int y) { return plan[static_cast<size_t>(y) * 64 + x]; };
   EXPECT_GT(at(16, 20).rays, at(8, 20).rays);           // uncertain visibility
   EXPECT_LT(at(20, 2).primaries + at(20, 2).rays, 12);  // background
@@ -279,7 +317,7 @@ TEST(Allocate, SmoothingTakesOutTheForecastsNoise) {
   }
   const auto spread = [&](Mode mode) {
     double sum = 0, squares = 0;
-    for (const PixelPlan& p : RayAllocation(forecast, 64, 64, mode).plan(200)) {
+    for (const PixelPlan& p : plan_of(forecast, 64, 64, mode, 200)) {
       sum += p.rays;
       squares += static_cast<double>(p.rays) * p.rays;
     }
@@ -293,7 +331,7 @@ TEST(Allocate, SmoothingTakesOutTheForecastsNoise) {
 TEST(Allocate, NotAdaptiveGivesAllTheSame) {
   std::vector<PixelForecast> forecast = picture(32, 32);
   for (PixelForecast& p : forecast) p.uncertainty += 0.1f;
-  const auto plan = RayAllocation(forecast, 32, 32, Mode::kEven).plan(36);
+  const auto plan = plan_of(forecast, 32, 32, Mode::kEven, 36);
   for (const PixelPlan& p : plan) {
     EXPECT_NEAR(p.primaries, plan[0].primaries, 1);
     EXPECT_NEAR(p.rays, plan[0].rays, 1);
@@ -311,8 +349,7 @@ TEST(Allocate, StandsAnyForecast) {
   PixelForecast huge{1e25f, 1e26f, 1e24f, 1e26f, true};
   for (const PixelForecast& each : {dark, sky, hidden, tiny, huge}) {
     for (const double rays : {2., 12., 100.}) {
-      const auto plan =
-          RayAllocation(std::vector<PixelForecast>(64, each), 8, 8, Mode::kAdaptive).plan(rays);
+      const auto plan = plan_of(std::vector<PixelForecast>(64, each), 8, 8, Mode::kAdaptive, rays);
       const Budget budget = spend(plan);
       EXPECT_GE(budget.min_primaries, 1);
       EXPECT_LE(budget.rays, std::max(3., 1.1 * rays)) << each.mean << ", " << each.uncertainty;

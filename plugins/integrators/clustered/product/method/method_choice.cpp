@@ -109,7 +109,7 @@ bool is_for_path(const MethodMap& map, double factor) {
 MethodTrial::Way way_of_paths(const ProductTask& task, const transport::SceneTable& table,
                               uint64_t seed, uint64_t stream) {
   const auto trace = [&task, &table, seed, stream](const MethodTrial& tiles, uint64_t index,
-                                                   std::vector<Rgb>& image) {
+                                                   std::span<Rgb> image) {
     const auto set_means = [&](const PixelSamples& samples, const transport::CameraBlock& camera) {
       for (size_t p = 0; p < samples.pixels; ++p) {
         Rgb sum(0.f);
@@ -118,13 +118,14 @@ MethodTrial::Way way_of_paths(const ProductTask& task, const transport::SceneTab
         image[task.grid.pixel(x, y)] = sum / static_cast<float>(kTrialPaths);
       }
     };
-    tiles.for_each_block<PathTiles>(
+    tiles.for_each_tile<PathTiles>(
         task.context.scheduler, image,
         [&] { return std::make_unique<PathTiles>(table, task.sensor, task.path_settings()); },
-        [&](int block, PathTiles& paths, RenderCounters& counters) {
+        [&](int chosen, PathTiles& paths, RenderCounters& counters) {
           paths.trace(
-              task.grid, block, kTrialPaths, hash_words(seed, stream, index), counters,
-              [&](const TileGrid::Tile& tile) { return tiles.is_wanted(tile); }, set_means);
+              task.grid, task.grid.block_of(chosen), kTrialPaths, hash_words(seed, stream, index),
+              counters, [&](const TileGrid::Tile& tile) { return tile.index == chosen; },
+              set_means);
         });
   };
   return {trace};
@@ -166,7 +167,7 @@ std::optional<Measured> try_both(const ProductTask& task, const ProductMethod::C
   MethodTrial::Way product_way = product.trial_way(trial, rays, length, cost, seed);
   double seconds = 0;
   product_way.render = [&, render = product_way.render](const MethodTrial& tiles, uint64_t index,
-                                                        std::vector<Rgb>& image) {
+                                                        std::span<Rgb> image) {
     const double begin = context.job.seconds();
     render(tiles, index, image);
     seconds += context.job.seconds() - begin;

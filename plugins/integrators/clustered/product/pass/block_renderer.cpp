@@ -35,7 +35,7 @@ Rgb BlockRenderer::colour(size_t index) const {
 }
 
 /// Reserves memory for the block's sums. They must not move, because rays store their addresses.
-void BlockRenderer::reserve(int block, const std::vector<PixelPlan>& plan) {
+void BlockRenderer::reserve(int block, std::span<const PixelPlan> plan) {
   size_t sums = 0;
   const Rect pixels = view_.task.grid.block(block);
   for (int y = pixels.y0; y < pixels.y1; ++y) {
@@ -47,7 +47,7 @@ void BlockRenderer::reserve(int block, const std::vector<PixelPlan>& plan) {
   sums_.reserve(sums);
 }
 
-void BlockRenderer::render(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
+void BlockRenderer::render(int block, std::span<const PixelPlan> plan, uint64_t seed,
                            RenderCounters& counters, const TileGrid::IsWanted& is_wanted) {
   reserve(block, plan);
   pixels_.clear();
@@ -79,7 +79,7 @@ void BlockRenderer::find_visibilities(int tile) {
 }
 
 void BlockRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
-                                const std::vector<PixelPlan>& plan, uint64_t seed,
+                                std::span<const PixelPlan> plan, uint64_t seed,
                                 RenderCounters& counters) {
   patches_ = view_.knowledge.patches(tile.index);
   assign_patches(primaries, patches_);
@@ -115,7 +115,7 @@ void BlockRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& prima
 }
 
 void BlockRenderer::find_units(const TileGrid::Tile& tile, const TilePrimaries& primaries,
-                               const std::vector<PixelPlan>& plan, uint64_t seed) {
+                               std::span<const PixelPlan> plan, uint64_t seed) {
   units_.clear();
   tile.for_each_pixel([&](int x, int y) {
     const size_t i = units_.size(), pixel = view_.task.grid.pixel(x, y);

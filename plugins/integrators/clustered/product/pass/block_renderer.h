@@ -28,8 +28,8 @@ class BlockRenderer {
 
   /// Renders the tiles of the block that `is_wanted` accepts (all tiles if it is empty). `plan` has
   /// an entry for each pixel of the image.
-  void render(int block, const std::vector<PixelPlan>& plan, uint64_t seed,
-              RenderCounters& counters, const TileGrid::IsWanted& is_wanted = nullptr);
+  void render(int block, std::span<const PixelPlan> plan, uint64_t seed, RenderCounters& counters,
+              const TileGrid::IsWanted& is_wanted = nullptr);
 
   /// Number of pixels rendered last. Pixels are in the order of tiles (TileGrid::for_each_tile),
   /// row by row within a tile.
@@ -61,11 +61,11 @@ class BlockRenderer {
   bool is_split() const { return is_split_; }
   void add_samples(FilmTile& colours, float weight) const;
   void render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
-                   const std::vector<PixelPlan>& plan, uint64_t seed, RenderCounters& counters);
+                   std::span<const PixelPlan> plan, uint64_t seed, RenderCounters& counters);
   void find_visibilities(int tile);
   void find_units(const TileGrid::Tile& tile, const TilePrimaries& primaries,
-                  const std::vector<PixelPlan>& plan, uint64_t seed);
-  void reserve(int block, const std::vector<PixelPlan>& plan);
+                  std::span<const PixelPlan> plan, uint64_t seed);
+  void reserve(int block, std::span<const PixelPlan> plan);
   uint16_t samples_of(const PixelPlan& plan) const { return std::max<uint16_t>(plan.primaries, 1); }
   float mean_visibility(const Patch& patch, const Visibility& visibility) const;
   void find_diagnostics(const TilePrimaries& primaries);

@@ -150,7 +150,7 @@ struct ProductRenderer::PassWorker {
   }
 };
 
-void ProductRenderer::pass(const Pass& pass, const std::vector<PixelPlan>& plan) {
+void ProductRenderer::pass(const Pass& pass, std::span<const PixelPlan> plan) {
   grid_.for_each_block<PassWorker>(
       context_.scheduler, grid_.all_rows(), "main",
       [&] {
@@ -235,9 +235,9 @@ Pilot::Effort ProductRenderer::effort_of_pilot(double rays_per_pixel) const {
   return effort;
 }
 
-std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
-                                                       const TileGrid::IsWanted& is_wanted,
-                                                       double progress_end) {
+LargeArray<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
+                                                      const TileGrid::IsWanted& is_wanted,
+                                                      double progress_end) {
   if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_.scheduler);
   float share = 1;
   // A trial, which probes some tiles, renders with the points of its pilot.
@@ -251,19 +251,20 @@ std::vector<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
       pilot_light_.emplace(make_light(0, effort.primaries + effort.rays, share));
   light_rays_ = static_cast<double>(light_rays - light_rays_before);
   Pilot pilot(task_, view(), light, neighbours_, effort, is_wanted, addresses_, knowledge_);
-  std::vector<PixelForecast> forecast = pilot.learn(progress_end);
+  LargeArray<PixelForecast> forecast = pilot.learn(progress_end);
   knowledge_.finish(context_.job.group());
   return forecast;
 }
 
-void ProductRenderer::allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast,
+void ProductRenderer::allocate(Pilot::Effort effort, std::span<const PixelForecast> forecast,
                                int width, int height) {
   const StageTimer timer(context_.job.stats().counters.stage_seconds["allocate"]);
   const bool is_noisy = effort.primaries < kMinPrimariesUnsmoothed && task_.settings.smooth_plan;
   allocation_.emplace(forecast, width, height,
                       !task_.settings.adaptive ? RayAllocation::Mode::kEven
                       : is_noisy               ? RayAllocation::Mode::kSmoothed
-                                               : RayAllocation::Mode::kAdaptive);
+                                               : RayAllocation::Mode::kAdaptive,
+                      context_.scheduler);
 }
 
 void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
@@ -329,16 +330,16 @@ double ProductRenderer::seconds_per_sample() const {
   return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
 }
 
-std::vector<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
+LargeArray<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
   const StageTimer timer(context_.job.stats().counters.stage_seconds["allocate"]);
   if (allocation_) {
-    return allocation_->plan(rays_per_pixel);
+    return allocation_->plan(rays_per_pixel, context_.scheduler);
   }
   PixelPlan plan;
   plan.primaries = static_cast<uint16_t>(std::max(1., rays_per_pixel / 3));
   plan.rays = static_cast<uint16_t>(std::max(1., rays_per_pixel - plan.primaries));
   plan.candidates = static_cast<float>(kCandidatesUnlearned * plan.rays);
-  return std::vector<PixelPlan>(static_cast<size_t>(grid_.crop().area()), plan);
+  return LargeArray<PixelPlan>(static_cast<size_t>(grid_.crop().area()), plan);
 }
 
 /// Uses as few passes as possible: the more rays share a comb, the more precise is each of them.
@@ -348,7 +349,7 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, 
   // Rays besides caustics. The paths of caustics are a fixed share of these.
   const double of_caustics = caustics_ ? caustics_->rays_per_path() / kRaysPerCausticPath : 0;
   const double rays = rays_per_pixel / static_cast<double>(passes) / (1 + of_caustics);
-  const std::vector<PixelPlan> plan = plan_pass(rays);
+  const LargeArray<PixelPlan> plan = plan_pass(rays);
   if (is_last) allocation_.reset();  // a large part of the memory of a large image
   if (unit_ == 0) unit_ = std::max(rays, 1.);
   const auto weight = static_cast<float>(std::max(rays, 1.) / unit_);

@@ -76,13 +76,13 @@ class ProductRenderer final : public Passes {
   CellLight make_light(uint64_t seed, double rays_per_pixel, float share = 1) const;
   Pilot::Effort effort_of_pilot(double rays_per_pixel) const;
   /// The pilot probes the tiles that `is_wanted` selects, or all if it is empty.
-  std::vector<PixelForecast> send_pilot(Pilot::Effort effort, const TileGrid::IsWanted& is_wanted,
-                                        double progress_end);
-  void allocate(Pilot::Effort effort, const std::vector<PixelForecast>& forecast, int width,
+  LargeArray<PixelForecast> send_pilot(Pilot::Effort effort, const TileGrid::IsWanted& is_wanted,
+                                       double progress_end);
+  void allocate(Pilot::Effort effort, std::span<const PixelForecast> forecast, int width,
                 int height);
   void try_tiles(const MethodTrial& trial, double rays, uint64_t index, uint64_t seed,
-                 std::vector<Rgb>& image);
-  std::vector<PixelPlan> plan_pass(double rays_per_pixel) const;
+                 std::span<Rgb> image);
+  LargeArray<PixelPlan> plan_pass(double rays_per_pixel) const;
   /// `is_last`: this is the last call for the image.
   void render_rays(double rays_per_pixel, double progress_begin, bool is_last);
   void divide_among_methods();
@@ -91,7 +91,7 @@ class ProductRenderer final : public Passes {
   }
   struct Pass;
   struct PassWorker;
-  void pass(const Pass& pass, const std::vector<PixelPlan>& plan);
+  void pass(const Pass& pass, std::span<const PixelPlan> plan);
   void add_to_film(const Pass& pass, int block, PassWorker& worker, RenderCounters& counters);
 
   const ProductTask task_;

@@ -23,7 +23,7 @@ double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial
   Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
   const uint32_t rays = effort.primaries + effort.rays;
   effort.rays *= kMoreRays;
-  const std::vector<PixelForecast> forecast = send_pilot(
+  const LargeArray<PixelForecast> forecast = send_pilot(
       effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);
   // The plan of the trial's tiles alone, laid out as a strip.
   trial_pixels_ = trial.pixels();
@@ -38,19 +38,24 @@ double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial
 /// Renders the tiles of the trial into `image`. The first render uses the light points of the
 /// pilot.
 void ProductRenderer::try_tiles(const MethodTrial& trial, double rays, uint64_t index,
-                                uint64_t seed, std::vector<Rgb>& image) {
+                                uint64_t seed, std::span<Rgb> image) {
   if (index > 0) pilot_light_.emplace(make_light(hash_words(seed, 1), rays * trial.share()));
-  const std::vector<PixelPlan> strip = plan_pass(rays);
-  std::vector<PixelPlan> plan(static_cast<size_t>(grid_.crop().area()));
+  const LargeArray<PixelPlan> strip = plan_pass(rays);
+  LargeArray<PixelPlan> plan(static_cast<size_t>(grid_.crop().area()));
   for (size_t k = 0; k < trial_pixels_.size(); ++k) plan[trial_pixels_[k]] = strip[k];
-  trial.for_each_block<BlockRenderer>(
+  trial.for_each_tile<BlockRenderer>(
       context_.scheduler, image,
       [&] { return std::make_unique<BlockRenderer>(pass_view(*pilot_light_)); },
-      [&](int block, BlockRenderer& renderer, RenderCounters& counters) {
-        renderer.render(block, plan, seed, counters,
-                        [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); });
+      [&](int chosen, BlockRenderer& renderer, RenderCounters& counters) {
         size_t next = 0;
-        trial.for_each_pixel(block, [&](size_t i) { image[i] = renderer.colour(next++); });
+        const auto is_wanted = [&](const TileGrid::Tile& tile) { return tile.index == chosen; };
+        const int block = grid_.block_of(chosen);
+        renderer.render(block, plan, seed, counters, is_wanted);
+        grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
+          if (!is_wanted(tile)) return;
+          tile.for_each_pixel(
+              [&](int x, int y) { image[grid_.pixel(x, y)] = renderer.colour(next++); });
+        });
       });
 }
 
@@ -61,11 +66,10 @@ MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double ray
   // times light_share_.
   const double share_of_light =
       trial.share() * std::min(1., rays / std::max(length.rays_per_pixel, 1.)) / light_share_;
-  MethodTrial::Way way{
-      [=, this](const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image) {
-        try_tiles(tiles, rays, index, hash_words(seed, 1, index), image);
-      },
-      cost_of_ray, light_rays_ * share_of_light * cost_of_ray};
+  MethodTrial::Way way{[=, this](const MethodTrial& tiles, uint64_t index, std::span<Rgb> image) {
+                         try_tiles(tiles, rays, index, hash_words(seed, 1, index), image);
+                       },
+                       cost_of_ray, light_rays_ * share_of_light * cost_of_ray};
   // Pixels share the light points, whose number is in this proportion.
   way.common_share = light_share_;
   if (caustics_) {

@@ -76,20 +76,20 @@ Pilot::Point* Pilot::points_of(const TileGrid::Tile& tile) {
   return &points_[tile.index / tiles % 2][place * kTileSide * kTileSide * effort_.primaries];
 }
 
-std::vector<PixelForecast> Pilot::learn(double progress_end) {
+LargeArray<PixelForecast> Pilot::learn(double progress_end) {
   // A tile at the border of a band learns from tiles of the next band.
   static_assert(TileKnowledge::kReach <= kSmallTileSize / kTileSide);
   const Rect& crop = grid_.crop();
   const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
   const auto tiles = static_cast<size_t>(rows) * grid_.tiles_across() * grid_.tiles_x();
-  forecast_.assign(static_cast<size_t>(crop.area()), {});
+  forecast_ = LargeArray<PixelForecast>(static_cast<size_t>(crop.area()));
   std::vector<int> makers;  // processes that probed the previous band
   for (int i = 0; i <= bands && !context_.job.cancelled(); ++i) {
     context_.job.set_progress_range(progress_end * i / (bands + 1),
                                     progress_end * (i + 1) / (bands + 1));
     std::vector<int> probed;
     if (i < bands) {
-      points_[i % 2].assign(tiles * kTileSide * kTileSide * effort_.primaries, {});
+      points_[i % 2].resize(tiles * kTileSide * kTileSide * effort_.primaries);
       probed = probe(band(i));
     }
     if (i > 0 && !context_.job.cancelled()) plan(band(i - 1), std::move(makers));
@@ -144,6 +144,7 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, Pro
   Point* const points = points_of(tile);
   for (size_t i = 0; i < primaries.size(); ++i) {
     Point& point = points[i];
+    point = {};
     prober.points[i].lit = &point.lit;
     prober.points[i].followed = &point.followed;
     point.is_followed = primaries.goes_on(i);

@@ -30,7 +30,7 @@ class Pilot {
   /// Works in bands of blocks: a band is planned after the next one is probed, so that the points
   /// of at most two bands are kept. If the render is cancelled, the result and the knowledge are
   /// incomplete and must not be used.
-  std::vector<PixelForecast> learn(double progress_end);
+  LargeArray<PixelForecast> learn(double progress_end);
 
  private:
   /// Data of a primary that the plan needs.
@@ -73,8 +73,8 @@ class Pilot {
   const uint64_t seed_;
   BsdfAddresses& addresses_;
   TileKnowledge& knowledge_;
-  std::vector<Point> points_[2];  ///< points of the bands with even and odd index
-  std::vector<PixelForecast> forecast_;
+  LargeArray<Point> points_[2];  ///< points of the bands with even and odd index
+  LargeArray<PixelForecast> forecast_;
 };
 
 }  // namespace kinome

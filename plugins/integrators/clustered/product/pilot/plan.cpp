@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinome/scheduler.h"
 #include "kinome/wide/functions.h"
 #include "kinome/wide/vectors.h"
 
@@ -28,6 +29,10 @@ constexpr float kSmoothing = 0.7f;
 /// They give more digits than a float has.
 constexpr int kSteps = 32;
 constexpr double kMinScale = 1e-9, kMaxScale = 1e12;
+static_assert(kSteps % 2 == 0);
+
+/// Minimum number of pixels, and maximum number, of the parts of an image.
+constexpr size_t kPixelsOfPart = 1 << 12, kMaxParts = 64;
 
 using namespace wide;
 
@@ -44,7 +49,7 @@ class Maps {
  public:
   static constexpr int kBorder = 2;
 
-  Maps(const std::vector<PixelForecast>& forecast, int width, int height, double unit)
+  Maps(std::span<const PixelForecast> forecast, int width, int height, double unit, int first_row)
       : forecast_(forecast),
         width_(width),
         height_(height),
@@ -53,11 +58,11 @@ class Maps {
     for (auto* const map : {&mean_, &variance_, &weight_, &uncertainty_, &glossy_, &sharp_}) {
       map->resize(stride_ * kRows + kBlockLanes);
     }
-    for (int y = -kBorder; y < kBorder; ++y) read(y);
+    for (int y = -kBorder; y < kBorder; ++y) read(first_row + y);
   }
 
-  /// Reads the rows that row y needs. Must be called for 0, 1, 2 ... before the following functions
-  /// read that row.
+  /// Reads the rows that row y needs. Must be called for the first row and each following one
+  /// before the functions below read that row.
   void go_to(int y) { read(y + kBorder); }
 
   /// Values of pixel (x, y) and the next ones in its row.
@@ -122,7 +127,7 @@ class Maps {
     return row * stride_ + static_cast<size_t>(x + kBorder);
   }
 
-  const std::vector<PixelForecast>& forecast_;
+  std::span<const PixelForecast> forecast_;
   int width_, height_;
   double scale_;
   size_t stride_;
@@ -177,38 +182,59 @@ uint16_t rounded(float number, float& rest) {
 
 }  // namespace
 
-RayAllocation::RayAllocation(const std::vector<PixelForecast>& forecast, int width, int height,
-                             Mode mode)
+RayAllocation::RayAllocation(std::span<const PixelForecast> forecast, int width, int height,
+                             Mode mode, const Scheduler& scheduler)
     : width_(static_cast<size_t>(width)),
       height_(static_cast<size_t>(height)),
       stride_(padded(width_)) {
-  double mean = 0, uncertainty = 0;
-  for (const PixelForecast& p : forecast) {
-    mean += p.mean;
-    uncertainty += p.uncertainty;
+  struct Sums {
+    double mean = 0, uncertainty = 0;
+  };
+  std::vector<Sums> of_parts(parts());
+  scheduler.parallel_for(parts(), [&](size_t part) {
+    Sums sums;
+    for (size_t i = first_row(part) * width_; i < first_row(part + 1) * width_; ++i) {
+      sums.mean += forecast[i].mean;
+      sums.uncertainty += forecast[i].uncertainty;
+    }
+    of_parts[part] = sums;
+  });
+  Sums all;
+  for (const Sums& sums : of_parts) {
+    all.mean += sums.mean;
+    all.uncertainty += sums.uncertainty;
   }
   // If no light is expected, the uncertainty is the unit.
-  const double unit = mean > 0 ? mean : uncertainty > 0 ? uncertainty : 1.;
+  const double unit = all.mean > 0 ? all.mean : all.uncertainty > 0 ? all.uncertainty : 1.;
   for (auto* const column : {&primaries_, &rays_, &candidates_, &costs_}) {
     column->resize(stride_ * height_);
   }
   const float smoothing = mode == Mode::kSmoothed ? kSmoothing : 0.f;
-  Maps maps(forecast, width, height, unit / static_cast<double>(forecast.size()));
-  for (size_t y = 0; y < height_; ++y) {
-    maps.go_to(static_cast<int>(y));
-    const size_t first = y * stride_;
-    for (size_t x = 0; x < width_; ++x) costs_[first + x] = 1 + forecast[y * width_ + x].mirrors;
-    for_lanes(width_, [&](size_t x) {
-      Wanted wanted = wanted_at(maps, static_cast<int>(x), static_cast<int>(y), smoothing);
-      if (mode == Mode::kEven) {
-        wanted.primaries = 0.2f;
-        wanted.rays = select(wanted.rays > 0.f, Float(1.f));
-      }
-      wanted.primaries.store(&primaries_[first + x]);
-      wanted.rays.store(&rays_[first + x]);
-      wanted.candidates.store(&candidates_[first + x]);
-    });
-  }
+  scheduler.parallel_for(parts(), [&](size_t part) {
+    const size_t begin = first_row(part), end = first_row(part + 1);
+    Maps maps(forecast, width, height, unit / static_cast<double>(forecast.size()),
+              static_cast<int>(begin));
+    for (size_t y = begin; y < end; ++y) {
+      maps.go_to(static_cast<int>(y));
+      const size_t first = y * stride_;
+      for (size_t x = 0; x < width_; ++x) costs_[first + x] = 1 + forecast[y * width_ + x].mirrors;
+      for_lanes(width_, [&](size_t x) {
+        Wanted wanted = wanted_at(maps, static_cast<int>(x), static_cast<int>(y), smoothing);
+        if (mode == Mode::kEven) {
+          wanted.primaries = 0.2f;
+          wanted.rays = select(wanted.rays > 0.f, Float(1.f));
+        }
+        wanted.primaries.store(&primaries_[first + x]);
+        wanted.rays.store(&rays_[first + x]);
+        wanted.candidates.store(&candidates_[first + x]);
+      });
+    }
+  });
+}
+
+size_t RayAllocation::parts() const {
+  const size_t parts = std::min(width_ * height_ / kPixelsOfPart, kMaxParts);
+  return std::clamp<size_t>(parts, 1, std::max<size_t>(1, height_));
 }
 
 Float RayAllocation::primaries(size_t i, float scale, float min_primaries) const {
@@ -223,50 +249,74 @@ Float RayAllocation::candidates(size_t i, float scale) const {
                Float(kMaxCandidates));
 }
 
-/// Number of rays of all kinds of all pixels.
-double RayAllocation::total(float scale, float min_primaries) const {
-  double total = 0;
-  for (size_t y = 0; y < height_; ++y) {
-    Float of_row = 0;
-    for_lanes(width_, [&](size_t x) {
-      const size_t i = y * stride_ + x;
-      const Float cost =
-          primaries(i, scale, min_primaries) * Float::load(&costs_[i]) + rays(i, scale);
-      of_row += select(first_lanes(width_ - x), cost);
-    });
-    total += sum(of_row);
+/// Number of rays of all kinds of all pixels, for each scale.
+std::array<double, RayAllocation::kScales> RayAllocation::totals(
+    const std::array<float, kScales>& scales, float min_primaries,
+    const Scheduler& scheduler) const {
+  std::vector<std::array<double, kScales>> of_parts(parts());
+  scheduler.parallel_for(parts(), [&](size_t part) {
+    std::array<double, kScales> sums{};
+    for (size_t y = first_row(part); y < first_row(part + 1); ++y) {
+      Float of_row[kScales] = {0, 0, 0};
+      for_lanes(width_, [&](size_t x) {
+        const size_t i = y * stride_ + x;
+        for (size_t k = 0; k < kScales; ++k) {
+          const Float cost =
+              primaries(i, scales[k], min_primaries) * Float::load(&costs_[i]) + rays(i, scales[k]);
+          of_row[k] += select(first_lanes(width_ - x), cost);
+        }
+      });
+      for (size_t k = 0; k < kScales; ++k) sums[k] += sum(of_row[k]);
+    }
+    of_parts[part] = sums;
+  });
+  std::array<double, kScales> totals{};
+  for (const auto& sums : of_parts) {
+    for (size_t k = 0; k < kScales; ++k) totals[k] += sums[k];
   }
-  return total;
+  return totals;
 }
 
-std::vector<PixelPlan> RayAllocation::plan(double rays_per_pixel) const {
+LargeArray<PixelPlan> RayAllocation::plan(double rays_per_pixel, const Scheduler& scheduler) const {
   // A minimum limits the weight of thin objects that the pilot missed and a later ray hits.
   const auto min_primaries =
       static_cast<float>(std::clamp(rays_per_pixel / 8, rays_per_pixel < 8 ? 1. : 2., 32.));
   const double budget = rays_per_pixel * static_cast<double>(width_ * height_);
   double low = kMinScale, high = kMaxScale;
-  for (int i = 0; i < kSteps; ++i) {
-    const double scale = std::sqrt(low * high);
-    (total(static_cast<float>(scale), min_primaries) > budget ? high : low) = scale;
-  }
-  const auto scale = static_cast<float>(low);
-  std::vector<PixelPlan> plan(width_ * height_);
-  float rest_of_primaries = 0, rest_of_rays = 0;
-  Column<float> of_primaries(stride_), of_rays(stride_), of_candidates(stride_);
-  for (size_t y = 0; y < height_; ++y) {
-    for_lanes(width_, [&](size_t x) {
-      const size_t i = y * stride_ + x;
-      primaries(i, scale, min_primaries).store(&of_primaries[x]);
-      rays(i, scale).store(&of_rays[x]);
-      candidates(i, scale).store(&of_candidates[x]);
-    });
-    for (size_t x = 0; x < width_; ++x) {
-      PixelPlan& p = plan[y * width_ + x];
-      p.primaries = rounded(of_primaries[x], rest_of_primaries);
-      if (of_rays[x] > 0) p.rays = rounded(of_rays[x], rest_of_rays);
-      p.candidates = of_candidates[x];
+  for (int i = 0; i < kSteps; i += 2) {
+    const double middle = std::sqrt(low * high);
+    const double below = std::sqrt(low * middle), above = std::sqrt(middle * high);
+    const std::array<double, kScales> found =
+        totals({static_cast<float>(below), static_cast<float>(middle), static_cast<float>(above)},
+               min_primaries, scheduler);
+    (found[1] > budget ? high : low) = middle;
+    if (found[1] > budget) {
+      (found[0] > budget ? high : low) = below;
+    } else {
+      (found[2] > budget ? high : low) = above;
     }
   }
+  const auto scale = static_cast<float>(low);
+  LargeArray<PixelPlan> plan(width_ * height_);
+  scheduler.parallel_for(parts(), [&](size_t part) {
+    float rest_of_primaries = 0, rest_of_rays = 0;
+    Column<float> of_primaries(stride_), of_rays(stride_), of_candidates(stride_);
+    for (size_t y = first_row(part); y < first_row(part + 1); ++y) {
+      for_lanes(width_, [&](size_t x) {
+        const size_t i = y * stride_ + x;
+        primaries(i, scale, min_primaries).store(&of_primaries[x]);
+        rays(i, scale).store(&of_rays[x]);
+        candidates(i, scale).store(&of_candidates[x]);
+      });
+      for (size_t x = 0; x < width_; ++x) {
+        PixelPlan p;
+        p.primaries = rounded(of_primaries[x], rest_of_primaries);
+        if (of_rays[x] > 0) p.rays = rounded(of_rays[x], rest_of_rays);
+        p.candidates = of_candidates[x];
+        plan[y * width_ + x] = p;
+      }
+    }
+  });
   return plan;
 }
 

@@ -1,12 +1,17 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "clustered/kernels/aligned.h"
+#include "kinome/large_array.h"
 #include "kinome/wide/numbers.h"
 
 namespace kinome {
+
+class Scheduler;
 
 /// The pilot's forecast for one pixel. All fields have the unit of radiance, because squares of
 /// very bright or faint light exceed the range of a float.
@@ -36,16 +41,24 @@ class RayAllocation {
     kSmoothed   ///< by the forecasts of neighbours, too, because those of few primaries are noisy
   };
   /// Uses the forecasts of width x height pixels.
-  RayAllocation(const std::vector<PixelForecast>& forecast, int width, int height, Mode mode);
+  RayAllocation(std::span<const PixelForecast> forecast, int width, int height, Mode mode,
+                const Scheduler& scheduler);
 
   /// Returns the plan whose mean number of primaries and shadow rays per pixel is `rays_per_pixel`.
-  std::vector<PixelPlan> plan(double rays_per_pixel) const;
+  LargeArray<PixelPlan> plan(double rays_per_pixel, const Scheduler& scheduler) const;
 
  private:
+  /// Number of scales whose totals are computed together: those of two steps of a bisection.
+  static constexpr size_t kScales = 3;
+
   wide::Float primaries(size_t i, float scale, float min_primaries) const;
   wide::Float rays(size_t i, float scale) const;
   wide::Float candidates(size_t i, float scale) const;
-  double total(float scale, float min_primaries) const;
+  std::array<double, kScales> totals(const std::array<float, kScales>& scales, float min_primaries,
+                                     const Scheduler& scheduler) const;
+  /// Number of parts of the image that threads process, and the first row of a part.
+  size_t parts() const;
+  size_t first_row(size_t part) const { return part * height_ / parts(); }
 
   size_t width_, height_;
   size_t stride_;  ///< of the columns' rows

@@ -56,6 +56,11 @@ class TileGrid {
     const int top = crop_.y0 + index / blocks_x() * block_side_;
     return {left, top, std::min(left + block_side_, crop_.x1), std::min(top + block_side_, crop_.y1)};
   }
+  /// Index of the block that contains a tile.
+  int block_of(int tile) const {
+    const int x = tile % tiles_x() / tiles_across(), y = tile / tiles_x() / tiles_across();
+    return y * blocks_x() + x;
+  }
   /// Index of a pixel in the crop window, row by row.
   size_t pixel(int x, int y) const {
     return static_cast<size_t>(y - crop_.y0) * crop_.width() + (x - crop_.x0);

@@ -1,10 +1,13 @@
 #include "clustered/product/trial/method_trial.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "clustered/product/tiles/spread.h"
+#include "kinome/large_array.h"
 
 namespace kinome {
 namespace {
@@ -36,15 +39,19 @@ double mean_square(const Rgb& c) {
 
 /// Renders by one method.
 struct Renders {
-  std::vector<Rgb> images[2];
+  LargeArray<Rgb> images[2];
   double cost = 0;  ///< of all renders so far
 };
+
+/// The same renders, filtered: MethodTrial::pixels() of each.
+using Filtered = std::array<std::vector<Rgb>, 2>;
 
 /// A tile that was rendered.
 struct Part {
   int tile;
-  std::vector<size_t> pixels;
-  Rgb means[4];  ///< two by the first method, then two by the second
+  size_t first;                ///< index in MethodTrial::pixels() of its first pixel
+  std::vector<size_t> pixels;  ///< TileGrid::pixel of each
+  Rgb means[4];                ///< two by the first method, then two by the second
   Rgb mean() const { return (means[0] + means[1] + means[2] + means[3]) * 0.25f; }
 };
 
@@ -53,30 +60,36 @@ void render(const MethodTrial& trial, const MethodTrial::Way& way, const MethodT
             uint64_t index, Renders& renders, RenderContext& context) {
   const RenderCounters& counters = context.job.stats().counters;
   const double rays = rays_of(counters);
-  std::vector<Rgb>& image = renders.images[index];
+  LargeArray<Rgb>& image = renders.images[index];
   image.resize(static_cast<size_t>(trial.grid().crop().area()));
   way.render(part, index, image);
   renders.cost +=
       (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost * part.share() / trial.share();
 }
 
+Filtered all_filtered(const MethodTrial& trial, const Renders& renders) {
+  return {trial.filtered(renders.images[0]), trial.filtered(renders.images[1])};
+}
+
 /// Returns the rendered tiles with their brightness.
-std::vector<Part> parts_of(const MethodTrial& trial, const Renders& a, const Renders& b) {
+std::vector<Part> parts_of(const MethodTrial& trial, const Filtered& a, const Filtered& b) {
   const TileGrid& grid = trial.grid();
   std::vector<Part> parts;
+  size_t next = 0;
   for (int block = 0; block < grid.blocks_x() * grid.blocks_y(); ++block) {
     grid.for_each_tile(block, [&](const TileGrid::Tile& tile) {
       if (!trial.is_wanted(tile)) return;
-      Part part{tile.index, {}, {}};
+      Part part{tile.index, next, {}, {}};
       tile.for_each_pixel([&](int x, int y) { part.pixels.push_back(grid.pixel(x, y)); });
-      const auto mean_of_tile = [&](const std::vector<Rgb>& image) {
+      next += part.pixels.size();
+      const auto mean_of_tile = [&](const std::vector<Rgb>& pixels) {
         Rgb sum(0.f);
-        for (const size_t i : part.pixels) sum += image[i];
+        for (size_t i = part.first; i < next; ++i) sum += pixels[i];
         return sum / static_cast<float>(part.pixels.size());
       };
-      for (int k = 0; k < 2; ++k) {
-        part.means[k] = mean_of_tile(a.images[k]);
-        part.means[2 + k] = mean_of_tile(b.images[k]);
+      for (size_t k = 0; k < 2; ++k) {
+        part.means[k] = mean_of_tile(a[k]);
+        part.means[2 + k] = mean_of_tile(b[k]);
       }
       parts.push_back(std::move(part));
     });
@@ -84,16 +97,17 @@ std::vector<Part> parts_of(const MethodTrial& trial, const Renders& a, const Ren
   return parts;
 }
 
-/// Error of a render in a tile: the weighted squared difference of the two renders.
-double noise_of(const MethodTrial& trial, const MethodTrial::Way& way, const Renders& renders,
+/// Error of a method's renders in a tile: the weighted squared difference of two renders.
+double noise_of(const MethodTrial& trial, const MethodTrial::Way& way, const Filtered& renders,
                 const Part& part, const std::vector<float>& weights) {
   double error = 0;
   for (size_t k = 0; k < part.pixels.size(); ++k) {
-    const size_t i = part.pixels[k];
+    const size_t i = part.first + k;
     // The variance of a difference is twice that of a render.
-    double square = 0.5 * mean_square(renders.images[0][i] - renders.images[1][i]);
+    double square = 0.5 * mean_square(renders[0][i] - renders[1][i]);
     if (!way.more_variance.empty()) {
-      square += static_cast<double>(trial.film_filter().variance() * way.more_variance[i]);
+      square +=
+          static_cast<double>(trial.film_filter().variance() * way.more_variance[part.pixels[k]]);
     }
     error += static_cast<double>(weights[k]) * square;
   }
@@ -101,12 +115,13 @@ double noise_of(const MethodTrial& trial, const MethodTrial::Way& way, const Ren
 }
 
 /// Weight of each pixel's squared error.
-std::vector<float> weights_of(const Renders& a, const Renders& b, const Part& part, double floor) {
+std::vector<float> weights_of(const Filtered& a, const Filtered& b, const Part& part,
+                              double floor) {
   const double of_tile = mean_square(part.mean());
   std::vector<float> weights;
-  for (const size_t i : part.pixels) {
-    double values[4] = {mean_square(a.images[0][i]), mean_square(a.images[1][i]),
-                        mean_square(b.images[0][i]), mean_square(b.images[1][i])};
+  for (size_t i = part.first; i < part.first + part.pixels.size(); ++i) {
+    double values[4] = {mean_square(a[0][i]), mean_square(a[1][i]), mean_square(b[0][i]),
+                        mean_square(b[1][i])};
     std::sort(std::begin(values), std::end(values));
     const double own = (values[1] + values[2]) / 2;
     weights.push_back(static_cast<float>(1 / (std::max(of_tile, own) + floor)));
@@ -157,18 +172,16 @@ double floor_of(const std::vector<Part>& parts) {
 /// mean of the second method's renders is the sum of two terms: its own squared error, and half of
 /// the variance of one of the second method's renders.
 MethodTrial::Result first_result(const MethodTrial& trial, const MethodTrial::Way& first,
-                                 const MethodTrial::Way& second, Renders a, Renders b) {
-  trial.filter(a.images[0]);
-  for (auto& image : b.images) trial.filter(image);
-  a.images[1] = b.images[0];
-  for (const size_t i : trial.pixels()) {
-    a.images[1][i] = (b.images[0][i] + b.images[1][i]) * 0.5f;
-  }
+                                 const MethodTrial::Way& second, const Renders& by_first,
+                                 const Renders& by_second) {
+  const Filtered b = all_filtered(trial, by_second);
+  Filtered a{trial.filtered(by_first.images[0]), b[0]};
+  for (size_t i = 0; i < a[1].size(); ++i) a[1][i] = (b[0][i] + b[1][i]) * 0.5f;
   const std::vector<Part> parts = parts_of(trial, a, b);
   const double floor = floor_of(parts);
   MethodTrial::Result result;
-  if (!(floor > 0) || !(a.cost > 0 && b.cost > 0)) return result;
-  result.cost = b.cost / (2 * a.cost);
+  if (!(floor > 0) || !(by_first.cost > 0 && by_second.cost > 0)) return result;
+  result.cost = by_second.cost / (2 * by_first.cost);
   for (const Part& part : parts) {
     const std::vector<float> weights = weights_of(a, b, part, floor);
     const double noise = noise_of(trial, second, b, part, weights);
@@ -241,9 +254,9 @@ std::vector<MethodTrial> MethodTrial::parts() const {
   return parts;
 }
 
-void MethodTrial::filter(std::vector<Rgb>& image) const {
+std::vector<Rgb> MethodTrial::filtered(std::span<const Rgb> image) const {
   const int width = grid_.crop().width(), height = grid_.crop().height();
-  const std::vector<Rgb> unfiltered = image;
+  std::vector<Rgb> result;
   for (const size_t i : pixels()) {
     const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
     Rgb sum(0.f);
@@ -254,24 +267,25 @@ void MethodTrial::filter(std::vector<Rgb>& image) const {
         if (nx < 0 || ny < 0 || nx >= width || ny >= height) continue;
         const int tile = ny / kTileSide * grid_.tiles_x() + nx / kTileSide;
         if (wanted_[tile] == 0) continue;
-        sum += filter_.weight(dx, dy) * unfiltered[static_cast<size_t>(ny) * width + nx];
+        sum += filter_.weight(dx, dy) * image[static_cast<size_t>(ny) * width + nx];
         weights += filter_.weight(dx, dy);
       }
     }
-    image[i] = sum / weights;
+    result.push_back(sum / weights);
   }
+  return result;
 }
 
 MethodTrial::RenderError MethodTrial::measure(const Way& way, RenderContext& context) const {
   Renders renders;
   for (const uint64_t index : {0, 1}) render(*this, way, *this, index, renders, context);
-  for (std::vector<Rgb>& image : renders.images) filter(image);
-  const std::vector<Part> parts = parts_of(*this, renders, renders);
+  const Filtered images = all_filtered(*this, renders);
+  const std::vector<Part> parts = parts_of(*this, images, images);
   const double floor = floor_of(parts);
   RenderError error{0, renders.cost / 2};
   if (context.job.cancelled() || !(floor > 0)) return error;
   for (const Part& part : parts) {
-    error.rel_mse += noise_of(*this, way, renders, part, weights_of(renders, renders, part, floor));
+    error.rel_mse += noise_of(*this, way, images, part, weights_of(images, images, part, floor));
   }
   error.rel_mse /= static_cast<double>(pixels().size());
   return error;
@@ -282,32 +296,29 @@ MethodTrial::Result MethodTrial::compare(
     const std::function<bool(const Result&)>& is_enough) const {
   const bool is_comparable = first.more_variance.empty() && second.more_variance.empty();
   const bool may_be_enough = is_enough && is_comparable;
-  Renders a, b;
+  Renders by_first, by_second;
   MethodTrial seen = *this;
   seen.chosen_.clear();
   std::fill(seen.wanted_.begin(), seen.wanted_.end(), 0);
   for (const MethodTrial& part : may_be_enough ? parts() : std::vector{*this}) {
-    for (const uint64_t index : {0, 1}) render(*this, second, part, index, b, context);
-    render(*this, first, part, 0, a, context);
+    for (const uint64_t index : {0, 1}) render(*this, second, part, index, by_second, context);
+    render(*this, first, part, 0, by_first, context);
     if (!may_be_enough || context.job.cancelled()) continue;
     for (const size_t tile : part.chosen_) {
       seen.chosen_.push_back(tile);
       seen.wanted_[tile] = 1;
     }
-    Result result = first_result(seen, first, second, a, b);
+    Result result = first_result(seen, first, second, by_first, by_second);
     if (!result.tiles.empty() && is_enough(result)) return result;
   }
-  render(*this, first, *this, 1, a, context);
-  for (const size_t k : {0, 1}) {
-    filter(a.images[k]);
-    filter(b.images[k]);
-  }
-  if (context.job.cancelled() || !(a.cost > 0 && b.cost > 0)) return {};
+  render(*this, first, *this, 1, by_first, context);
+  if (context.job.cancelled() || !(by_first.cost > 0 && by_second.cost > 0)) return {};
+  const Filtered a = all_filtered(*this, by_first), b = all_filtered(*this, by_second);
   const std::vector<Part> parts = parts_of(*this, a, b);
   const double floor = floor_of(parts);
   if (!(floor > 0)) return {};
   Result result;
-  result.cost = b.cost / a.cost;
+  result.cost = by_second.cost / by_first.cost;
   result.deviation = deviation_of(grid_, first, parts, is_comparable);
   for (const Part& part : parts) {
     const std::vector<float> weights = weights_of(a, b, part, floor);

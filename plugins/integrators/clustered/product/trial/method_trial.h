@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "clustered/product/tiles/tile_grid.h"
@@ -53,19 +54,33 @@ class MethodTrial {
   /// over the image, too.
   void keep(double share);
   const PixelFilter& film_filter() const { return filter_; }
-  /// Filters the pixels of the chosen tiles. Ignores the weights of other pixels.
-  void filter(std::vector<Rgb>& image) const;
+  /// Returns pixels() of an image, filtered. Ignores other pixels.
+  std::vector<Rgb> filtered(std::span<const Rgb> image) const;
   /// Pixels of the chosen tiles (TileGrid::pixel), tile by tile, row by row.
   std::vector<size_t> pixels() const;
-  /// Calls fn(block, worker, counters) for each block of the image, like TileGrid::for_each_block.
-  /// Transfers the pixels of the chosen tiles, which fn sets, to the other processes of a group.
+  /// Calls fn(tile, worker, counters) for the index of each chosen tile, on many threads, like
+  /// TileGrid::for_each_block. A block may have all chosen tiles that see any light. Transfers the
+  /// tiles' pixels, which fn sets, to the other processes of a group.
   template <class Worker, class Make, class Function>
-  void for_each_block(Scheduler& scheduler, std::vector<Rgb>& image, const Make& make,
-                      const Function& fn) const {
-    SharedItems shared([&](size_t block, SharedBytes& bytes) {
-      for_each_pixel(static_cast<int>(block), [&](size_t i) { bytes.value(image[i]); });
+  void for_each_tile(Scheduler& scheduler, std::span<Rgb> image, const Make& make,
+                     const Function& fn) const {
+    SharedItems shared([&](size_t item, SharedBytes& bytes) {
+      const auto index = static_cast<int>(chosen_[item]);
+      grid_.for_each_tile(grid_.block_of(index), [&](const TileGrid::Tile& tile) {
+        if (tile.index != index) return;
+        tile.for_each_pixel([&](int x, int y) { bytes.value(image[grid_.pixel(x, y)]); });
+      });
     });
-    grid_.for_each_block<Worker>(scheduler, grid_.all_rows(), "trial", make, fn, &shared);
+    transport::Workers<Worker> workers;
+    scheduler.for_each(
+        chosen_.size(),
+        [&](size_t item, RenderCounters& counters) {
+          workers.with_one(make, [&](Worker& worker) {
+            const StageTimer timer(counters.stage_seconds["trial"]);
+            fn(static_cast<int>(chosen_[item]), worker, counters);
+          });
+        },
+        &shared);
   }
   /// Calls fn(index) for each pixel of the chosen tiles of a block, tile by tile, row by row.
   template <class Function>
@@ -81,7 +96,7 @@ class MethodTrial {
     /// Renders the tiles that `tiles` wants for the index-th time, with independent random numbers
     /// each time. Writes to an image of the grid (TileGrid::pixel). `tiles` is the trial or a part
     /// of it.
-    std::function<void(const MethodTrial& tiles, uint64_t index, std::vector<Rgb>& image)> render;
+    std::function<void(const MethodTrial& tiles, uint64_t index, std::span<Rgb> image)> render;
     /// Cost of each ray that `render` traces, except light rays, which cost nothing.
     double cost_of_ray = 1;
     double more_cost = 0;  ///< cost of a render besides those rays, such as that of light rays
