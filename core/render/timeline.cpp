@@ -28,6 +28,7 @@ void Timeline::name_parts(const std::string& stage) {
 }
 
 void Timeline::end_serial(const std::string& stage) {
+  if (!stage.empty()) name_parts(stage);
   const double begin = parts_.empty() ? 0 : parts_.back().end;
   parts_.push_back({stage, begin, now(), false});
   if (events_.empty()) events_.resize(1);
@@ -37,7 +38,6 @@ void Timeline::end_serial(const std::string& stage) {
 void Timeline::begin_loop(unsigned threads, const std::map<std::string, double>& seconds) {
   const std::string stage = largest_increase(seconds_, seconds);
   end_serial(stage);
-  if (!stage.empty()) name_parts(stage);
   seconds_ = seconds;
   if (events_.size() < threads) events_.resize(threads);
   parts_.push_back({"", parts_.back().end, 0, true});

@@ -9,6 +9,7 @@
 #include "kinome/film_noise.h"
 #include "kinome/log.h"
 #include "kinome/process_group.h"
+#include "kinome/scheduler.h"
 
 namespace kinome {
 namespace {
@@ -248,8 +249,35 @@ std::optional<double> estimate_rel_mse(const Film& film, std::span<const double>
   return total / (static_cast<double>(pixels) * pairs * all_samples);
 }
 
-Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats) {
-  Image image = film.develop();
+namespace {
+
+Image develop_by_threads(const Film& film, const Scheduler& scheduler) {
+  constexpr int kPixelsOfPart = 1 << 14, kMaxParts = 64;
+  const Rect& crop = film.crop();
+  const int height = crop.height();
+  const int count = std::clamp(crop.area() / kPixelsOfPart, 1, std::min(height, kMaxParts));
+  if (count == 1) return film.develop();
+  std::vector<Image> parts(static_cast<size_t>(count));
+  scheduler.parallel_for(parts.size(), [&](size_t part) {
+    const auto row_of = [&](size_t index) {
+      return crop.y0 + static_cast<int>(index * static_cast<size_t>(height) / parts.size());
+    };
+    parts[part] = film.develop({crop.x0, row_of(part), crop.x1, row_of(part + 1)});
+  });
+  Image image{crop.width(), height, parts[0].channels, {}};
+  image.data.reserve(static_cast<size_t>(crop.area()) * image.channels.size());
+  for (Image& part : parts) {
+    image.data.insert(image.data.end(), part.data.begin(), part.data.end());
+    part = {};
+  }
+  return image;
+}
+
+}  // namespace
+
+Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats,
+              const Scheduler* scheduler) {
+  Image image = scheduler ? develop_by_threads(film, *scheduler) : film.develop();
   if (budget.lanes == 0) return image;
   const FilmNoise noise = film_noise(film);
   stats.renders = noise.renders;

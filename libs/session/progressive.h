@@ -24,7 +24,9 @@ KINOME_EXPORT void render_passes(Passes& passes, Film& film, RenderJob& job,
                                  const PassCallback& on_pass = nullptr);
 
 /// Develops the film's image. If the budget requests lanes, appends the channels of film_noise()
-/// and sets RenderStats::renders and variance_of_mean.
-KINOME_EXPORT Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats);
+/// and sets RenderStats::renders and variance_of_mean. Uses the threads of `scheduler` if it isn't
+/// nullptr.
+KINOME_EXPORT Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats,
+                            const Scheduler* scheduler = nullptr);
 
 }  // namespace kinome

@@ -112,7 +112,7 @@ Image run_film_render(const FilmRender& how, const Scene& scene, const Sensor& s
     if (source && interrupted) source->close(film);
     if (interrupted && how.fills_gaps) fill_gaps(scene, sensor, context, begun);
     if (interrupted && !how.fills_gaps) stats.missing = share_of_gaps(integrator, film);
-    image = develop(film, budget, stats);
+    image = develop(film, budget, stats, &context.scheduler);
     if (interrupted && how.fills_gaps) mark_gaps(film, image);
     stats.non_finite_samples += film.non_finite();
   }
