@@ -1,6 +1,7 @@
 // Starts to read the files of a scene's objects in parallel.
 
 #include <algorithm>
+#include <filesystem>
 
 #include "scene_xml/build.h"
 
@@ -11,6 +12,27 @@ namespace {
 /// threads may use one.
 bool is_shareable(const Node& node) {
   return node.tag == "bsdf" || node.tag == "texture" || node.tag == "spectrum";
+}
+
+bool is_file(const Node& child, const PluginDescriptor& plugin) {
+  const Parameter* const row = find_row(plugin, child.value("name"));
+  return row && row->type == ParameterType::kFile;
+}
+
+/// Returns the approximate memory that reading a file takes, the file's own bytes included,
+/// relative to the size of the file.
+uint64_t memory_per_byte(const std::string& path) {
+  struct Kind {
+    const char* extension;
+    uint64_t factor;
+  };
+  // Images are decoded to single precision; the smallest files of each kind expand more.
+  constexpr Kind kKinds[] = {{".jpg", 32}, {".jpeg", 32}, {".png", 8},
+                             {".exr", 4},  {".hdr", 4},   {".serialized", 4}};
+  const std::string extension = std::filesystem::path(path).extension().string();
+  const auto found = std::find_if(std::begin(kKinds), std::end(kKinds),
+                                  [&](const Kind& kind) { return extension == kind.extension; });
+  return found == std::end(kKinds) ? 2 : found->factor;
 }
 
 }  // namespace
@@ -25,14 +47,25 @@ const PluginDescriptor* Builder::reader_of(const Node& node) {
   if (!category || !type || node.is_broken || objects_.count(&node)) return nullptr;
   try {
     const PluginDescriptor& plugin = registry_.find(*category, type->value, type->where);
-    const auto is_file = [&](const Node& child) {
-      const Parameter* const row = find_row(plugin, child.value("name"));
-      return row && row->type == ParameterType::kFile;
-    };
-    return std::any_of(node.children.begin(), node.children.end(), is_file) ? &plugin : nullptr;
+    const bool reads = std::any_of(node.children.begin(), node.children.end(),
+                                   [&](const Node& child) { return is_file(child, plugin); });
+    return reads ? &plugin : nullptr;
   } catch (const Error&) {
     return nullptr;
   }
+}
+
+/// Estimates the memory that making an object of its files takes.
+uint64_t Builder::memory_to_read(const Node& node, const PluginDescriptor& plugin) {
+  uint64_t bytes = 0;
+  for (const Node& child : node.children) {
+    if (!is_file(child, plugin)) continue;
+    const std::string path = file_of(node, child.value("value"));
+    std::error_code failed;
+    const uint64_t size = std::filesystem::file_size(path, failed);
+    if (!failed) bytes += size * memory_per_byte(path);
+  }
+  return bytes;
 }
 
 /// Finds the readers among a node and the objects that it contains or refers to, those first.
@@ -59,7 +92,7 @@ void Builder::begin_readers(const Node& root) {
   }
   if (readers.size() < 2) return;
   // A single thread takes the same steps, so that the order of messages and plugins is the same.
-  constexpr unsigned kMaxThreads = 8;  // each holds the bytes of a file
+  constexpr unsigned kMaxThreads = 8;
   ahead_ = std::make_unique<ReadAhead>(threads_ > 1 ? std::min(threads_, kMaxThreads) : 0);
   // Readers without nested objects come first, because the others wait for them.
   const auto has_objects = [](const Node* node) {

@@ -173,7 +173,8 @@ void Builder::begin(const Node& node) {
   Begun& begun = begun_.emplace(&node, Begun{read_parts(node, *plugin, maker), {}}).first->second;
   if (!can_do_without(begun.parts.lost, *plugin)) return;
   begun.object = ahead_->begin(
-      [&props = begun.parts.props, plugin] { return PluginRegistry::create(*plugin, props); });
+      [&props = begun.parts.props, plugin] { return PluginRegistry::create(*plugin, props); },
+      memory_to_read(node, *plugin));
 }
 
 /// Finds the plugin of a node. Returns nullptr after reporting an error, for instance an unknown

@@ -99,6 +99,7 @@ class Builder {
                     std::vector<const Node*>& readers);
   void begin(const Node& node);
   void begin_readers(const Node& root);
+  uint64_t memory_to_read(const Node& node, const PluginDescriptor& plugin);
   const PluginDescriptor* find_plugin(const Node& node);
   void check_parts(const Node& node, const Maker& make);
   Parts read_parts(const Node& node, const PluginDescriptor& plugin, const Maker& make);

@@ -24,7 +24,7 @@ ReadAhead::~ReadAhead() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-ReadAhead::Pending ReadAhead::begin(Make make) {
+ReadAhead::Pending ReadAhead::begin(Make make, uint64_t bytes) {
   ReadFiles* const owner = ReadFiles::recorded_by_this_thread();
   std::packaged_task<Pending::Outcome()> task([owner, make = std::move(make)] {
     const ReadFiles::Recording recording(owner);
@@ -53,7 +53,7 @@ ReadAhead::Pending ReadAhead::begin(Make make) {
   }
   {
     const std::lock_guard lock(mutex_);
-    queue_.push_back(std::move(task));
+    queue_.push_back({std::move(task), bytes});
   }
   wake_.notify_one();
   return pending;
@@ -61,14 +61,20 @@ ReadAhead::Pending ReadAhead::begin(Make make) {
 
 void ReadAhead::serve() {
   const AlternateStack stack;
+  std::unique_lock lock(mutex_);
   for (;;) {
-    std::unique_lock lock(mutex_);
-    wake_.wait(lock, [this] { return stops_ || !queue_.empty(); });
+    wake_.wait(lock, [this] {
+      return stops_ || (!queue_.empty() && in_use_.admits(queue_.front().bytes));
+    });
     if (stops_) return;
-    std::packaged_task<Pending::Outcome()> task = std::move(queue_.front());
+    Item item = std::move(queue_.front());
     queue_.pop_front();
+    in_use_.begin(item.bytes);
     lock.unlock();
-    task();
+    item.task();
+    lock.lock();
+    in_use_.end(item.bytes);
+    wake_.notify_all();
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <future>
@@ -11,6 +12,7 @@
 
 #include "base/log_capture.h"
 #include "kinome/object.h"
+#include "scene_xml/memory_in_use.h"
 
 namespace kinome::loader {
 
@@ -44,16 +46,22 @@ class ReadAhead {
   /// Waits for the objects that are being made. Those not yet begun are dropped.
   ~ReadAhead();
 
-  /// Queues an object. What `make` refers to must outlive this ReadAhead.
-  Pending begin(Make make);
+  /// Queues an object. What `make` refers to must outlive this ReadAhead. `bytes` is an estimate of
+  /// the memory that `make` takes: the object waits until MemoryInUse admits it.
+  Pending begin(Make make, uint64_t bytes = 0);
 
  private:
+  struct Item {
+    std::packaged_task<Pending::Outcome()> task;
+    uint64_t bytes;
+  };
   void serve();
 
   const unsigned threads_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<std::packaged_task<Pending::Outcome()>> queue_;
+  std::deque<Item> queue_;
+  MemoryInUse in_use_;
   bool stops_ = false;
   std::vector<std::thread> workers_;
 };

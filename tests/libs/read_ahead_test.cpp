@@ -8,6 +8,7 @@
 #include "kinome/log.h"
 #include "kinome/log_listener.h"
 #include "kinome/scene_loader.h"
+#include "scene_xml/memory_in_use.h"
 #include "support/render.h"
 
 /// Tests that scenes whose files are read by several threads are those of one thread.
@@ -102,6 +103,23 @@ TEST(ReadAhead, UnusedDataAreReportedInTheOrderOfTheScene) {
   EXPECT_LT(x, y) << log;
   EXPECT_NE(y, std::string::npos) << log;
   EXPECT_EQ(log.rfind("z.ply: not used"), z) << log;
+}
+
+TEST(ReadAhead, MemoryOfObjectsBeingMadeIsBounded) {
+  constexpr uint64_t kMost = loader::MemoryInUse::kMaxBytesBeside;
+  loader::MemoryInUse memory;
+  EXPECT_TRUE(memory.admits(10 * kMost));
+  memory.begin(10 * kMost);
+  EXPECT_FALSE(memory.admits(kMost + 1));
+  memory.begin(kMost / 2);
+  memory.begin(kMost / 2);
+  EXPECT_FALSE(memory.admits(1));
+  EXPECT_TRUE(memory.admits(0));
+  memory.end(10 * kMost);
+  EXPECT_TRUE(memory.admits(kMost / 2));
+  EXPECT_TRUE(memory.admits(10 * kMost));
+  memory.begin(10 * kMost);
+  EXPECT_FALSE(memory.admits(1));
 }
 
 /// Files that are large enough for OpenEXR's threads.
