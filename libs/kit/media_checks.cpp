@@ -32,11 +32,11 @@ bool are_close(float a, float b, float scale) {
 }
 
 /// Segments o + t d in a box, 0 <= t <= length.
-struct Segments {
+struct BoxSegments {
   Columns3 o, d;
   float* length;
 
-  Segments(BlockMemory& memory, const Aabb& box, size_t count, Random& random)
+  BoxSegments(BlockMemory& memory, const Aabb& box, size_t count, Random& random)
       : o(memory.three()), d(memory.three()), length(memory.one()) {
     for (size_t i = 0; i < count; ++i) {
       const Vec3 a = point_in(box, random), to = point_in(box, random) - a;
@@ -50,7 +50,8 @@ struct Segments {
 /// Compares an integral along a segment with the midpoint rule: returns whether they agree up to
 /// the rule's error.
 template <class Value>
-bool is_integral(float stated, const Segments& segments, size_t i, float max, const Value& value) {
+bool is_integral(float stated, const BoxSegments& segments, size_t i, float max,
+                 const Value& value) {
   constexpr int kSteps = 1000;
   double sum = 0;
   for (int k = 0; k < kSteps; ++k) {
@@ -200,7 +201,7 @@ Outcome volume_integral(const Subject& subject) {
   Random random(subject.request().seed + 4);
   const auto count = static_cast<size_t>(subject.samples(300));
   BlockMemory memory(count);
-  const Segments segments(memory, tested_box(volume->box()), count, random);
+  const BoxSegments segments(memory, tested_box(volume->box()), count, random);
   float* values[Volume::kMaxChannels];
   for (float*& column : values) column = memory.one();
   volume->integral_block(segments.o, segments.d, segments.length, count, values);
@@ -434,7 +435,7 @@ Outcome medium_depth(const Subject& subject) {
   Random random(subject.request().seed + 4);
   const auto count = static_cast<size_t>(subject.samples(300));
   BlockMemory memory(count);
-  const Segments segments(memory, tested_box(medium->box()), count, random);
+  const BoxSegments segments(memory, tested_box(medium->box()), count, random);
   const Columns3 depth = memory.three();
   medium->optical_depth_block(segments.o, segments.d, segments.length, count, depth);
   int wrong = 0;

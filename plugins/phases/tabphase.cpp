@@ -48,9 +48,9 @@ std::vector<double> parse_values(const Properties& props) {
   return values;
 }
 
-class Table final : public wide::DeflectionPhase<Table> {
+class TabulatedPhase final : public wide::DeflectionPhase<TabulatedPhase> {
  public:
-  explicit Table(const Properties& props) {
+  explicit TabulatedPhase(const Properties& props) {
     const std::vector<double> values = parse_values(props);
     const size_t last = values.size() - 1;
     intervals_ = static_cast<float>(last);
@@ -127,5 +127,5 @@ class Table final : public wide::DeflectionPhase<Table> {
 }  // namespace
 }  // namespace kinome
 
-KINOME_PLUGIN(kinome::Table, kinome::Category::kPhase, "tabphase",
+KINOME_PLUGIN(kinome::TabulatedPhase, kinome::Category::kPhase, "tabphase",
               "A table of values over the cosine of the deflection.", kinome::kParameters);
