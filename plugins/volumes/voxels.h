@@ -65,9 +65,14 @@ class Voxels {
   std::pair<float, float> range_in(const Aabb& box) const {
     Aabb inside;
     for (unsigned i = 0; i < 8; ++i) inside.expand(to_index_ * box.corner(i) + offset_);
+    const Vec3 farthest = glm::max(glm::abs(box.lo), glm::abs(box.hi));
     std::array<std::vector<size_t>, 3> used;
-    for (int a = 0; a < 3; ++a)
-      used[static_cast<size_t>(a)] = indices(inside.lo[a], inside.hi[a], a);
+    for (int a = 0; a < 3; ++a) {
+      // Rounding errors of the transform are relative to its terms.
+      float terms = 1 + std::abs(offset_[a]);
+      for (int k = 0; k < 3; ++k) terms += std::abs(to_index_[k][a]) * farthest[k];
+      used[static_cast<size_t>(a)] = indices(inside.lo[a], inside.hi[a], terms * 1e-6f, a);
+    }
     float lo = kInfinity, hi = -kInfinity;
     for (const size_t z : used[2]) {
       for (const size_t y : used[1]) {
@@ -156,10 +161,10 @@ class Voxels {
            channels;
   }
 
-  /// Voxels along an axis that values between two positions depend on.
-  std::vector<size_t> indices(float lo, float hi, int a) const {
+  /// Voxels along an axis that values between two positions depend on; `slack` is the error of the
+  /// positions.
+  std::vector<size_t> indices(float lo, float hi, float slack, int a) const {
     const float n = size_[a];
-    const float slack = 1e-5f * (1 + std::max(std::abs(lo), std::abs(hi)));
     const float half = filter_ == VoxelFilter::kNearest ? 0.5f : 0.f;
     float first = std::floor(lo + half - slack);
     float last = std::floor(hi + half + slack) + (half > 0 ? 0.f : 1.f);
