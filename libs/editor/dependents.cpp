@@ -1,4 +1,5 @@
-// Finds the objects to make again after an edit, and sets another BSDF or emitter of a shape.
+// Finds the objects to make again after an edit, and sets another BSDF, emitter or medium of a
+// shape.
 
 #include <algorithm>
 
@@ -25,7 +26,7 @@ void Dependents::add(const Node& node) {
     }
   }
   for (const Node* const holder : holders_[&node]) {
-    const bool is_fitting = node.tag == "bsdf" || node.tag == "emitter";
+    const bool is_fitting = node.tag == "bsdf" || node.tag == "emitter" || node.tag == "medium";
     if (holder->tag == "shape" && is_fitting && can_be_refitted(*holder)) {
       add_refitted(*holder);
     } else {
@@ -42,11 +43,26 @@ void Dependents::add_refitted(const Node& shape) {
   }
 }
 
+namespace {
+
+/// Returns the pointer to a shape's medium; nullptr if there is none.
+std::shared_ptr<const Medium> nested_medium(const Shape& shape, const Medium* medium) {
+  for (const auto& object : shape.nested()) {
+    if (object.get() == medium) return std::dynamic_pointer_cast<const Medium>(object);
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 std::function<void()> refit(Shape& shape, const Node& node, Builder& builder) {
+  auto interior = nested_medium(shape, shape.interior());
+  auto exterior = nested_medium(shape, shape.exterior());
   const auto put_back = [&shape, bsdf = shape.bsdf_pointer(), emitter = shape.emitter_pointer(),
-                         plugin = shape.plugin(), nested = shape.nested()] {
+                         interior, exterior, plugin = shape.plugin(), nested = shape.nested()] {
     shape.set_bsdf(bsdf);
     shape.set_emitter(emitter);
+    shape.set_media(interior, exterior);
     shape.set_origin(plugin, nested);
   };
   std::vector<std::shared_ptr<const Object>> nested;
@@ -57,7 +73,11 @@ std::function<void()> refit(Shape& shape, const Node& node, Builder& builder) {
     nested.push_back(object);
     if (const auto bsdf = std::dynamic_pointer_cast<Bsdf>(object)) shape.set_bsdf(bsdf);
     if (const auto emitter = std::dynamic_pointer_cast<Emitter>(object)) shape.set_emitter(emitter);
+    if (const auto medium = std::dynamic_pointer_cast<Medium>(object)) {
+      (child.value("name") == "interior" ? interior : exterior) = medium;
+    }
   }
+  shape.set_media(interior, exterior);
   shape.set_origin(shape.plugin(), std::move(nested));
   const std::vector<std::string> wanted = shape.wanted_attributes();
   if (std::all_of(wanted.begin(), wanted.end(),

@@ -30,7 +30,11 @@ void check_value(const PluginDescriptor& plugin, const Parameter& row, const Edi
   Properties alone(plugin.category, plugin.name, where);
   alone.set_table(plugin.parameters);
   alone.set(row.name, *value, where);
-  if (takes_texture(row.type)) alone.texture(row.name);
+  if (row.type == ParameterType::kVolume) {
+    alone.volume(row.name);
+  } else if (takes_texture(row.type)) {
+    alone.texture(row.name);
+  }
   if (row.type == ParameterType::kTransform) alone.transform(row.name);
 }
 

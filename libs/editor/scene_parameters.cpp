@@ -132,7 +132,7 @@ SceneParameter ParameterList::described(const Node& node, const Parameter& row) 
   parameter.is_set = parameter.value.has_value();
   parameter.is_edited = node.is_overridden(row.name);
   if (!parameter.value) parameter.value = parameter.default_value;
-  if (quantity_of(row.type) == Quantity::kReflectance) {
+  if (quantity_of(row.type) == Quantity::kReflectance && row.type != ParameterType::kVolume) {
     parameter.low = 0;
     parameter.high = 1;
   }

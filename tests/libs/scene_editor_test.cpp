@@ -235,6 +235,32 @@ TEST_F(SceneEdits, GiveThePictureOfTheEditedFileAndMakeOnlyWhatDepends) {
   }
 }
 
+/// An edit of a medium doesn't make its shape again, and numbers aren't restricted to [0,1].
+TEST_F(SceneEdits, OfMediaKeepTheirShapes) {
+  const std::string text =
+      "<scene version='3.0.0'><integrator type='path'/><medium type='homogeneous' id='fog'><float "
+      "name='sigma_t' value='2'/></medium><shape type='sphere' id='ball'><ref name='interior' "
+      "id='fog'/><medium type='homogeneous' name='exterior'/></shape></scene>";
+  SceneEditor editor(text, folder_.path("x.xml"), {}, registry());
+  const auto shape = editor.scene()->shapes()[0];
+  const auto extinction = [&] {
+    return editor.scene()->media()[0]->coefficients({}, Vec3(0, 0, 1)).extinction.x;
+  };
+  EXPECT_EQ(extinction(), 2);
+  editor.set("fog.sigma_t.value", 7.0);
+  const SceneChanges changes = editor.update();
+  EXPECT_EQ(changes.made, (Names{"medium/homogeneous"}));
+  EXPECT_EQ(changes.refitted, 1u);
+  EXPECT_FALSE(changes.has_new_structure);
+  EXPECT_EQ(editor.scene()->shapes()[0], shape);
+  EXPECT_EQ(extinction(), 7);
+  EXPECT_EQ(editor.scene()->media().size(), 2u);
+  EXPECT_THROW(editor.set("fog.sigma_t.value", UniformColor{Rgb(7.f)}), Error);
+  editor.set("fog.albedo.value", 2.0);
+  EXPECT_THROW(editor.update(), Error);
+  EXPECT_EQ(extinction(), 7);
+}
+
 TEST_F(SceneEdits, AddUp) {
   const auto editor = open();
   editor->set("sensor.fov", 55.0);
