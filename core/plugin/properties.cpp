@@ -201,8 +201,11 @@ std::shared_ptr<Volume> Properties::volume(const std::string& name) const {
   const Value v = value(name);
   if (const auto* const object = std::get_if<std::shared_ptr<Object>>(&v)) {
     if (auto volume = std::dynamic_pointer_cast<Volume>(*object)) return volume;
-    // A texture such as `uniform`.
-    return std::make_shared<UniformVolume>(color(name));
+    const auto texture = as_texture(v);
+    if (!texture || !texture->is_uniform()) {
+      throw error(name, "must be uniform, got a texture that varies");
+    }
+    return std::make_shared<UniformVolume>(texture->mean());
   }
   const auto color = as_uniform_color(v);
   if (!color) throw error(name, "must be a volume, color or float, got " + describe(v));

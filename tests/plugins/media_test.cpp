@@ -83,6 +83,12 @@ TEST(Media, CoefficientsAreExtinctionTimesAlbedo) {
   EXPECT_EQ(constant->max_extinction(), 5);
   EXPECT_FALSE(constant->is_coloured());
 
+  const auto grey = make<Medium>(
+      "<medium type='homogeneous'><texture type='uniform' name='sigma_t'><float name='value' "
+      "value='5'/></texture><spectrum name='albedo' value='0.5'/></medium>");
+  EXPECT_EQ(grey->coefficients(p, {}).extinction, Rgb(5.f));
+  EXPECT_EQ(grey->coefficients(p, {}).scattering, Rgb(2.5f));
+
   const auto milk = make<Medium>("<medium type='homogeneous'><volume name='albedo' " + grid +
                                  "<float name='sigma_t' value='7'/></medium>");
   EXPECT_LT(glm::length(milk->coefficients(p, {}).scattering - 7.f * value), 1e-5f);
