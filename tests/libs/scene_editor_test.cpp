@@ -239,7 +239,8 @@ TEST_F(SceneEdits, GiveThePictureOfTheEditedFileAndMakeOnlyWhatDepends) {
 TEST_F(SceneEdits, OfMediaKeepTheirShapes) {
   const std::string text =
       "<scene version='3.0.0'><integrator type='path'/><medium type='homogeneous' id='fog'><float "
-      "name='sigma_t' value='2'/></medium><shape type='sphere' id='ball'><ref name='interior' "
+      "name='sigma_t' value='2'/><phase type='isotropic'/></medium><sensor type='perspective'/>"
+      "<shape type='sphere' id='ball'><ref name='interior' "
       "id='fog'/><medium type='homogeneous' name='exterior'/></shape></scene>";
   SceneEditor editor(text, folder_.path("x.xml"), {}, registry());
   const auto shape = editor.scene()->shapes()[0];
