@@ -102,7 +102,7 @@ Outcome medium_depth(const Subject& subject) {
   Random random(subject.request().seed + 4);
   const auto count = static_cast<size_t>(subject.samples(300));
   BlockMemory memory(count);
-  const TestRays segments(memory, tested_box(medium->box()), count, random);
+  const BoxSegments segments(memory, tested_box(medium->box()), count, random);
   const Columns3 depth = memory.three();
   medium->optical_depth_block(segments.o, segments.d, segments.length, count, depth);
   int wrong = 0;

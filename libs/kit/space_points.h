@@ -35,11 +35,11 @@ inline bool are_close(float a, float b, float scale) {
 }
 
 /// Segments o + t d in a box, 0 <= t <= length.
-struct TestRays {
+struct BoxSegments {
   Columns3 o, d;
   float* length;
 
-  TestRays(BlockMemory& memory, const Aabb& box, size_t count, Random& random)
+  BoxSegments(BlockMemory& memory, const Aabb& box, size_t count, Random& random)
       : o(memory.three()), d(memory.three()), length(memory.one()) {
     for (size_t i = 0; i < count; ++i) {
       const Vec3 a = point_in(box, random), to = point_in(box, random) - a;
@@ -53,7 +53,8 @@ struct TestRays {
 /// Compares an integral along a segment with the midpoint rule: returns whether they agree up to
 /// the rule's error.
 template <class Value>
-bool is_integral(float stated, const TestRays& segments, size_t i, float max, const Value& value) {
+bool is_integral(float stated, const BoxSegments& segments, size_t i, float max,
+                 const Value& value) {
   constexpr int kSteps = 1000;
   double sum = 0;
   for (int k = 0; k < kSteps; ++k) {

@@ -117,7 +117,7 @@ Outcome volume_integral(const Subject& subject) {
   Random random(subject.request().seed + 4);
   const auto count = static_cast<size_t>(subject.samples(300));
   BlockMemory memory(count);
-  const TestRays segments(memory, tested_box(volume->box()), count, random);
+  const BoxSegments segments(memory, tested_box(volume->box()), count, random);
   float* values[Volume::kMaxChannels];
   for (float*& column : values) column = memory.one();
   volume->integral_block(segments.o, segments.d, segments.length, count, values);
