@@ -9,6 +9,7 @@
 #include <ImfOutputFile.h>
 #include <ImfRgbaFile.h>
 #include <ImfStringAttribute.h>
+#include <OpenEXRConfig.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -153,6 +154,10 @@ Imf::Header make_header(const Image& image, ExrNumber number, const ImageMetadat
   Imf::Header header(display, Imath::Box2i(first, last));
   // PIZ compresses noisy halves best. For floats, ZIP is as small and much faster.
   header.compression() = number == ExrNumber::kHalf ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
+#if OPENEXR_VERSION_MAJOR * 10000 + OPENEXR_VERSION_MINOR * 100 + OPENEXR_VERSION_PATCH >= 30103
+  // Noise compresses no better at OpenEXR's level, 4, which takes 7 to 15 % longer.
+  header.zipCompressionLevel() = 2;
+#endif
   for (const std::string& name : image.channels) {
     header.channels().insert(name, Imf::Channel(kPixelTypes[static_cast<int>(number)]));
   }

@@ -11,6 +11,7 @@
 #include <cctype>
 #include <filesystem>
 #include <limits>
+#include <optional>
 
 #include "kinome/image_files.h"
 #include "kinome/film.h"
@@ -120,9 +121,10 @@ class HdrFilm : public Film {
       const bool has_variance =
           std::any_of(image.channels.begin(), image.channels.end(),
                       [](const std::string& name) { return name.rfind("variance.", 0) == 0; });
-      write_exr(file.string(), is_xyz_ ? to_xyz(image) : image,
-                has_variance ? ExrNumber::kFloat : number_, metadata, Vec2(crop_.x0, crop_.y0),
-                Vec2(width_, height_));
+      std::optional<Image> xyz;  // without it, the image is written as it is, not copied
+      if (is_xyz_) xyz = to_xyz(image);
+      write_exr(file.string(), xyz ? *xyz : image, has_variance ? ExrNumber::kFloat : number_,
+                metadata, Vec2(crop_.x0, crop_.y0), Vec2(width_, height_));
     }
   }
   std::string file_extension() const override {
