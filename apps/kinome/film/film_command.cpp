@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <future>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -45,6 +46,17 @@ std::string text_of(const std::optional<glm::dvec3>& v) {
   return v ? fmt::format("{:g},{:g},{:g}", v->x, v->y, v->z) : "the scene's";
 }
 
+/// A frame that is rendered, and whose files are written.
+struct RenderedFrame {
+  Output files;
+  Image image;
+  ImageMetadata metadata;
+  RenderStats stats;
+  RenderSummary summary;
+  std::shared_ptr<const Sensor> sensor;  ///< owner of the film that writes the image
+  Clock::time_point start;
+};
+
 class FilmCommand {
  public:
   FilmCommand(const Options& options, Clock::time_point start)
@@ -69,6 +81,7 @@ class FilmCommand {
       if (cancel_flag() || !render(frame)) break;
       ++done_;
     }
+    finish_writing();
     progress_.finish();
     return finish();
   }
@@ -136,7 +149,8 @@ class FilmCommand {
     }
   }
 
-  /// Renders and writes a frame. Returns false, without writing it, if it was interrupted.
+  /// Renders a frame and begins to write it. Returns false, without writing it, if it was
+  /// interrupted.
   bool render(int frame) {
     const Clock::time_point start = Clock::now();
     set_activity("loading the scene");
@@ -167,23 +181,53 @@ class FilmCommand {
     stats.load_seconds = update_seconds + std::exchange(load_stats_.load_seconds, 0);
     stats.plugin_seconds = std::exchange(load_stats_.plugin_seconds, 0);
     stats.build_seconds = std::exchange(load_stats_.build_seconds, 0);
-    const Image image = render_image(options_, *scene, sensor, context, display_.get());
+    Image image = render_image(options_, *scene, sensor, context, display_.get());
     if (!stats.complete) return false;
-    const RenderSummary summary =
-        finish_image(options_, *scene, sensor, context, registry_, image, files, nullptr);
-    stats.total_seconds = seconds_since(start);
-    stats.peak_memory_bytes = peak_memory_bytes();
-    log_info(fmt::format("wrote {} ({:.2f} s)", files.name(), stats.total_seconds));
-    report(stats, summary, context.job.budget());
+    finish_writing();
+    ImageMetadata metadata = describe_image(options_, *scene, context, registry_);
+    audit_render(*scene, sensor, context);
+    RenderSummary summary = summary_of(options_, context, image, files);
+    begin_writing({files, std::move(image), std::move(metadata), std::move(stats),
+                   std::move(summary), scene->sensors()[sensor_], start});
     return true;
   }
 
+  /// Writes the files of a frame while the next one is rendered. Writes them at once if one thread
+  /// must do all work, or if the next frame has a time limit, which writing would disturb.
+  void begin_writing(RenderedFrame frame) {
+    frame_ = std::move(frame);
+    const auto write = [this] {
+      const Clock::time_point start = Clock::now();
+      write_image_files(options_, frame_->sensor->film(), frame_->image, frame_->metadata,
+                        frame_->files, nullptr);
+      frame_->stats.write_seconds = seconds_since(start);
+      frame_->stats.total_seconds = seconds_since(frame_->start);
+      frame_->stats.peak_memory_bytes = peak_memory_bytes();
+    };
+    const bool is_at_once = options_.threads == 1 || options_.seconds > 0;
+    // Without further threads, get() writes the files.
+    constexpr auto kAnyThread = std::launch::async | std::launch::deferred;
+    writing_ = std::async(is_at_once ? std::launch::deferred : kAnyThread, write);
+    if (is_at_once) finish_writing();
+  }
+
+  /// Waits until the last frame is written, and reports it. Throws Error if that failed.
+  void finish_writing() {
+    if (!writing_.valid()) return;
+    set_activity("writing the image");
+    writing_.get();
+    log_info(fmt::format("wrote {} ({:.2f} s)", frame_->files.name(), frame_->stats.total_seconds));
+    report(frame_->stats, frame_->summary);
+    frame_.reset();
+  }
+
   /// Reports a frame. Only the first faults are reported, because most frames have the same ones.
-  void report(const RenderStats& stats, const RenderSummary& summary, const RenderBudget& budget) {
+  void report(const RenderStats& stats, const RenderSummary& summary) {
     const bool is_faulty = stats.non_finite_samples > 0 || !stats.faults.empty();
     if (is_faulty && !is_faulty_) report_faults(options_, stats);
     is_faulty_ = is_faulty_ || is_faulty;
-    warn_of_missed_budget(budget, stats, stats.total_seconds, {.work = "render {} and write"});
+    warn_of_missed_budget({.seconds = options_.seconds, .rel_mse = options_.rel_mse}, stats,
+                          stats.total_seconds, {.work = "render {} and write"});
     print_statistics(options_, stats, summary);
   }
 
@@ -236,6 +280,8 @@ class FilmCommand {
   size_t done_ = 0;           ///< number of missing_ that are finished
   double shown_progress_ = 0;
   bool is_faulty_ = false;
+  std::optional<RenderedFrame> frame_;  ///< the frame that is written; nullopt if there is none
+  std::future<void> writing_;           ///< destroyed first, because its destructor waits
 };
 
 }  // namespace

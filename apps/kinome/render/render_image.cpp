@@ -158,31 +158,49 @@ Image render_image(const Options& options, const Scene& scene, const Sensor& sen
   return image;
 }
 
+ImageMetadata describe_image(const Options& options, const Scene& scene, RenderContext& context,
+                             const PluginRegistry& registry, const PartRender* part) {
+  RenderStats& stats = context.job.stats();
+  stats.plugins = registry.loaded();
+  stats.instruction_set = to_string(used_instruction_set(registry));
+  ImageMetadata metadata =
+      metadata_of(scene, context.job, integrator_names(stats.plugins), stats);
+  if (options.parts > 0 && !part) metadata.merge(metadata_of_parts(options.parts));
+  return metadata;
+}
+
+void audit_render(const Scene& scene, const Sensor& sensor, RenderContext& context) {
+  RenderStats& stats = context.job.stats();
+  set_activity("checking plugins");
+  stats.faults = audit_plugins(scene, sensor, context.job.seed(),
+                               stats.non_finite_samples > 0 ? kMaxAuditPositions : kAuditPositions);
+}
+
+RenderSummary summary_of(const Options& options, RenderContext& context, const Image& image,
+                         const Output& output) {
+  const RenderStats& stats = context.job.stats();
+  return {.scene = options.scene,
+          .output = output.name(),
+          .integrator = integrator_names(stats.plugins),
+          .width = image.width,
+          .height = image.height,
+          .samples = static_cast<unsigned>(std::lround(stats.samples)),
+          .seed = context.job.seed()};
+}
+
 RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,
                            RenderContext& context, const PluginRegistry& registry,
                            const Image& image, const Output& output, Checkpoint* checkpoint,
                            const PartRender* part) {
   RenderStats& stats = context.job.stats();
-  stats.plugins = registry.loaded();
-  stats.instruction_set = to_string(used_instruction_set(registry));
-  const std::string integrator = integrator_names(stats.plugins);
   const Clock::time_point write_start = Clock::now();
   set_activity("writing the image");
-  ImageMetadata metadata = metadata_of(scene, context.job, integrator, stats);
-  if (options.parts > 0 && !part) metadata.merge(metadata_of_parts(options.parts));
+  const ImageMetadata metadata = describe_image(options, scene, context, registry, part);
   write_image_files(options, sensor.film(), image, metadata, output, checkpoint, part);
   if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
   stats.write_seconds = seconds_since(write_start);
-  set_activity("checking plugins");
-  stats.faults = audit_plugins(scene, sensor, context.job.seed(),
-                               stats.non_finite_samples > 0 ? kMaxAuditPositions : kAuditPositions);
-  return {.scene = options.scene,
-          .output = output.name(),
-          .integrator = integrator,
-          .width = image.width,
-          .height = image.height,
-          .samples = static_cast<unsigned>(std::lround(stats.samples)),
-          .seed = context.job.seed()};
+  audit_render(scene, sensor, context);
+  return summary_of(options, context, image, output);
 }
 
 void report_faults(const Options& options, const RenderStats& stats) {

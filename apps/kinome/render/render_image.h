@@ -30,6 +30,15 @@ void warn_of_layers(const Scene& scene, const Film& film);
 /// Renders an image, or a `part` of it, while `display` shows it. Both may be nullptr.
 Image render_image(const Options& options, const Scene& scene, const Sensor& sensor,
                    RenderContext& context, Display* display, const PartRender* part = nullptr);
+/// Returns the attributes of the image's header, and adds the loaded plugins to the context's
+/// statistics.
+ImageMetadata describe_image(const Options& options, const Scene& scene, RenderContext& context,
+                             const PluginRegistry& registry, const PartRender* part = nullptr);
+/// Audits plugins, and adds their faults to the context's statistics.
+void audit_render(const Scene& scene, const Sensor& sensor, RenderContext& context);
+/// Call describe_image() before.
+RenderSummary summary_of(const Options& options, RenderContext& context, const Image& image,
+                         const Output& output);
 /// Writes the image, removes the checkpoint (which may be nullptr) if the image is complete, and
 /// audits plugins. Adds times and faults to the context's statistics.
 RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,

@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -167,6 +168,16 @@ class Film(unittest.TestCase):
         self.frame("b/1.exr").write_text("a picture of someone's")
         self.assertIn("b/1.exr exists, but its animation is unknown",
                       self.film("orbit", 2, "b/%d.exr", status=1))
+
+    def test_a_frame_that_cannot_be_written_is_one_error(self):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))  # smaller than a frame
+
+        for options in ([], ["-t", 1]):
+            says = self.film("orbit", 3, "a/%d.exr", *options, status=1, preexec_fn=limit)
+            self.assertRegex(says, r"^kinome: .*a/0\.exr.*\n$")
+            self.assertEqual(says.count("\n"), 1, says)
+            self.assertEqual([p.name for p in (self.folder / "a").iterdir()], ["film.json"])
 
     # ---- animated values
 
