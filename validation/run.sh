@@ -9,6 +9,7 @@
 #   sh validation/run.sh budgets [SCENE|FILE|FOLDER...] [--minutes N] [--seeds N] [--threads N]
 #                        [--size WxH] [--seconds S,...] [...]
 #   sh validation/run.sh threads [SCENE...] [...]
+#   sh validation/run.sh large [SCENE...] [...]
 #   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
 #
 # engine: time per sample of Kinome and of Mitsuba's llvm_ad_rgb, and the engine's other goals.
@@ -24,6 +25,9 @@
 #
 # threads: the time of renders with 1 to 16 threads, measured or simulated, in 7 minutes. Writes
 # validation/threads/. Doesn't need Mitsuba.
+#
+# large: memory and rays per second of images of up to 3840x2160 pixels, in 8 minutes. Writes
+# validation/large/. Doesn't need Mitsuba.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are used only if they
 # or their group are given; `all` selects every scene.
@@ -94,7 +98,7 @@ if [ "$modes" != report ]; then
   fi
   "$kinome_python" "$root/scenes/make_assets.py"
   case $modes in
-  maps | budgets | threads) ;;
+  maps | budgets | threads | large) ;;
   *)
     # Mitsuba's llvm variants need libllvm19.
     (kinome_packages=libllvm19 && kinome_install_packages) ||

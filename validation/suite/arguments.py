@@ -9,8 +9,9 @@ from .tables import (ALL_WORD, ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SC
                      named)
 
 MODES = ("correctness", "benchmark", "report")
-ENGINE, MAPS, BUDGETS, SPEEDUP = "engine", "maps", "budgets", "threads"  # run only if given
-WORDS = (*MODES, ENGINE, MAPS, BUDGETS, SPEEDUP)
+ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE = "engine", "maps", "budgets", "threads", "large"
+OTHER_MODES = (ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE)  # run only if given
+WORDS = (*MODES, *OTHER_MODES)
 DESCRIPTION = """\
 Compares Kinome with Mitsuba 3, and with Blender's Cycles where it supports the scene. Runs the modes
 `correctness`, `benchmark` (error over time) and `report` (a page of both), unless one mode is given.
@@ -20,8 +21,9 @@ These modes run only if they are given:
   maps     error of clustered with product in each pixel
   budgets  is clustered worse than path on any scene with any budget?
   threads  time of a render by its number of threads, measured or simulated
+  large    memory and speed of images of up to 3840x2160 pixels
 
-Finished measurements are kept and not repeated, except by `maps` and `threads`.
+Finished measurements are kept and not repeated, except by `maps`, `threads` and `large`.
 
 Exit status: 0 success; 1 a comparison failed; 2 something was left out, as reported, or a bad argument;
 3 another run uses the same build folder; 130 or 143 interrupted."""
@@ -61,7 +63,7 @@ def parse(arguments=None):
                              f"({', '.join(GROUP_WORDS)}; {ALL_WORD}: all {len(SCENES)}); for engine "
                              f"also parts ({', '.join(ENGINE_PARTS)}); for budgets also scene files "
                              "and folders. Default: correctness, benchmark and report, all parts, "
-                             "and a selection of scenes (maps: six, budgets: all, threads: two)")
+                             "and a selection of scenes (maps: six, budgets: all, threads and large: two)")
     parser.add_argument("--scenes", metavar="A,B", default="",
                         help="scenes, in addition to those among the words")
     parser.add_argument("--quick", action="store_true",
@@ -132,13 +134,14 @@ def parse(arguments=None):
     if options.spp is not None and (options.modes != (MAPS,) or options.spp < 1):
         parser.error("--spp is only for maps, and must be at least 1")
     options.spp = options.spp or 16
-    if options.modes in ((MAPS,), (SPEEDUP,)) and options.words and not timed & set(options.words):
+    if options.modes in ((MAPS,), (SPEEDUP,), (LARGE,)) and options.words \
+            and not timed & set(options.words):
         parser.error(f'{options.modes[0]} doesn\'t support {", ".join(options.words)}; scenes are '
                      f'{", ".join(sorted(timed))}')
     if options.seeds < 2:
         parser.error(f"--seeds must be at least 2, got {options.seeds}: the error is the variance "
                      "between seeds")
-    name = options.modes[0] if options.modes[0] in (ENGINE, MAPS, BUDGETS, SPEEDUP) else "report"
+    name = options.modes[0] if options.modes[0] in OTHER_MODES else "report"
     options.output = options.output or ROOT / ("out" if options.quick else "validation") / name
     if name in options.modes:
         reason = unwritable(options.output)

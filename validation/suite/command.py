@@ -188,6 +188,24 @@ class Session:
         print("\n".join(summary.markdown(*threads_page.table(rows))))
         self.log.say(f"wrote {options.output / 'README.md'}")
 
+    def large(self):
+        from . import large, large_page
+        options = self.options
+        work = large.Large(self.kinome, large.SIZES[:1] if options.quick else large.SIZES,
+                           self.folder / "large", self.log)
+        rows = []
+        for scene in chosen(options.words or large.SCENES, self.effort):
+            try:
+                rows += work.scene(scene)
+            except Problem as reason:
+                self.log.problem(reason)
+        if not rows:
+            raise Problem("nothing was measured")
+        write_whole(options.output / "README.md", large_page.page(rows, machine(), commit()))
+        write_whole(options.output / "measurements.csv", large_page.measurements(rows))
+        print("\n".join(summary.markdown(*large_page.table(rows))))
+        self.log.say(f"wrote {options.output / 'README.md'}")
+
     def budgets(self):
         from bounces import NAMES, scene_of as bounces_scene
 
@@ -233,7 +251,7 @@ class Session:
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
         saved = read_json(self.results / "problems.json") or {}
         problems = [line for mode, lines in saved.items()
-                    if mode not in ("engine", "maps", "budgets", "threads")  # these have separate pages
+                    if mode not in ("engine", "maps", "budgets", "threads", "large")  # these have separate pages
                     for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,
