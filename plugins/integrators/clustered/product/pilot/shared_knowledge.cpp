@@ -37,7 +37,7 @@ void transfer(Patch& patch, SharedBytes& bytes, BsdfAddresses& addresses) {
   addresses.transfer(patch.bsdf, bytes);
   bytes.values(patch.normal, patch.position, patch.viewer, patch.cone_cosine, patch.tolerance,
                patch.diffuse, patch.glossy_reflectance, patch.is_described, patch.form,
-               patch.is_uniform, patch.lobe, patch.count, patch.cell_share, patch.eye_rays);
+               patch.is_uniform, patch.lobe, patch.count, patch.records_end, patch.cell_share, patch.eye_rays);
   // The copied pointer belongs to another process.
   if (bytes.reads()) patch.form.transmittance = nullptr;
   addresses.transfer(patch.form.transmittance, bytes);

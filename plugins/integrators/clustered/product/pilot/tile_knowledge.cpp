@@ -70,11 +70,13 @@ TileKnowledge::TileKnowledge(const TileGrid& grid, const DistantCells& cells,
       first_lamp_(cells.padded_size()),
       end_lamps_(first_lamp_ + (local ? local->lamp_cells() : 0)),
       has_local_(local != nullptr),
-      tiles_(static_cast<size_t>(grid.tiles())) {}
+      tiles_(static_cast<size_t>(grid.tiles())),
+      learned_(remembers() ? tiles_.size() : 0) {}
 
 void TileKnowledge::forget() {
   sigma_check_.forget();
   tiles_.assign(tiles_.size(), {});
+  learned_.assign(learned_.size(), {});
 }
 
 void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord>> found) {
@@ -83,10 +85,10 @@ void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord
   for (size_t p = 0; p < tile.patches.size(); ++p) count += found[p].size();
   tile.records.clear();
   tile.records.reserve(count);
-  tile.ends.clear();
+  tile.patches.shrink_to_fit();  // millions of them take a large part of the memory of an image
   for (size_t p = 0; p < tile.patches.size(); ++p) {
     tile.records.insert(tile.records.end(), found[p].begin(), found[p].end());
-    tile.ends.push_back(static_cast<uint32_t>(tile.records.size()));
+    tile.patches[p].records_end = static_cast<uint32_t>(tile.records.size());
   }
 }
 
@@ -94,14 +96,13 @@ void TileKnowledge::transfer_kept(int index, SharedBytes& bytes, BsdfAddresses& 
   Tile& tile = tiles_[index];
   bytes.resize(tile.patches);
   for (Patch& patch : tile.patches) transfer(patch, bytes, addresses);
-  bytes.vector(tile.ends);
   bytes.vector(tile.records);
 }
 
 void TileKnowledge::transfer_learned(int index, SharedBytes& bytes) {
   Tile& tile = tiles_[index];
   for (Patch& patch : tile.patches) transfer_plan(patch, bytes);
-  if (bytes.reads()) tile.learned.clear();
+  if (bytes.reads() && remembers()) learned_[index].clear();
 }
 
 /// Learns from the pilot's records of the tiles around, on surfaces that continue the patch.
@@ -148,7 +149,7 @@ void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner,
   Patch& patch = tile.patches[p];
   learn_from_around(index, patch, learner, out);
   if (remembers()) {
-    uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
+    uint8_t* const kept = &learned_[index][p * 2 * padded_cells_];
     for (size_t c = 0; c < padded_cells_; ++c) {
       const Learned learned = Learned::of(out, c);
       kept[c] = learned.v;
@@ -194,12 +195,12 @@ void TileKnowledge::recall(int index, size_t p, Patch& patch, VisibilityLearner&
   if (p >= tile.patches.size()) {
     learn_from_around(index, patch, learner, out);
     patch.trust = !is_sharp(patch);
-  } else if (tile.learned.empty()) {
+  } else if (learned_.empty() || learned_[index].empty()) {
     // Learn from the pilot's patch, because later points may have widened the cone of `patch`.
     learn_from_around(index, tile.patches[p], learner, out);
     for (size_t c = 0; c < padded_cells_; ++c) Learned::of(out, c).restore(out, c);
   } else {
-    const uint8_t* const kept = &tile.learned[p * 2 * padded_cells_];
+    const uint8_t* const kept = &learned_[index][p * 2 * padded_cells_];
     for (size_t c = 0; c < padded_cells_; ++c) {
       Learned{kept[c], kept[padded_cells_ + c]}.restore(out, c);
     }

@@ -41,7 +41,7 @@ class TileKnowledge {
   void learn(int tile, VisibilityLearner& learner, Visibility& scratch, const Function& fn) {
     check_sigma(tile, learner, scratch);
     const size_t patches = tiles_[tile].patches.size();
-    tiles_[tile].learned.assign(remembers() ? patches * 2 * padded_cells_ : 0, 0);
+    if (remembers()) learned_[tile].assign(patches * 2 * padded_cells_, 0);
     for (size_t p = 0; p < patches; ++p) {
       learn_patch(tile, p, learner, scratch);
       fn(p, scratch);
@@ -74,14 +74,10 @@ class TileKnowledge {
   struct Tile {
     std::vector<Patch> patches;
     std::vector<VisibilityRecord> records;  ///< patch by patch
-    std::vector<uint32_t> ends;             ///< end of each patch's records
     std::span<const VisibilityRecord> records_of(size_t patch) const {
-      const uint32_t first = patch > 0 ? ends[patch - 1] : 0;
-      return std::span(records).subspan(first, ends[patch] - first);
+      const uint32_t first = patch > 0 ? patches[patch - 1].records_end : 0;
+      return std::span(records).subspan(first, patches[patch].records_end - first);
     }
-    /// For each patch: v of each cell in 8 bits, then the root of each sigma. Empty if the image is
-    /// so large that each pass learns them again, or if another process learned them.
-    std::vector<uint8_t> learned;
   };
 
   bool remembers() const { return grid_.crop().area() <= settings_.remembered_pixels; }
@@ -101,6 +97,10 @@ class TileKnowledge {
   uint32_t first_lamp_, end_lamps_;  ///< range of the cells of lamps
   bool has_local_;
   std::vector<Tile> tiles_;
+  /// For each tile and patch: v of each cell in 8 bits, then the root of each sigma. A tile's is
+  /// empty if another process learned it. Has no tiles if the image is so large that each pass
+  /// learns them again.
+  std::vector<std::vector<uint8_t>> learned_;
   SigmaCheck sigma_check_;
 };
 

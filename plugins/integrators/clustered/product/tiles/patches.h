@@ -39,6 +39,7 @@ struct Patch {
   simd::HalfVectorLobe lobe{1, 1};
   float alpha2() const { return lobe.alpha_u * lobe.alpha_v; }
   uint32_t count = 0;  ///< number of the pilot's points
+  uint32_t records_end = 0;  ///< TileKnowledge: end of the patch's records among those of its tile
 
   // Results of the plan, for one primary:
   float uncertainty = 0;      ///< sum over strata of the weights by which rays are distributed
