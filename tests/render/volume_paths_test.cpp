@@ -209,6 +209,25 @@ TEST(VolumePaths, AgreesWithPathsWithoutMedia) {
                estimate_pixels(*scene("path"), kRenders, 1000), kAlpha, "mask");
 }
 
+/// Alpha is the share of rays that a medium scatters or absorbs, and 1 where a lamp is seen.
+TEST(VolumePaths, AlphaIsThatOfTheMedium) {
+  const std::string view = sensor_xml("orthographic", look_at("0 0 5", "0 0 0", "0 1 0"), 8, 1024,
+                                      "independent", "rgba");
+  const std::string lamp = shape_xml("rectangle", "<translate z=\"1.5\"/>", area_xml("1 1 1"));
+  const std::string fog =
+      fog_cube_xml(fog_xml("0.5 0.5 0.5", "0.3 0.3 0.3"), "<scale value=\"2\"/>");
+  const auto mean = [](const Image& image) {
+    double sum = 0;
+    for (size_t i = 3; i < image.data.size(); i += 4) sum += image.data[i];
+    return sum / 64;
+  };
+  const std::string unseen = shape_xml("rectangle", "<translate z=\"9\"/>", area_xml("1 1 1"));
+  const double alpha = 1 - std::exp(-2.), deviation = std::sqrt(alpha * (1 - alpha) / (64 * 1024));
+  EXPECT_NEAR(mean(render_scene(*scene_from(fog + unseen + volpath_xml() + view))), alpha,
+              4 * deviation);
+  EXPECT_EQ(mean(render_scene(*scene_from(fog + lamp + volpath_xml() + view))), 1);
+}
+
 /// The image doesn't depend on the number of threads, and extreme media don't cause invalid values.
 TEST(VolumePaths, ExtremesAreFiniteOnAnyNumberOfThreads) {
   const TemporaryFolder folder;

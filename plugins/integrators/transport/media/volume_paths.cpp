@@ -83,7 +83,7 @@ void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays
       add_environment(radiance);
     }
     kind = RayKind::kBsdf;
-    if (met_.reflecting() == 0) return;
+    if (met_.reflecting() == 0) return set_alpha(alpha);
     const uint32_t dimension = first + kEdgeDimensions;
     {
       const StageTimer timer(counters.stage_seconds["shade"]);
