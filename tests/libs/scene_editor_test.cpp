@@ -256,9 +256,12 @@ TEST_F(SceneEdits, OfMediaKeepTheirShapes) {
   EXPECT_EQ(editor.scene()->shapes()[0], shape);
   EXPECT_EQ(extinction(), 7);
   EXPECT_EQ(editor.scene()->media().size(), 2u);
-  EXPECT_THROW(editor.set("fog.sigma_t.value", UniformColor{Rgb(7.f)}), Error);
-  editor.set("fog.albedo.value", 2.0);
-  EXPECT_THROW(editor.update(), Error);
+  const auto edit = [&](const char* path, EditedValue value) {
+    editor.set(path, std::move(value));
+    editor.update();
+  };
+  EXPECT_THROW(edit("fog.sigma_t.value", UniformColor{Rgb(8.f)}), Error);
+  EXPECT_THROW(edit("fog.albedo.value", 2.0), Error);
   EXPECT_EQ(extinction(), 7);
 }
 
