@@ -24,10 +24,7 @@ inline constexpr char kCreateImage = 4, kUpdateImageV3 = 6;
 /// Writes the values of a message.
 class PacketWriter {
  public:
-  explicit PacketWriter(char kind) {
-    put(uint32_t{0});  // replaced by the length in finish()
-    put(kind);
-  }
+  explicit PacketWriter(char kind) { packet_[4] = kind; }
   template <class Number>
   void put(Number number) {
     put_bytes(&number, sizeof number);
@@ -47,13 +44,13 @@ class PacketWriter {
   }
 
  private:
-  Packet packet_;
+  Packet packet_ = Packet(5);  // begins with the length, which finish() fills in, and the kind
 };
 
 /// Returns a "CreateImage" message: creates and shows a black image, which replaces one of the same
 /// name.
 inline Packet create_image(const std::string& name, int width, int height,
-                    const std::vector<std::string>& channels) {
+                           const std::vector<std::string>& channels) {
   PacketWriter writer(kCreateImage);
   writer.put(char{1});  // the viewer selects the image
   writer.put(name);
@@ -66,7 +63,7 @@ inline Packet create_image(const std::string& name, int width, int height,
 
 /// Returns an "UpdateImage" message, version 3. `data` is row by row with interleaved channels.
 inline Packet update_image(const std::string& name, const Rect& pixels,
-                    const std::vector<std::string>& channels, const std::vector<float>& data) {
+                           const std::vector<std::string>& channels, const std::vector<float>& data) {
   PacketWriter writer(kUpdateImageV3);
   writer.put(char{0});
   writer.put(name);
