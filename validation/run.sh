@@ -10,6 +10,7 @@
 #                        [--size WxH] [--seconds S,...] [...]
 #   sh validation/run.sh threads [SCENE...] [...]
 #   sh validation/run.sh large [SCENE...] [...]
+#   sh validation/run.sh slope [SCENE...] [...]
 #   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
 #
 # engine: time per sample of Kinome and of Mitsuba's llvm_ad_rgb, and the engine's other goals.
@@ -28,6 +29,9 @@
 #
 # large: memory and rays per second of images of up to 3840x2160 pixels, in 8 minutes. Writes
 # validation/large/. Doesn't need Mitsuba.
+#
+# slope: the error of clustered by processor time, from one sample per pixel on, on six scenes, in
+# 5 minutes. Writes validation/slope/. Doesn't need Mitsuba.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are used only if they
 # or their group are given; `all` selects every scene.
@@ -98,7 +102,7 @@ if [ "$modes" != report ]; then
   fi
   "$kinome_python" "$root/scenes/make_assets.py"
   case $modes in
-  maps | budgets | threads | large) ;;
+  maps | budgets | threads | large | slope) ;;
   *)
     # Mitsuba's llvm variants need libllvm19.
     (kinome_packages=libllvm19 && kinome_install_packages) ||

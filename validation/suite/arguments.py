@@ -9,8 +9,8 @@ from .tables import (ALL_WORD, ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SC
                      named)
 
 MODES = ("correctness", "benchmark", "report")
-ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE = "engine", "maps", "budgets", "threads", "large"
-OTHER_MODES = (ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE)  # run only if given
+ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE, SLOPE = "engine", "maps", "budgets", "threads", "large", "slope"
+OTHER_MODES = (ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE, SLOPE)  # run only if given
 WORDS = (*MODES, *OTHER_MODES)
 DESCRIPTION = """\
 Compares Kinome with Mitsuba 3, and with Blender's Cycles where it supports the scene. Runs the modes
@@ -22,8 +22,9 @@ These modes run only if they are given:
   budgets  is clustered worse than path on any scene with any budget?
   threads  time of a render by its number of threads, measured or simulated
   large    memory and speed of images of up to 3840x2160 pixels
+  slope    error of clustered by time, from one sample on
 
-Finished measurements are kept and not repeated, except by `maps`, `threads` and `large`.
+Finished measurements are kept and not repeated, except by `maps`, `threads`, `large` and `slope`.
 
 Exit status: 0 success; 1 a comparison failed; 2 something was left out, as reported, or a bad argument;
 3 another run uses the same build folder; 130 or 143 interrupted."""
@@ -63,7 +64,8 @@ def parse(arguments=None):
                              f"({', '.join(GROUP_WORDS)}; {ALL_WORD}: all {len(SCENES)}); for engine "
                              f"also parts ({', '.join(ENGINE_PARTS)}); for budgets also scene files "
                              "and folders. Default: correctness, benchmark and report, all parts, "
-                             "and a selection of scenes (maps: six, budgets: all, threads and large: two)")
+                             "and a selection of scenes (maps and slope: six, budgets: all, threads and "
+                             "large: two)")
     parser.add_argument("--scenes", metavar="A,B", default="",
                         help="scenes, in addition to those among the words")
     parser.add_argument("--quick", action="store_true",
@@ -134,7 +136,7 @@ def parse(arguments=None):
     if options.spp is not None and (options.modes != (MAPS,) or options.spp < 1):
         parser.error("--spp is only for maps, and must be at least 1")
     options.spp = options.spp or 16
-    if options.modes in ((MAPS,), (SPEEDUP,), (LARGE,)) and options.words \
+    if options.modes in ((MAPS,), (SPEEDUP,), (LARGE,), (SLOPE,)) and options.words \
             and not timed & set(options.words):
         parser.error(f'{options.modes[0]} doesn\'t support {", ".join(options.words)}; scenes are '
                      f'{", ".join(sorted(timed))}')

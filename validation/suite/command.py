@@ -11,6 +11,7 @@ from compare.packages import use_packages
 from program import RenderFailed, commit, machine
 
 from . import page, summary
+from .arguments import OTHER_MODES
 from .correctness import FAMILY_ALPHA, Correctness, alpha_for, plan
 from .kinome import Kinome
 from .peers import Mitsuba
@@ -206,6 +207,25 @@ class Session:
         print("\n".join(summary.markdown(*large_page.table(rows))))
         self.log.say(f"wrote {options.output / 'README.md'}")
 
+    def slope(self):
+        from . import slope, slope_page
+        options = self.options
+        work = slope.Slope(self.kinome, self.folder / "slope", options.quick, self.log)
+        points = []
+        for name in slope.names_of(options.words):
+            try:
+                points += work.scene(name)
+            except Problem as reason:
+                self.log.problem(f"{name}: {reason}")
+        if not points:
+            raise Problem("nothing was measured")
+        write_whole(options.output / "README.md", slope_page.page(points, machine(), commit()))
+        write_whole(options.output / "measurements.csv", slope_page.measurements(points))
+        with whole(options.output / "plot.png") as file:
+            file.write(slope_page.plot(points))
+        print("\n".join(summary.markdown(*slope_page.table(points))))
+        self.log.say(f"wrote {options.output / 'README.md'}")
+
     def budgets(self):
         from bounces import NAMES, scene_of as bounces_scene
 
@@ -251,7 +271,7 @@ class Session:
         self.red = bool(correctness) and not all(r["passed"] for r in correctness["rows"])
         saved = read_json(self.results / "problems.json") or {}
         problems = [line for mode, lines in saved.items()
-                    if mode not in ("engine", "maps", "budgets", "threads", "large")  # these have separate pages
+                    if mode not in OTHER_MODES  # these have pages of their own
                     for line in lines if not words or scene_of(line) in (None, *words)]
         problems += unmeasured(correctness, benchmark, self.effort, words)
         write_report(self.options.output, correctness, benchmark, problems,
