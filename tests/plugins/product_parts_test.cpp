@@ -244,7 +244,7 @@ LargeArray<PixelPlan> plan_of(std::span<const PixelForecast> forecast, int width
 
 TEST(Allocate, KeepsTheBudget) {
   for (const Mode mode : {Mode::kEven, Mode::kAdaptive, Mode::kSmoothed}) {
-    for (const double rays : {6., 12., 24., 48., 120., 500.}) {
+    for (const double rays : {3., 6., 12., 24., 48., 120., 500.}) {
       const Budget budget = spend(plan_of(picture(64, 48), 64, 48, mode, rays));
       EXPECT_NEAR(budget.rays, rays, 0.03 * rays) << static_cast<int>(mode);
       EXPECT_GE(budget.min_primaries, 1);

@@ -143,6 +143,7 @@ std::vector<Case> settings() {
   parameter("FewCells", integer("cut_size", 20));
   parameter("ManyCells", integer("cut_size", 100000));
   rays("Rays2", 2);
+  rays("Rays3", 3);
   rays("Rays6", 6);
   rays("Rays48", 48);
   all.push_back(with("Huge", [](Arrangement& s) { s.scale = 1e4; }));
@@ -198,6 +199,8 @@ std::vector<Case> cameras() {
       film("OnePixelLanczos", integer("width", 1) + integer("height", 1) + filter("lanczos"), 1024),
       film("TwoByOneLanczos", integer("width", 2) + integer("height", 1) + filter("lanczos"), 512),
       film("FiveByThree", integer("width", 5) + integer("height", 3) + filter("box"), 64),
+      film("FiveByThreeOfFewRays",
+           integer("width", 5) + integer("height", 3) + filter("box"), 64),
       film("Wide", integer("width", 61) + integer("height", 2) + filter("box")),
       film("Tall", integer("width", 2) + integer("height", 41) + filter("box")),
   };
@@ -206,6 +209,9 @@ std::vector<Case> cameras() {
     if (name == "OnePixelGaussian") {
       c.setup.light = constant_xml("1 .8 .6");  // little noise: positions of samples are visible
       c.setup.rays = 400;
+    } else if (name == "FiveByThreeOfFewRays") {
+      c.setup.rays = 6;  // the pilot probes squares that the border cuts
+      c.setup = often(c.setup, 4);
     } else if (c.setup.film.find("\"width\" value=\"16") == std::string::npos ||
                name == "SmallCropGaussian") {
       c.setup.rays *= 16;  // few pixels: noise of direct is small there
@@ -244,15 +250,15 @@ TEST(Product, ThinObjectsAreNotLost) {
   expect_unbiased(s, 256, 6);
 }
 
-/// Compares the mean of many cheap renders with one long one, pixel by pixel: without a pilot, and
-/// with one for each.
+/// Compares the mean of many cheap renders with one long one, pixel by pixel: without a pilot, with
+/// one for each that probes some of the pixels, and with one that probes all.
 TEST(Product, ManyCheapRendersAreOneGoodOne) {
   Arrangement s;
   s.direct_samples = 64;
   for (const std::string& material : {kGrey, bsdf("roughplastic", number("alpha", .2))}) {
     s.shapes = shapes_xml(material);
     const auto direct = estimate_tiles(*direct_scene(s), kRenders, 1, 5000);
-    for (const double rays : {8., 12.}) {
+    for (const double rays : {3., 8., 12.}) {
       if (rays == 8 && material != kGrey) continue;
       s.rays = rays;
       expect_equal(estimate_tiles(*product_scene(s), 256, 1), direct, kAlpha,
@@ -273,15 +279,18 @@ TEST(Product, SameBitsAtAnyThreadCountAndTileOrder) {
   Arrangement s;
   s.shapes = shapes_xml(bsdf("roughplastic", number("alpha", .1)));
   s.film = integer("width", 70) + integer("height", 40) + "<rfilter type=\"gaussian\"/>";
-  const auto scene = product_scene(s);
-  const auto image = [&](unsigned threads, uint64_t order) {
-    RenderContext context({.threads = threads, .seed = 3, .tile_order_seed = order});
-    return render(*scene, *scene->sensors()[0], context).data;
-  };
-  const auto expected = image(1, 0);
-  EXPECT_EQ(image(1, 7), expected);
-  EXPECT_EQ(image(2, 0), expected);
-  EXPECT_EQ(image(3, 5), expected);
+  for (const double rays : {4., s.rays}) {
+    s.rays = rays;
+    const auto scene = product_scene(s);
+    const auto image = [&](unsigned threads, uint64_t order) {
+      RenderContext context({.threads = threads, .seed = 3, .tile_order_seed = order});
+      return render(*scene, *scene->sensors()[0], context).data;
+    };
+    const auto expected = image(1, 0);
+    EXPECT_EQ(image(1, 7), expected) << rays;
+    EXPECT_EQ(image(2, 0), expected) << rays;
+    EXPECT_EQ(image(3, 5), expected) << rays;
+  }
 }
 
 TEST(Product, AlphaIsTheShareOfSurfaces) {

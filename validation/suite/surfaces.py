@@ -17,7 +17,7 @@ MAX_PATCHES = 48  # per tile
 # point from the plane of its patch is PLANE_WIDTHS times the width of the tile.
 COSINE, CONE_FACTOR, CONE_MARGIN, PLANE_WIDTHS = 0.95, 1.3, 0.0175, 1
 # Pairs (limit, camera rays per pixel of the pilot). The first pair whose limit exceeds the rays per pixel of the
-# whole render is used.
+# whole render is used. Below the first limit, a pilot probes some of the pixels at most, which counts as none.
 PILOT = ((10, 0), (24, 1), (60, 2), (math.inf, 4))
 # BSDFs without a lobe. All others have one, or are mirrors.
 DULL = {"diffuse", "twosided", "normalmap", "bumpmap", "mask"}

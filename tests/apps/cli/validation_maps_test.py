@@ -147,7 +147,7 @@ class Patches(unittest.TestCase):
                                   ("tiles/patches.cpp", "kPlaneWidths", surfaces.PLANE_WIDTHS),
                                   ("tiles/patches.cpp", "kMaxPatches", surfaces.MAX_PATCHES),
                                   ("tiles/primaries.h", "kTileSide", surfaces.SIDE),
-                                  ("pass/product_renderer.cpp", "kMinRaysToLearn", surfaces.PILOT[0][0])):
+                                  ("pass/product_renderer.cpp", "kMinRaysToProbeAll", surfaces.PILOT[0][0])):
             found = re.search(rf"constexpr \w+ {name} = ([\d.]+)f?;", texts[file])
             self.assertIsNotNone(found, name)
             self.assertEqual(float(found[1]), value, name)

@@ -11,9 +11,9 @@ namespace {
 
 /// Cost of an unshadowed candidate, in rays.
 constexpr float kCandidateCost = 0.1f;
-/// Minimum number of shadow rays of a pixel, because control terms are wrong on surfaces that the
-/// pilot missed, such as thin ones.
-constexpr uint32_t kMinRays = 2;
+/// Number of shadow rays of a pixel for which none were planned, because the pilot missed its
+/// surfaces. The control terms of such surfaces are wrong.
+constexpr uint16_t kRaysOfMissed = 2;
 /// Maximum number of a pixel's samples that are added to the film in one call.
 constexpr uint32_t kMaxSamples = 1024;
 
@@ -120,8 +120,8 @@ void BlockRenderer::find_units(const TileGrid::Tile& tile, const TilePrimaries& 
   tile.for_each_pixel([&](int x, int y) {
     const size_t i = units_.size(), pixel = view_.task.grid.pixel(x, y);
     units_.push_back({primaries.first(i), primaries.first(i + 1),
-                      std::max<uint32_t>(plan[pixel].rays, kMinRays), plan[pixel].candidates,
-                      hash_words(seed, pixel, 2)});
+                      plan[pixel].rays > 0 ? plan[pixel].rays : kRaysOfMissed,
+                      plan[pixel].candidates, hash_words(seed, pixel, 2)});
   });
 }
 

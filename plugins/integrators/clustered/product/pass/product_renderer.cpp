@@ -16,8 +16,13 @@ namespace {
 constexpr float kPilotPoints = 1u << 14, kMinPilotShare = 0.25f;
 /// Maximum number of rays per pixel of a pass. Each pass draws new points of the cells.
 constexpr double kMaxRaysOfPass = 512;
-/// Rays per pixel below which there is no pilot.
-constexpr double kMinRaysToLearn = 10;
+/// Rays per pixel below which there is no pilot: without and with local light.
+constexpr double kMinRaysToLearn = 6, kMinRaysToLearnLocal = 10;
+/// Rays per pixel below which the pilot probes one pixel of each square of kSparseSide pixels. It
+/// sends one shadow ray for this number of rays per pixel.
+constexpr double kMinRaysToProbeAll = 10;
+constexpr int kSparseSide = 2;
+constexpr double kRaysPerSparseRay = 2;
 /// Number of rays of the image per light point.
 constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16;
 /// Rays per pixel that are assumed if a render ends at an error.
@@ -226,6 +231,12 @@ CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel, floa
 
 Pilot::Effort ProductRenderer::effort_of_pilot(double rays_per_pixel) const {
   Pilot::Effort effort;
+  if (rays_per_pixel < kMinRaysToProbeAll) {
+    effort.primaries = 1;
+    effort.rays = static_cast<uint32_t>(std::max(1., rays_per_pixel / kRaysPerSparseRay));
+    effort.side = kSparseSide;
+    return effort;
+  }
   effort.primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
   effort.rays = effort.primaries == 1 ? kPilotRaysOfOne : kPilotRays * effort.primaries;
   if (task_.sensor.needs_aperture_sample()) {
@@ -247,8 +258,7 @@ LargeArray<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
   }
   const auto& light_rays = context_.job.stats().counters[RayKind::kLight];
   const auto light_rays_before = light_rays;
-  const CellLight& light =
-      pilot_light_.emplace(make_light(0, effort.primaries + effort.rays, share));
+  const CellLight& light = pilot_light_.emplace(make_light(0, effort.rays_per_pixel(), share));
   light_rays_ = static_cast<double>(light_rays - light_rays_before);
   Pilot pilot(task_, view(), light, neighbours_, effort, is_wanted, addresses_, knowledge_);
   LargeArray<PixelForecast> forecast = pilot.learn(progress_end);
@@ -268,14 +278,14 @@ void ProductRenderer::allocate(Pilot::Effort effort, std::span<const PixelForeca
 }
 
 void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
-  if (rays_per_pixel < kMinRaysToLearn) {
+  if (rays_per_pixel < (local_ ? kMinRaysToLearnLocal : kMinRaysToLearn)) {
     context_.job.skip("pilot", "a few rays a pixel are too few to learn from");
     return;
   }
   const double start = context_.job.seconds();
   const Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
-  const uint32_t rays = effort.primaries + effort.rays;
-  const auto forecast = send_pilot(effort, nullptr, rays / std::max<double>(rays_per_pixel, 1));
+  const double rays = effort.rays_per_pixel();
+  const auto forecast = send_pilot(effort, nullptr, rays / std::max(rays_per_pixel, 1.));
   pilot_light_.reset();
   if (!context_.job.cancelled()) {
     allocate(effort, forecast, grid_.crop().width(), grid_.crop().height());
@@ -326,8 +336,9 @@ bool ProductRenderer::learn_in_time(double seconds, double rays_per_second) {
 }
 
 double ProductRenderer::seconds_per_sample() const {
-  // If the pilot was cancelled, uses its time and the smallest pilot's number of rays.
-  return kRaysPerSample * pilot_seconds_ / std::max(1 + kPilotRaysOfOne, pilot_rays_);
+  // If the pilot was cancelled, uses its time and the number of rays of a small pilot.
+  const double rays = pilot_rays_ > 0 ? pilot_rays_ : 1 + kPilotRaysOfOne;
+  return kRaysPerSample * pilot_seconds_ / rays;
 }
 
 LargeArray<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {

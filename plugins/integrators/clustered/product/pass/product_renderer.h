@@ -110,7 +110,7 @@ class ProductRenderer final : public Passes {
   std::vector<size_t> trial_pixels_;         ///< pixels of allocation_, if it is that of a trial
   std::optional<CellLight> pilot_light_;     ///< of the pilot, or of a trial
   double light_rays_ = 0;                    ///< traced for the light points of the pilot
-  uint32_t pilot_rays_ = 0;                  ///< rays of each pixel; 0 if there was no pilot
+  double pilot_rays_ = 0;                    ///< rays per pixel; 0 if there was no pilot
   double pilot_seconds_ = 0;
   double rays_left_;                      ///< rays per pixel that are left of the settings'
   std::unique_ptr<const MethodMap> map_;  ///< nullptr if all tiles have product sampling

@@ -21,7 +21,7 @@ bool ProductRenderer::can_use_paths() const {
 
 double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial& trial) {
   Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
-  const uint32_t rays = effort.primaries + effort.rays;
+  const double rays = effort.rays_per_pixel();
   effort.rays *= kMoreRays;
   const LargeArray<PixelForecast> forecast = send_pilot(
       effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);

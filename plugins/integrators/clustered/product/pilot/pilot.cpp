@@ -70,6 +70,22 @@ TileGrid::Rows Pilot::band(int index) const {
   return {index * rows, std::min((index + 1) * rows, grid_.blocks_y())};
 }
 
+Rect Pilot::square_of(int x, int y) const {
+  const Rect& crop = grid_.crop();
+  const int side = effort_.side;
+  const int left = x - (x - crop.x0) % side, top = y - (y - crop.y0) % side;
+  return {left, top, std::min(left + side, crop.x1), std::min(top + side, crop.y1)};
+}
+
+/// True for one random pixel of each square.
+bool Pilot::is_probed(int x, int y) const {
+  if (effort_.side == 1) return true;
+  const Rect square = square_of(x, y);
+  const uint64_t random = hash_words(seed_, grid_.pixel(square.x0, square.y0), 3);
+  return static_cast<int>(random % static_cast<uint64_t>(square.area())) ==
+         (y - square.y0) * square.width() + x - square.x0;
+}
+
 Pilot::Point* Pilot::points_of(const TileGrid::Tile& tile) {
   const int tiles = rows_of_band() * grid_.tiles_across() * grid_.tiles_x();
   const auto place = static_cast<size_t>(tile.index % tiles);
@@ -117,7 +133,9 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows) {
               context_.job.check_interrupt();
               return is_wanted(tile);
             },
-            [&](int, int) { return static_cast<uint16_t>(effort_.primaries); },
+            [&](int x, int y) {
+              return static_cast<uint16_t>(is_probed(x, y) ? effort_.primaries : 0);
+            },
             [&](const TileGrid::Tile& tile, TilePrimaries& primaries) {
               probe_tile(tile, primaries, prober, counters);
             });
@@ -206,8 +224,13 @@ void Pilot::plan_tile(const TileGrid::Tile& tile, Planner& planner) {
                    });
   const Point* points = points_of(tile);
   tile.for_each_pixel([&](int x, int y) {
-    forecast_[grid_.pixel(x, y)] = forecast(patches, planner.controls.data(), points);
+    if (!is_probed(x, y)) return;
+    const PixelForecast found = forecast(patches, planner.controls.data(), points);
     points += effort_.primaries;
+    const Rect square = square_of(x, y);
+    for (int v = square.y0; v < square.y1; ++v) {
+      for (int u = square.x0; u < square.x1; ++u) forecast_[grid_.pixel(u, v)] = found;
+    }
   });
 }
 

@@ -17,8 +17,14 @@ namespace kinome {
 class Pilot {
  public:
   struct Effort {
-    uint32_t primaries = 0;  ///< of each pixel
-    uint32_t rays = 0;       ///< of each pixel
+    uint32_t primaries = 0;  ///< of each probed pixel
+    uint32_t rays = 0;       ///< of each probed pixel
+    /// The pilot probes one pixel of each square of this side, a divisor of kTileSide. The forecast
+    /// of this pixel is that of the whole square.
+    int side = 1;
+
+    /// Mean over all pixels.
+    double rays_per_pixel() const { return static_cast<double>(primaries + rays) / (side * side); }
   };
 
   /// Probes the wanted tiles (all if `is_wanted` is empty). All references must outlive the pilot.
@@ -49,8 +55,11 @@ class Pilot {
 
   int rows_of_band() const;
   TileGrid::Rows band(int index) const;
-  /// Points of a tile in the current band or the previous one, pixel by pixel. All pixels have the
-  /// same number of points.
+  /// Pixels of the square of Effort::side that contains the pixel, inside the crop window.
+  Rect square_of(int x, int y) const;
+  bool is_probed(int x, int y) const;
+  /// Points of a tile in the current band or the previous one, pixel by pixel. All probed pixels
+  /// have the same number of points.
   Point* points_of(const TileGrid::Tile& tile);
   /// Returns for each block the process that probed it. The same process plans it.
   std::vector<int> probe(TileGrid::Rows rows);

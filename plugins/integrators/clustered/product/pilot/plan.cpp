@@ -21,7 +21,11 @@ constexpr float kCandidatesPerRay = 6;
 constexpr float kPrimariesPerCandidate = 0.03f;
 constexpr float kMinCandidates = 16, kMaxCandidates = 3500;
 constexpr float kMaxPrimaries = 256, kMaxRays = 1024;
-constexpr float kMinRays = 2;
+/// Minimum numbers of shadow rays of a pixel that needs any, from kMinRaysForTwo rays per pixel on
+/// and below.
+constexpr float kMinRays = 2, kMinRaysOfFew = 1;
+/// Rays per pixel from which on each pixel has two primaries and two shadow rays or more.
+constexpr double kMinRaysForTwo = 8;
 /// Weight of the neighbours if forecasts are smoothed.
 constexpr float kSmoothing = 0.7f;
 
@@ -240,9 +244,9 @@ size_t RayAllocation::parts() const {
 Float RayAllocation::primaries(size_t i, float scale, float min_primaries) const {
   return clamp(Float::load(&primaries_[i]) * scale, Float(min_primaries), Float(kMaxPrimaries));
 }
-Float RayAllocation::rays(size_t i, float scale) const {
+Float RayAllocation::rays(size_t i, float scale, float min_rays) const {
   const Float wanted = Float::load(&rays_[i]);
-  return select(wanted > 0.f, clamp(wanted * scale, Float(kMinRays), Float(kMaxRays)));
+  return select(wanted > 0.f, clamp(wanted * scale, Float(min_rays), Float(kMaxRays)));
 }
 Float RayAllocation::candidates(size_t i, float scale) const {
   return clamp(kCandidatesPerRay * scale * Float::load(&candidates_[i]), Float(kMinCandidates),
@@ -251,7 +255,7 @@ Float RayAllocation::candidates(size_t i, float scale) const {
 
 /// Number of rays of all kinds of all pixels, for each scale.
 std::array<double, RayAllocation::kScales> RayAllocation::totals(
-    const std::array<float, kScales>& scales, float min_primaries,
+    const std::array<float, kScales>& scales, float min_primaries, float min_rays,
     const Scheduler& scheduler) const {
   std::vector<std::array<double, kScales>> of_parts(parts());
   scheduler.parallel_for(parts(), [&](size_t part) {
@@ -261,8 +265,8 @@ std::array<double, RayAllocation::kScales> RayAllocation::totals(
       for_lanes(width_, [&](size_t x) {
         const size_t i = y * stride_ + x;
         for (size_t k = 0; k < kScales; ++k) {
-          const Float cost =
-              primaries(i, scales[k], min_primaries) * Float::load(&costs_[i]) + rays(i, scales[k]);
+          const Float cost = primaries(i, scales[k], min_primaries) * Float::load(&costs_[i]) +
+                             rays(i, scales[k], min_rays);
           of_row[k] += select(first_lanes(width_ - x), cost);
         }
       });
@@ -279,8 +283,10 @@ std::array<double, RayAllocation::kScales> RayAllocation::totals(
 
 LargeArray<PixelPlan> RayAllocation::plan(double rays_per_pixel, const Scheduler& scheduler) const {
   // A minimum limits the weight of thin objects that the pilot missed and a later ray hits.
+  const bool is_for_two = rays_per_pixel >= kMinRaysForTwo;
   const auto min_primaries =
-      static_cast<float>(std::clamp(rays_per_pixel / 8, rays_per_pixel < 8 ? 1. : 2., 32.));
+      static_cast<float>(std::clamp(rays_per_pixel / 8, is_for_two ? 2. : 1., 32.));
+  const float min_rays = is_for_two ? kMinRays : kMinRaysOfFew;
   const double budget = rays_per_pixel * static_cast<double>(width_ * height_);
   double low = kMinScale, high = kMaxScale;
   for (int i = 0; i < kSteps; i += 2) {
@@ -288,7 +294,7 @@ LargeArray<PixelPlan> RayAllocation::plan(double rays_per_pixel, const Scheduler
     const double below = std::sqrt(low * middle), above = std::sqrt(middle * high);
     const std::array<double, kScales> found =
         totals({static_cast<float>(below), static_cast<float>(middle), static_cast<float>(above)},
-               min_primaries, scheduler);
+               min_primaries, min_rays, scheduler);
     (found[1] > budget ? high : low) = middle;
     if (found[1] > budget) {
       (found[0] > budget ? high : low) = below;
@@ -305,7 +311,7 @@ LargeArray<PixelPlan> RayAllocation::plan(double rays_per_pixel, const Scheduler
       for_lanes(width_, [&](size_t x) {
         const size_t i = y * stride_ + x;
         primaries(i, scale, min_primaries).store(&of_primaries[x]);
-        rays(i, scale).store(&of_rays[x]);
+        rays(i, scale, min_rays).store(&of_rays[x]);
         candidates(i, scale).store(&of_candidates[x]);
       });
       for (size_t x = 0; x < width_; ++x) {

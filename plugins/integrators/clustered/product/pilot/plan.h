@@ -52,10 +52,10 @@ class RayAllocation {
   static constexpr size_t kScales = 3;
 
   wide::Float primaries(size_t i, float scale, float min_primaries) const;
-  wide::Float rays(size_t i, float scale) const;
+  wide::Float rays(size_t i, float scale, float min_rays) const;
   wide::Float candidates(size_t i, float scale) const;
   std::array<double, kScales> totals(const std::array<float, kScales>& scales, float min_primaries,
-                                     const Scheduler& scheduler) const;
+                                     float min_rays, const Scheduler& scheduler) const;
   /// Number of parts of the image that threads process, and the first row of a part.
   size_t parts() const;
   size_t first_row(size_t part) const { return part * height_ / parts(); }
