@@ -4,6 +4,22 @@
 
 namespace kinome::transport {
 
+namespace {
+
+/// Radius of media that don't end: far beyond all collisions, but its square is finite.
+constexpr float kEndlessRadius = 1e15f;
+
+}  // namespace
+
+bool has_light_from_infinity(const Scene& scene) {
+  return std::any_of(scene.emitters().begin(), scene.emitters().end(), [](const auto& emitter) {
+    if (emitter->is_environment()) return true;
+    if (!emitter->is_delta()) return false;
+    const auto sample = emitter->sample_direct(Vec3(0.f), Vec2(0.5f));
+    return sample && sample->distance == kInfinity;
+  });
+}
+
 MediaTable::MediaTable(const Scene& scene, const Sensor& sensor) {
   const size_t count = scene.media().size() + 1;
   grids_.resize(count);
@@ -18,7 +34,7 @@ MediaTable::MediaTable(const Scene& scene, const Sensor& sensor) {
     exterior_.push_back(separates ? number_of(shape->exterior()) : kUnchanged);
   }
   start_ = number_of(sensor.medium());
-  find_sphere(scene.bounds(), sensor);
+  find_sphere(scene, sensor);
 }
 
 void MediaTable::add(const Medium& medium) {
@@ -45,7 +61,12 @@ uint32_t MediaTable::number_of(const Medium* medium) const {
   return static_cast<uint32_t>(found - media_.begin());
 }
 
-void MediaTable::find_sphere(const Aabb& shapes, const Sensor& sensor) {
+void MediaTable::find_sphere(const Scene& scene, const Sensor& sensor) {
+  if (!has_light_from_infinity(scene)) {
+    radius_ = kEndlessRadius;
+    return;
+  }
+  const Aabb& shapes = scene.bounds();
   if (!shapes.empty()) {
     centre_ = shapes.centre();
     radius_ = 0.5f * glm::length(shapes.extent());

@@ -23,6 +23,9 @@ inline float go_on_behind(const SurfaceBlock& points, size_t i, Ray& ray) {
   return distance;
 }
 
+/// True if an environment or a directional emitter is in the scene.
+bool has_light_from_infinity(const Scene& scene);
+
 /// The media of a scene, numbered from 1, and the shapes that separate them. Immutable: made once
 /// per render, shared by all threads.
 class MediaTable {
@@ -65,8 +68,9 @@ class MediaTable {
   }
 
   /// Returns the distances at which media without a boundary end, for the unit rays from `lane` on
-  /// of which those not in `hits` leave the scene. These media fill a sphere that contains all
-  /// shapes and the sensor.
+  /// of which those not in `hits` leave the scene. If some light comes from infinity, these media
+  /// fill a sphere that contains all shapes and the sensor, since otherwise the light couldn't
+  /// reach the scene. Without such light they are endless.
   KINOME_WIDE wide::Float end_of_space(const Ray16& rays, size_t lane, wide::Mask hits) const {
     using namespace wide;
     if (all(hits)) return kInfinity;
@@ -89,7 +93,7 @@ class MediaTable {
     return max(along + safe_sqrt(radius_ * radius_ - dot(beside, beside)), F(0.f));
   }
   void add(const Medium& medium);
-  void find_sphere(const Aabb& shapes, const Sensor& sensor);
+  void find_sphere(const Scene& scene, const Sensor& sensor);
   uint32_t number_of(const Medium* medium) const;
 
   std::vector<const Medium*> media_{nullptr};

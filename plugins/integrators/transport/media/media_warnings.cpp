@@ -7,6 +7,7 @@
 #include "../rays.h"
 #include "kinome/error.h"
 #include "kinome/log.h"
+#include "media_table.h"
 
 namespace kinome::transport {
 
@@ -72,12 +73,12 @@ bool is_endless(const Scene& scene, const Sensor& sensor, const Medium& medium) 
 void warn_of_media(const Scene& scene, const Sensor& sensor) {
   if (scene.media().empty()) return;
   warn_of_start(scene, sensor);
-  if (!scene.environment()) return;
+  if (!has_light_from_infinity(scene)) return;
   for (const Medium* const medium : scene.media()) {
     if (!is_endless(scene, sensor, *medium)) continue;
     log_warn(Error(Location{scene.file()},
                    "a medium without a boundary surrounds the scene: it ends at the sphere around "
-                   "all shapes and the sensor, through which the environment is seen")
+                   "all shapes and the sensor, because light from infinity couldn't pass it")
                  .what());
     return;
   }
