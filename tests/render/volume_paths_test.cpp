@@ -17,19 +17,37 @@ std::string volpath_xml(int max_depth = -1, const std::string& more = "") {
 }
 
 /// A heterogeneous medium whose extinction is a grid in [-1, 1]³.
-std::string smoke_xml(const std::string& file, const std::string& albedo, float scale) {
+std::string smoke_xml(const std::string& file, const std::string& albedo, float scale,
+                      const std::string& phase = phase_xml(0.5f)) {
   return "<medium type=\"heterogeneous\" name=\"interior\"><volume type=\"gridvolume\" "
          "name=\"sigma_t\"><string name=\"filename\" value=\"" +
          file +
          "\"/><transform name=\"to_world\"><translate x=\"-0.5\" y=\"-0.5\" z=\"-0.5\"/><scale "
          "value=\"2\"/></transform></volume>" +
          rgb_volume_xml("albedo", albedo) + "<float name=\"scale\" value=\"" +
-         std::to_string(scale) + "\"/>" + phase_xml(0.5f) + "</medium>";
+         std::to_string(scale) + "\"/>" + phase + "</medium>";
 }
 std::string write_smoke(const TemporaryFolder& folder, int32_t channels) {
   VolFile file{.x = 19, .y = 11, .z = 10};
   file.channels = channels;
-  return folder.write("smoke.vol", file.bytes([](int i) { return std::pow(mixed_value(i), 3.f); }));
+  return folder.write("smoke" + std::to_string(channels) + ".vol",
+                      file.bytes([](int i) { return std::pow(mixed_value(i), 3.f); }));
+}
+
+/// Microflakes of random shape whose density varies.
+std::string flakes_xml(const TemporaryFolder& folder) {
+  VolFile file{.x = 3, .y = 4, .z = 2};
+  file.channels = 6;
+  const std::string path = folder.write("flakes.vol", file.bytes([](int i) {
+    return i % 6 < 3 ? 0.15f + mixed_value(i) : 0.1f * mixed_value(i);
+  }));
+  const std::string phase =
+      "<phase type=\"sggx\"><volume type=\"gridvolume\" name=\"S\"><string name=\"filename\" "
+      "value=\"" +
+      path +
+      "\"/><transform name=\"to_world\"><translate x=\"-0.5\" y=\"-0.5\" z=\"-0.5\"/><scale "
+      "value=\"2\"/></transform></volume></phase>";
+  return smoke_xml(write_smoke(folder, 1), "1 1 1", 3, phase);
 }
 
 /// The transmittance of a slab is exp(-extinction x length) in each channel.
@@ -72,6 +90,7 @@ TEST(VolumePaths, MediaWithoutAbsorptionVanishInAnEvenLight) {
       {"fog", fog_cube_xml(fog)},
       {"glass", shape_xml("sphere", "", glass + fog)},
       {"smoke", fog_cube_xml(smoke)},
+      {"flakes", fog_cube_xml(flakes_xml(folder))},
   };
   for (const auto& [name, shape] : shapes) {
     const auto scene =
