@@ -228,6 +228,16 @@ TEST(VolumePaths, AgreesWithPathsWithoutMedia) {
                estimate_pixels(*scene("path"), kRenders, 1000), kAlpha, "mask");
 }
 
+/// `clustered` renders scenes with media by the same paths.
+TEST(VolumePaths, ClusteredRendersMedia) {
+  const auto image = [](const std::string& integrator) {
+    return render_scene(*scene_from(fog_cube_xml(fog_xml("0.2 0.9 2.5", "0.8 0.8 0.8")) +
+                                    constant_xml("1 2 3") + integrator_xml(integrator, -1) +
+                                    parallel_view(0.9, 8, 4)));
+  };
+  EXPECT_EQ(image("clustered").data, image("volpath").data);
+}
+
 /// Alpha is the share of rays that a medium scatters or absorbs, and 1 where a lamp is seen.
 TEST(VolumePaths, AlphaIsThatOfTheMedium) {
   const std::string view = sensor_xml("orthographic", look_at("0 0 5", "0 0 0", "0 1 0"), 8, 1024,

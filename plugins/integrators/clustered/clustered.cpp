@@ -25,7 +25,10 @@
 #include "clustered/clustered_stages.h"
 #include "clustered/points/thesis_method.h"
 #include "clustered/product/method/product_method.h"
+#include "kinome/log.h"
 #include "kinome/plugin.h"
+#include "transport/media/media_warnings.h"
+#include "transport/media/volume_integrator.h"
 
 namespace {
 
@@ -43,7 +46,8 @@ constexpr Parameter kParameters[] = {
               "criteria of the thesis, for light points: 'joint' (light, BRDF and form factor), "
               "'luminance' or 'brdf'. 'product' becomes 'joint' if an emitter lacks functions that "
               "'product' requires (Kinome's own have all), if indirect emitters are restricted to "
-              "some emitters, or with max_geometry_term."),
+              "some emitters, or with max_geometry_term. It becomes 'volpath' if the scene has "
+              "media; the others ignore media."),
     {"rays_per_pixel", ParameterType::kFloat, "0",
      "'product': mean number of rays of all kinds per pixel; 0: three for each of the sampler's "
      "samples, as 'direct' takes."},
@@ -125,6 +129,24 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   return settings;
 }
 
+/// Renders scenes with media by path tracing, as `volpath` does: clusters don't include the light
+/// that media scatter.
+class MediaMethod final : public ClusteredMethod {
+ public:
+  explicit MediaMethod(const PathSettings& settings) : integrator_(settings) {}
+
+  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
+    integrator_.render(scene, sensor, context);
+  }
+  std::vector<Inspection> inspect(const Scene& scene, const Sensor& /*sensor*/,
+                                  RenderContext& /*context*/, int /*x*/, int /*y*/) const override {
+    throw Error(Location{scene.file()}, "cannot inspect: the scene has media");
+  }
+
+ private:
+  transport::VolumeIntegrator integrator_;
+};
+
 class Clustered final : public Integrator {
  public:
   explicit Clustered(const Properties& props) : points_(read_point_light_parameters(props)) {
@@ -151,9 +173,11 @@ class Clustered final : public Integrator {
   }
 
   bool gives_samples() const override { return !product_; }
+  bool traces_media() const override { return product_.has_value(); }
 
   void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
                               RenderContext& context) const override {
+    if (has_media(scene)) return transport::warn_of_media(scene, sensor);
     // Renders by light points end after one bounce.
     const bool has_all =
         product_ && points_.options.local && ProductMethod::serves(*product_, scene);
@@ -181,11 +205,17 @@ class Clustered final : public Integrator {
   }
 
  private:
+  bool has_media(const Scene& scene) const { return product_ && !scene.media().empty(); }
   bool has_diagnostics() const { return product_ && product_->sampling.diagnostics; }
 
   std::unique_ptr<const ClusteredMethod> method(const Scene& scene, const Sensor& sensor,
                                                 RenderContext& context,
                                                 bool is_progressive = false) const {
+    if (has_media(scene)) {
+      log_debug("the scene has media: rendered as by volpath");
+      return std::make_unique<MediaMethod>(
+          PathSettings{product_->sampling.length, product_->sampling.hide_emitters});
+    }
     if (product_ && points_.options.max_depth >= 2) {
       auto product = ProductMethod::make(*product_, scene, sensor, context, is_progressive);
       if (product) return product;
