@@ -59,7 +59,7 @@ ReadVdbFunction vdb_reader(const Properties& props) {
 VoxelGrid read_grid(const Properties& props) {
   const std::string file = props.file("filename");
   if (!is_vdb_file(file)) {
-    if (props.has("grid")) throw props.error("grid", "is only for OpenVDB files");
+    if (!props.string("grid").empty()) throw props.error("grid", "is only for OpenVDB files");
     return read_vol_file(file);
   }
   VoxelGrid grid;

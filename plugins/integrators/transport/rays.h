@@ -62,7 +62,8 @@ inline constexpr float kMinCosineBehind = 1e-3f;
 
 /// Returns the distance along a ray at which it continues behind a point that it hit. The ray stays
 /// on its line; origins off the surfaces would move its end sideways, and toward the emitter.
-inline float distance_behind(const Ray& ray, const Vec3& p, const Vec3& n, float error) {
+inline float distance_behind(const Ray& ray, const kinome::Vec3& p, const kinome::Vec3& n,
+                             float error) {
   const float cosine = std::max(std::abs(glm::dot(n, ray.d)), kMinCosineBehind);
   return glm::dot(p - ray.o, ray.d) + kErrorsBehind * error / cosine;
 }

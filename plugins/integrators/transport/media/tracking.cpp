@@ -20,8 +20,8 @@ Tracking::Tracking(const MediaTable& media, size_t rays)
       extinction_(arena_.three()),
       scattering_(arena_.three()) {}
 
-void Tracking::add(uint32_t medium, const Vec3& o, const Vec3& d, float length, uint64_t random,
-                   uint32_t index) {
+void Tracking::add(uint32_t medium, const kinome::Vec3& o, const kinome::Vec3& d, float length,
+                   uint64_t random, uint32_t index) {
   walks_[medium].push_back(Walk{BlockWalk(*media_.grid(medium), o, d, length, random), index});
   ++count_;
 }
@@ -70,15 +70,15 @@ const std::vector<Tracking::Collision>& Tracking::find_collisions(const Columns3
 
 /// Decides whether a tentative collision is real, and updates the throughput.
 bool Tracking::is_real(Walk& walk, size_t i, const Columns3& throughput) {
-  const Rgb carried = throughput.at(walk.index);
-  const Rgb extinction = glm::min(extinction_.at(i), Rgb(walk.majorant));
+  const kinome::Rgb carried = throughput.at(walk.index);
+  const kinome::Rgb extinction = glm::min(extinction_.at(i), kinome::Rgb(walk.majorant));
   const float sum = carried.x + carried.y + carried.z;
   const float real = glm::dot(carried, extinction);
   const bool is_chosen = walk.along.random() * walk.majorant * sum < real;
   if (is_chosen) {
     throughput.set(walk.index, carried * scattering_.at(i) * (sum / real));
   } else {
-    const Rgb rest = Rgb(walk.majorant) - extinction;
+    const kinome::Rgb rest = kinome::Rgb(walk.majorant) - extinction;
     throughput.set(walk.index, carried * rest * (sum / glm::dot(carried, rest)));
   }
   return is_chosen;
@@ -110,7 +110,7 @@ void Tracking::find_transmittances(const Columns3& transmittance) {
         if (attenuate(walks[i], extinction_.at(i))) {
           walks[left++] = walks[i];
         } else {
-          transmittance.set(walks[i].index, Rgb(0.f));
+          transmittance.set(walks[i].index, kinome::Rgb(0.f));
         }
       }
       walks.erase(walks.begin() + static_cast<std::ptrdiff_t>(left), walks.end());
@@ -120,8 +120,8 @@ void Tracking::find_transmittances(const Columns3& transmittance) {
 }
 
 /// Multiplies the transmittance at a tentative collision. Returns false if it becomes 0.
-bool Tracking::attenuate(Walk& walk, const Rgb& extinction) {
-  const Rgb rest = glm::max(Rgb(walk.majorant) - extinction, Rgb(0.f));
+bool Tracking::attenuate(Walk& walk, const kinome::Rgb& extinction) {
+  const kinome::Rgb rest = glm::max(kinome::Rgb(walk.majorant) - extinction, kinome::Rgb(0.f));
   walk.transmittance *= rest / (walk.majorant - walk.minorant);
   walk.left = walk.along.optical_depth();
   const float left = max_component(walk.transmittance) * std::exp(-walk.passed);
