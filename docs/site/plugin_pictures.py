@@ -5,6 +5,7 @@ import math
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 
 # Of Debian's package blender-data.
@@ -52,6 +53,26 @@ def standing(shape, z=0.0, scale=1.0, angle=0, axis="x"):
             f'<translate z="{z}"/> </transform>')
     return shape.replace(">", f"> {move} {CLAY}", 1) if not shape.endswith("/>") else \
         shape[:-2] + f"> {move} {CLAY} </shape>"
+
+
+def filled(medium):
+    """A ball of a medium in front of the group, under the sky."""
+    return scene(FLOOR + GROUP + BALL % f'<bsdf type="null"/> {medium}', spp=256)
+
+
+def medium_of(content="", kind="heterogeneous"):
+    return f'<medium type="{kind}" name="interior"> {content} </medium>'
+
+
+def grid(name, file):
+    return f"""<volume type="gridvolume" name="{name}"> <string name="filename" value="{file}"/>
+      <transform name="to_world"> <translate x="-0.5" y="-0.5" z="-0.5"/> <scale value="2"/>
+      <translate z="1"/> </transform> </volume>"""
+
+
+FOG = medium_of("""<rgb name="albedo" value="0.99, 0.9, 0.96"/> <float name="sigma_t" value="2"/>
+  <phase type="hg"> <float name="g" value="0.7"/> </phase>""", "homogeneous")
+SMOKE = grid("sigma_t", "smoke.vol") + '<float name="scale" value="8"/>'
 
 
 def file_shape(plugin, file):
@@ -113,6 +134,14 @@ INSTEAD = {
       </bsdf> </shape>"""),
     ("texture", "rawconstant"): scene(FLOOR + BALL % """<bsdf type="roughconductor"> <texture type="rawconstant"
       name="alpha"> <float name="value" value="0.3"/> </texture> </bsdf>"""),
+    ("medium", "heterogeneous"): filled(medium_of(SMOKE + '<float name="albedo" value="0.9"/>')),
+    ("volume", "gridvolume"): filled(medium_of(SMOKE + '<rgb name="albedo" value="0.95, 0.8, 0.6"/>')),
+    ("volume", "constvolume"): filled(medium_of(SMOKE + """<volume type="constvolume" name="albedo">
+      <rgb name="value" value="0.9, 0.8, 0.7"/> </volume>""")),
+    ("phase", "sggx"): filled(medium_of(SMOKE + '<float name="albedo" value="0.9"/> <phase type="sggx">' +
+                                        grid("S", "flakes.vol") + "</phase>")),
+    ("integrator", "volpath"): filled(FOG).replace('"clustered"', '"volpath"'),
+    ("integrator", "volpathmis"): filled(FOG).replace('"clustered"', '"volpathmis"'),
     ("integrator", "depth"): scene(FLOOR + GROUP, SKY, '<integrator type="depth"/>', spp=16),
     ("sensor", "thinlens"): scene(FLOOR + GROUP, sensor="thinlens", camera=CAMERA + """
       <float name="aperture_radius" value="0.25"/> <float name="focus_distance" value="6.7"/>"""),
@@ -147,6 +176,11 @@ def scene_of(category, name, example):
         return INSTEAD[category, name]
     if category == "bsdf":
         return scene(FLOOR + BALL % example)
+    if category == "medium":
+        return filled(example)
+    if category == "phase":
+        return filled(medium_of(f'<float name="sigma_t" value="2"/> <float name="albedo" value="0.95"/> {example}',
+                                "homogeneous"))
     if category == "emitter":
         return scene(FLOOR + GROUP, example)
     if category == "texture":
@@ -252,12 +286,28 @@ def images(folder):
     shutil.copy(PHOTOGRAPHS / "city.exr", folder)
 
 
+def grids(folder):
+    """Smoke that thins out toward its border, and flat microflakes."""
+    import numpy as np
+
+    def save(name, values):
+        z, y, x, channels = values.shape
+        header = b"VOL\3" + struct.pack("<5i6f", 1, x, y, z, channels, 0, 0, 0, 1, 1, 1)
+        (folder / name).write_bytes(header + values.astype("<f4").tobytes())
+
+    z, y, x = np.meshgrid(*[(np.arange(48) + 0.5) / 24 - 1] * 3, indexing="ij")
+    waves = np.sin(7 * x + 3 * np.sin(5 * z)) * np.sin(6 * y + 2 * np.sin(8 * x)) * np.sin(8 * z + 2 * y)
+    save("smoke.vol", np.clip(0.9 - np.sqrt(x * x + y * y + z * z) + 0.5 * waves, 0, 1)[..., None])
+    save("flakes.vol", np.broadcast_to(np.array([0.05, 0.05, 1, 0, 0, 0]), (2, 2, 2, 6)))
+
+
 def make_files(folder):
     """All files that the scenes name."""
     folder.mkdir(parents=True, exist_ok=True)
     knot(folder)
     curves(folder)
     images(folder)
+    grids(folder)
 
 
 # In stops, where the picture would be too bright or too dark.

@@ -140,7 +140,8 @@ class Sggx final : public Phase {
         FrameOf<V>::from_normal(around).to_world(warp::square_to_cosine_hemisphere<V>(u));
     const V normal = normalize(factor.times(on_sphere));
     const V m = frame.to_local(normal);  // wi is (0, 0, 1)
-    const V wo{2.f * m.z * m.x, 2.f * m.z * m.y, 2.f * m.z * m.z - 1.f};
+    // Normalized, because the reflection doubles the error of the length at each collision.
+    const V wo = normalize(V{2.f * m.z * m.x, 2.f * m.z * m.y, 2.f * m.z * m.z - 1.f});
     return {wo, flake_value(factor, normal, frame.n)};
   }
 

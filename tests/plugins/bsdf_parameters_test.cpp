@@ -91,7 +91,7 @@ const BadBsdf kBadBsdfs[] = {
     {"<bsdf type='bumpmap'><texture type='checkerboard'/></bsdf>", "needs a nested bsdf"},
     {"<bsdf type='bumpmap'><texture type='checkerboard'/><texture type='checkerboard' "
      "name='second'/><bsdf type='diffuse'/></bsdf>",
-     "given twice"},
+     "takes at most 1 texture"},
     {"<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='dielectric'/></bsdf>",
      "must not be smooth glass"},
     {"<bsdf type='normalmap'><bsdf type='diffuse'/></bsdf>", "normalmap"},

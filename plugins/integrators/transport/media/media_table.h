@@ -12,6 +12,10 @@
 
 namespace kinome::transport {
 
+/// Maximum number of surfaces that a ray passes straight. Rays that rounding keeps at a surface
+/// would go on forever otherwise.
+inline constexpr uint32_t kMaxLegs = 1024;
+
 /// Moves a ray to point i, which it has hit, and sets its tmin so that it goes on behind the
 /// surface. Distances are those from the surface, so that no part of a medium is left out. Returns
 /// the distance of the point from the old origin.

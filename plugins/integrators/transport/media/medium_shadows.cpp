@@ -32,7 +32,7 @@ void MediumShadows::trace(const Ray16* rays, size_t count, const uint32_t* mediu
                           const float* distance, const uint32_t* owner, const RandomSeeds& seeds,
                           RenderCounters& counters) {
   size_t on = begin(rays, count, medium, distance);
-  for (uint32_t legs = 0; on > 0; ++legs) {
+  for (uint32_t legs = 0; on > 0 && legs <= kMaxLegs; ++legs) {
     const size_t leg = legs % 2;
     counters[RayKind::kShadow] += on;
     clear_hits(rays_[leg], on);

@@ -86,6 +86,7 @@ void Segments::trace(RayHit16* rays, size_t count, const PathState& state, const
   if (!passes_) return;
   size_t left = pass(rays, count, nullptr, 0, state);
   for (uint32_t legs = 1; left > 0; ++legs) {
+    if (legs > kMaxLegs) return drop(left, path_[(legs - 1) % 2], state);
     const int leg = (legs - 1) % 2;
     RayHit16* const beyond = beyond_[leg];
     const uint32_t* const path = path_[leg];
@@ -96,6 +97,11 @@ void Segments::trace(RayHit16* rays, size_t count, const PathState& state, const
     }
     left = pass(beyond, left, path, 1 - leg, state);
   }
+}
+
+/// Ends paths: their throughput becomes 0.
+void Segments::drop(size_t count, const uint32_t* path, const PathState& state) {
+  for (size_t i = 0; i < count; ++i) state.throughput.set(path[i], kinome::Rgb(0.f));
 }
 
 /// Traces rays to the next surface or collision. Ray i belongs to path path[i], or i if `path` is

@@ -50,6 +50,7 @@ class Segments {
              const RandomSeeds& seeds);
   void redraw_channels(size_t count, const uint32_t* path, const PathState& state,
                        const RandomSeeds& seeds) const;
+  static void drop(size_t count, const uint32_t* path, const PathState& state);
   size_t pass(const RayHit16* rays, size_t count, const uint32_t* path, int next,
               const PathState& state);
 
