@@ -23,7 +23,7 @@ constexpr Parameter kParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
      "grid of 1, 3 or 6 channels: Mitsuba's .vol, or OpenVDB", true},
     {"grid", ParameterType::kString, "",
-     "name of the grid in an OpenVDB file; default: the first one"},
+     "name of the grid in an OpenVDB file; default: 'density', or else the first by name"},
     {"to_world", ParameterType::kTransform, "identity",
      "transform of the unit cube, or of the file's box"},
     choice_of("filter_type", kFilters, "trilinear",

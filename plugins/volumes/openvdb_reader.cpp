@@ -64,10 +64,13 @@ bool copy_as(const openvdb::GridBase& base, VoxelGrid& out) {
   return true;
 }
 
-void read(const std::string& path, const std::string& name, VoxelGrid& out) {
+/// Reads the grid `requested`. If that is "", reads `density` or else the first grid by name.
+void read(const std::string& path, const std::string& requested, VoxelGrid& out) {
   openvdb::initialize();
   openvdb::io::File file(path);
   file.open();
+  const bool has_density = requested.empty() && file.hasGrid("density");
+  const std::string name = has_density ? "density" : requested;
   std::string names;
   for (auto at = file.beginName(); at != file.endName(); ++at) {
     names += (names.empty() ? "'" : ", '") + at.gridName() + "'";

@@ -174,7 +174,7 @@ TEST(GridVolume, ReadsOpenVdb) {
   const auto colour = make<Volume>(grid_xml(file, "<string name='grid' value='colour'/>"));
   EXPECT_LT(glm::length(colour->color(Vec3(0.75f, 0.5f, 0.5f)) - Rgb(.4f, .5f, .6f)), 1e-6f);
   EXPECT_NE(error_of(grid_xml(file, "<string name='grid' value='colr'/>"))
-                .find("has no grid 'colr' (available: 'density', 'colour')"),
+                .find("has no grid 'colr' (available: 'colour', 'density')"),
             std::string::npos);
   const std::string cut = folder.write("cut.vdb", bytes.substr(0, bytes.size() / 2));
   EXPECT_NE(error_of(grid_xml(cut)), "no error");
