@@ -171,60 +171,44 @@ class Session:
 
     def threads(self):
         from . import threads, threads_page
-        options = self.options
-        work = threads.Threads(self.kinome, threads.SIZES[:1] if options.quick else threads.SIZES,
-                               self.folder / "threads", self.log)
-        rows = []
-        for scene in chosen(options.words or threads.SCENES, self.effort):
-            try:
-                rows += work.scene(scene)
-            except Problem as reason:
-                self.log.problem(reason)
-        if not rows:
-            raise Problem("nothing was measured")
-        write_whole(options.output / "README.md", threads_page.page(rows, machine(), commit()))
-        write_whole(options.output / "measurements.csv", threads_page.measurements(rows))
-        with whole(options.output / "plot.png") as file:
-            file.write(threads_page.plot(rows))
-        print("\n".join(summary.markdown(*threads_page.table(rows))))
-        self.log.say(f"wrote {options.output / 'README.md'}")
+        sizes = threads.SIZES[:1] if self.options.quick else threads.SIZES
+        work = threads.Threads(self.kinome, sizes, self.folder / "threads", self.log)
+        scenes = chosen(self.options.words or threads.SCENES, self.effort)
+        self.write_plot(threads_page.plot(self.measure_scenes(work, scenes, threads_page)))
 
     def large(self):
         from . import large, large_page
-        options = self.options
-        work = large.Large(self.kinome, large.SIZES[:1] if options.quick else large.SIZES,
-                           self.folder / "large", self.log)
+        sizes = large.SIZES[:1] if self.options.quick else large.SIZES
+        work = large.Large(self.kinome, sizes, self.folder / "large", self.log)
+        scenes = chosen(self.options.words or large.SCENES, self.effort)
+        self.measure_scenes(work, scenes, large_page)
+
+    def slope(self):
+        from . import slope, slope_page
+        work = slope.Slope(self.kinome, self.folder / "slope", self.options.quick, self.log)
+        names = slope.names_of(self.options.words)
+        self.write_plot(slope_page.plot(self.measure_scenes(work, names, slope_page)))
+
+    def measure_scenes(self, work, scenes, page):
+        """Measures scenes, and writes the page and its raw numbers. Returns the rows of the table."""
         rows = []
-        for scene in chosen(options.words or large.SCENES, self.effort):
+        for scene in scenes:
             try:
                 rows += work.scene(scene)
             except Problem as reason:
                 self.log.problem(reason)
         if not rows:
             raise Problem("nothing was measured")
-        write_whole(options.output / "README.md", large_page.page(rows, machine(), commit()))
-        write_whole(options.output / "measurements.csv", large_page.measurements(rows))
-        print("\n".join(summary.markdown(*large_page.table(rows))))
-        self.log.say(f"wrote {options.output / 'README.md'}")
+        output = self.options.output
+        write_whole(output / "README.md", page.page(rows, machine(), commit()))
+        write_whole(output / "measurements.csv", page.measurements(rows))
+        print("\n".join(summary.markdown(*page.table(rows))))
+        self.log.say(f"wrote {output / 'README.md'}")
+        return rows
 
-    def slope(self):
-        from . import slope, slope_page
-        options = self.options
-        work = slope.Slope(self.kinome, self.folder / "slope", options.quick, self.log)
-        points = []
-        for name in slope.names_of(options.words):
-            try:
-                points += work.scene(name)
-            except Problem as reason:
-                self.log.problem(f"{name}: {reason}")
-        if not points:
-            raise Problem("nothing was measured")
-        write_whole(options.output / "README.md", slope_page.page(points, machine(), commit()))
-        write_whole(options.output / "measurements.csv", slope_page.measurements(points))
-        with whole(options.output / "plot.png") as file:
-            file.write(slope_page.plot(points))
-        print("\n".join(summary.markdown(*slope_page.table(points))))
-        self.log.say(f"wrote {options.output / 'README.md'}")
+    def write_plot(self, picture):
+        with whole(self.options.output / "plot.png") as file:
+            file.write(picture)
 
     def budgets(self):
         from bounces import NAMES, scene_of as bounces_scene

@@ -82,7 +82,10 @@ class Slope:
     def render(self, scene, integrator, samples, seed, size=None):
         defines = {"integrator": integrator, "max_depth": DEPTHS.get(scene.name, -1),
                    "sampler": SAMPLER, "spp": samples} | sized(scene, size or self.size)
-        made = self.kinome.render(scene.path, defines, seed, ("-t", "1"))
+        try:
+            made = self.kinome.render(scene.path, defines, seed, ("-t", "1"))
+        except Problem as reason:
+            raise Problem(f"{scene.name}: {reason}") from None
         return made.image, made.stats["processor_seconds"]
 
     def scene(self, name):
