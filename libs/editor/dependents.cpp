@@ -45,7 +45,7 @@ void Dependents::add_refitted(const Node& shape) {
 
 namespace {
 
-/// Returns the pointer to a shape's medium; nullptr if there is none.
+/// Returns the pointer to a medium of a shape, or nullptr if `medium` isn't nested in it.
 std::shared_ptr<const Medium> nested_medium(const Shape& shape, const Medium* medium) {
   for (const auto& object : shape.nested()) {
     if (object.get() == medium) return std::dynamic_pointer_cast<const Medium>(object);

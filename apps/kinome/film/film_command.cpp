@@ -280,7 +280,7 @@ class FilmCommand {
   size_t done_ = 0;           ///< number of missing_ that are finished
   double shown_progress_ = 0;
   bool is_faulty_ = false;
-  std::optional<RenderedFrame> frame_;  ///< the frame that is written; nullopt if there is none
+  std::optional<RenderedFrame> frame_;  ///< frame that is being written; nullopt if none is
   std::future<void> writing_;           ///< destroyed first, because its destructor waits
 };
 

@@ -9,8 +9,8 @@
 namespace kinome::loader::legacy {
 namespace {
 
-/// Returns the colour of a child, or nullopt if there is none, or if it is invalid, which is
-/// reported when the object's parameters are read.
+/// Returns the colour of a child. Returns nullopt if the child is missing or invalid; invalid
+/// values are reported when the object's parameters are read.
 std::optional<Rgb> color_of(Node& node, std::string_view name) {
   const Node* const child = find_child(node, name);
   if (!child || child->is_broken) return std::nullopt;

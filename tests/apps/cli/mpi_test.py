@@ -152,7 +152,7 @@ class MpiTest(unittest.TestCase):
         return True
 
     def test_an_interrupted_launcher_leaves_a_picture(self):
-        # At the same time, because the launcher always waits as long as it is told to.
+        # The launchers run at the same time, because each waits for its whole timeout.
         with concurrent.futures.ThreadPoolExecutor() as pool:
             list(pool.map(self.check_interrupted_launcher, ("path", "clustered", "ptracer")))
 
