@@ -113,6 +113,11 @@ def parse(arguments=None):
         options.parts = [word for word in options.words if word in ENGINE_PARTS]
         options.words = [word for word in options.words if word not in ENGINE_PARTS]
     known = {scene.name for scene in SCENES} | {path.stem for path in SMALL_SCENES}
+    boxes = set()
+    if options.modes == (SLOPE,):
+        from bounces import NAMES
+        boxes = {name for name in NAMES if name.startswith("cornell")}
+    known |= boxes
     for name in options.words:
         if name in WORDS:
             parser.error(f'only one mode is allowed, as the first word: "{name}" is another')
@@ -137,7 +142,7 @@ def parse(arguments=None):
         parser.error("--spp is only for maps, and must be at least 1")
     options.spp = options.spp or 16
     if options.modes in ((MAPS,), (SPEEDUP,), (LARGE,), (SLOPE,)) and options.words \
-            and not timed & set(options.words):
+            and not (timed | boxes) & set(options.words):
         parser.error(f'{options.modes[0]} doesn\'t support {", ".join(options.words)}; scenes are '
                      f'{", ".join(sorted(timed))}')
     if options.seeds < 2:

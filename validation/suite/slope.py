@@ -134,8 +134,8 @@ class Slope:
 
 def names_of(words):
     """Returns the names of the scenes for words of the command line. Raises Problem."""
-    known = {scene.name for scene in SCENES}
+    known = {scene.name for scene in SCENES} | set(DEPTHS)
     for word in words:
         if word not in known:
-            raise Problem(f"slope doesn't support {word}")
+            raise Problem(f"slope doesn't support {word}; scenes are {', '.join(sorted(known))}")
     return words or list(DEPTHS)
