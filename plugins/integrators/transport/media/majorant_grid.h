@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kinome/medium.h"
+#include "kinome/sampler.h"
 
 namespace kinome::transport {
 
@@ -48,11 +49,8 @@ class BlockWalk {
   const Vec3& d() const { return d_; }
   /// Returns a random number in [0, 1).
   float random() {
-    random_ = random_ * 6364136223846793005u + 1442695040888963407u;
-    const auto mixed = static_cast<uint32_t>(((random_ >> 18) ^ random_) >> 27);
-    const auto turn = static_cast<uint32_t>(random_ >> 59);
-    const uint32_t bits = mixed >> turn | mixed << ((32 - turn) & 31);
-    return static_cast<float>(bits >> 8) * 0x1p-24f;
+    random_ += 0x9e3779b97f4a7c15u;
+    return to_unit_float(static_cast<uint32_t>(mix_bits(random_) >> 32));
   }
   /// Returns an exponentially distributed random number.
   float optical_depth() { return -std::log(1 - random()); }

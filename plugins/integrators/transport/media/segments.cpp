@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../rays.h"
+#include "channels.h"
 #include "kinome/wide/functions.h"
 
 namespace kinome::transport {
@@ -43,14 +44,6 @@ KINOME_WIDE wide::Rgb segment_weight(wide::Rgb throughput, wide::Rgb extinction,
   const wide::Rgb value = density * select(collides, albedo, wide::Rgb(1.f));
   const Float sum = throughput.x + throughput.y + throughput.z;
   return value * (sum / dot(throughput, density));
-}
-
-/// Draws a channel in proportion to the throughput.
-uint32_t draw_channel(const kinome::Rgb& throughput, float u) {
-  const float at = u * (throughput.x + throughput.y + throughput.z);
-  if (at < throughput.x) return 0;
-  if (at < throughput.x + throughput.y) return 1;
-  return throughput.z > 0 ? 2 : throughput.y > 0 ? 1 : 0;
 }
 
 }  // namespace
@@ -209,7 +202,8 @@ void Segments::redraw_channels(size_t count, const uint32_t* path, const PathSta
     const uint32_t k = path ? path[i] : static_cast<uint32_t>(i);
     if (!media_.grid(state.medium[k])) continue;
     const uint64_t bits = hash_words(seeds.of(state.owner[k]), 1);
-    state.channel[k] = draw_channel(state.throughput.at(k), to_unit_float(uint32_t(bits >> 32)));
+    const float u = kinome::to_unit_float(static_cast<uint32_t>(bits >> 32));
+    state.channel[k] = static_cast<uint32_t>(draw_channel(state.throughput.at(k), u));
   }
 }
 

@@ -1,6 +1,8 @@
 #include "volume_integrator.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "../blocks_of_tile.h"
 #include "../camera.h"
@@ -61,6 +63,59 @@ class VolumeBlock {
 
 }  // namespace
 
+/// Tables of a scene that all blocks and passes share.
+struct VolumeTables {
+  VolumeTables(const Scene& from, const Sensor& sensor)
+      : media(from, sensor), scene(from, media.phases()) {}
+
+  MediaTable media;
+  SceneTable scene;
+};
+
+namespace {
+
+void render_volumes(const VolumeTables& tables, const PathSettings& settings, const Sensor& sensor,
+                    RenderContext& context) {
+  render_tiles<VolumeBlock>(
+      sensor, context, 0,
+      [&] { return std::make_unique<VolumeBlock>(tables.scene, tables.media, sensor, settings); },
+      [](VolumeBlock& block, const PixelSamples& samples, Tile& tile) {
+        block.render(samples, tile);
+      });
+}
+
+/// Progressive render with one set of tables: the default passes of an integrator that has them.
+class VolumePasses final : public Passes {
+ public:
+  VolumePasses(std::unique_ptr<const VolumeTables> tables, const PathSettings& settings,
+               const Scene& scene, const Sensor& sensor, RenderContext& context)
+      : integrator_(std::move(tables), settings),
+        passes_(integrator_.Integrator::begin(scene, sensor, context, 0)) {}
+
+  double samples() const override { return passes_->samples(); }
+  double render(double samples) override { return passes_->render(samples); }
+
+ private:
+  class Prepared final : public Integrator {
+   public:
+    Prepared(std::unique_ptr<const VolumeTables> tables, const PathSettings& settings)
+        : tables_(std::move(tables)), settings_(settings) {}
+    void render(const Scene& /*scene*/, const Sensor& sensor,
+                RenderContext& context) const override {
+      render_volumes(*tables_, settings_, sensor, context);
+    }
+
+   private:
+    std::unique_ptr<const VolumeTables> tables_;
+    PathSettings settings_;
+  };
+
+  Prepared integrator_;
+  std::unique_ptr<Passes> passes_;
+};
+
+}  // namespace
+
 VolumeIntegrator::VolumeIntegrator(const PathSettings& settings)
     : PathIntegrator(for_surfaces(settings)), settings_(settings) {}
 
@@ -69,21 +124,25 @@ void VolumeIntegrator::warn_of_light_left_out(const Scene& scene, const Sensor& 
   warn_of_media(scene, sensor);
 }
 
+bool VolumeIntegrator::has_volume_paths(const Scene& scene, const VolumeTables& tables) const {
+  return (tables.media.size() > 1 || tables.scene.passes_straight()) &&
+         settings_.length.max_depth > 0 && !scene.emitters().empty();
+}
+
 void VolumeIntegrator::render(const Scene& scene, const Sensor& sensor,
                               RenderContext& context) const {
-  const MediaTable media(scene, sensor);
-  const SceneTable table(scene, media.phases());
-  const bool has_emitters = !scene.emitters().empty();
-  if ((media.size() == 1 && !table.passes_straight()) || settings_.length.max_depth == 0 ||
-      !has_emitters) {
-    return PathIntegrator::render(scene, sensor, context);
+  const VolumeTables tables(scene, sensor);
+  if (!has_volume_paths(scene, tables)) return PathIntegrator::render(scene, sensor, context);
+  render_volumes(tables, settings_, sensor, context);
+}
+
+std::unique_ptr<Passes> VolumeIntegrator::begin(const Scene& scene, const Sensor& sensor,
+                                                RenderContext& context, double seconds) const {
+  auto tables = std::make_unique<const VolumeTables>(scene, sensor);
+  if (!has_volume_paths(scene, *tables)) {
+    return PathIntegrator::begin(scene, sensor, context, seconds);
   }
-  render_tiles<VolumeBlock>(
-      sensor, context, 0,
-      [&] { return std::make_unique<VolumeBlock>(table, media, sensor, settings_); },
-      [](VolumeBlock& block, const PixelSamples& samples, Tile& tile) {
-        block.render(samples, tile);
-      });
+  return std::make_unique<VolumePasses>(std::move(tables), settings_, scene, sensor, context);
 }
 
 }  // namespace kinome::transport

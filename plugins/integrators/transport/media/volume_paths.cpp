@@ -5,6 +5,7 @@
 
 #include "../camera.h"
 #include "../rays.h"
+#include "channels.h"
 #include "kinome/wide/functions.h"
 #include "kinome/wide/surface_point.h"
 
@@ -130,12 +131,7 @@ void VolumePaths::sample_distances(const PixelSamples& samples, uint32_t dimensi
   if (!channel_) return;
   numbers_.fill_1d(sampler_, samples, dimension + 1, along_.owner, count_, u_);
   for_lanes(count_, [&](size_t i) {
-    const wide::Rgb throughput = wide::Rgb::load(along_.throughput, i);
-    const Float at = Float::load(u_ + i) * (throughput.x + throughput.y + throughput.z);
-    const Float two = throughput.x + throughput.y;
-    // A channel without throughput is never drawn, in spite of rounding.
-    const Int last = select(throughput.z > 0.f, Int(2), select(throughput.y > 0.f, Int(1)));
-    select(at < throughput.x, Int(0), select(at < two, Int(1), last)).store(channel_ + i);
+    draw_channel(wide::Rgb::load(along_.throughput, i), Float::load(u_ + i)).store(channel_ + i);
   });
 }
 
