@@ -228,11 +228,12 @@ TEST(VolumePaths, AgreesWithPathsWithoutMedia) {
                estimate_pixels(*scene("path"), kRenders, 1000), kAlpha, "mask");
 }
 
-/// `clustered` renders scenes with media by the same paths.
-TEST(VolumePaths, ClusteredRendersMedia) {
-  const auto image = [](const std::string& integrator) {
-    return render_scene(*scene_from(fog_cube_xml(fog_xml("0.2 0.9 2.5", "0.8 0.8 0.8")) +
-                                    constant_xml("1 2 3") + integrator_xml(integrator, -1) +
+/// `clustered` renders media that vary by the same paths.
+TEST(VolumePaths, ClusteredRendersGrids) {
+  const TemporaryFolder folder;
+  const std::string smoke = fog_cube_xml(smoke_xml(write_smoke(folder, 3), "0.9 0.8 0.7", 2));
+  const auto image = [&](const std::string& integrator) {
+    return render_scene(*scene_from(smoke + constant_xml("1 2 3") + integrator_xml(integrator, -1) +
                                     parallel_view(0.9, 8, 4)));
   };
   EXPECT_EQ(image("clustered").data, image("volpath").data);

@@ -23,12 +23,12 @@
 #include <string>
 
 #include "clustered/clustered_stages.h"
+#include "clustered/media/media_method.h"
 #include "clustered/points/thesis_method.h"
 #include "clustered/product/method/product_method.h"
 #include "kinome/log.h"
 #include "kinome/plugin.h"
 #include "transport/media/media_warnings.h"
-#include "transport/media/volume_integrator.h"
 
 namespace {
 
@@ -109,8 +109,8 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   ProductSettings& sampling = settings.sampling;
   sampling.rays_per_pixel = props.real("rays_per_pixel");
   if (!(sampling.rays_per_pixel >= 0 && sampling.rays_per_pixel <= kMaxRaysPerPixel)) {
-    throw props.error("rays_per_pixel", "must be from 0 to 1e12, got " +
-                                            format_number(props.real("rays_per_pixel")));
+    throw props.error("rays_per_pixel",
+                      "must be from 0 to 1e12, got " + format_number(props.real("rays_per_pixel")));
   }
   sampling.diagnostics = props.boolean("diagnostics");
   sampling.length = PathLength(props);
@@ -128,24 +128,6 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   sampling.trial = props.boolean("trial");
   return settings;
 }
-
-/// Renders scenes with media by path tracing, as `volpath` does: clusters don't include the light
-/// that media scatter.
-class MediaMethod final : public ClusteredMethod {
- public:
-  explicit MediaMethod(const PathSettings& settings) : integrator_(settings) {}
-
-  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
-    integrator_.render(scene, sensor, context);
-  }
-  std::vector<Inspection> inspect(const Scene& scene, const Sensor& /*sensor*/,
-                                  RenderContext& /*context*/, int /*x*/, int /*y*/) const override {
-    throw Error(Location{scene.file()}, "cannot inspect: the scene has media");
-  }
-
- private:
-  transport::VolumeIntegrator integrator_;
-};
 
 class Clustered final : public Integrator {
  public:
@@ -212,7 +194,6 @@ class Clustered final : public Integrator {
                                                 RenderContext& context,
                                                 bool is_progressive = false) const {
     if (has_media(scene)) {
-      log_debug("the scene has media: rendered as by volpath");
       return std::make_unique<MediaMethod>(
           PathSettings{product_->sampling.length, product_->sampling.hide_emitters});
     }

@@ -104,7 +104,8 @@ void Segments::trace_leg(RayHit16* rays, size_t count, const uint32_t* path, con
   for_lanes(count, [&](size_t i) {
     const Int k = paths_at(path, i);
     float* const tmax = rays[i / kBlockLanes].ray.tmax + i % kBlockLanes;
-    min(gather(far_, k), distance_to_collision(k, state)).store(tmax);
+    const Float far = gather(far_, k);
+    (state.legs ? far : min(far, distance_to_collision(k, state))).store(tmax);
   });
   disable_padding(rays, count);
   clear_hits(rays, count);
@@ -112,6 +113,7 @@ void Segments::trace_leg(RayHit16* rays, size_t count, const uint32_t* path, con
   scene_.scene().intersect(rays, padded(count) / kBlockLanes,
                            is_camera ? Coherence::kCoherent : Coherence::kIncoherent, counters);
   counters[kind] += count;
+  if (state.legs) return list_legs(rays, count, path, state);
   settle(rays, count, path, state);
   if (media_.has_grids()) track(rays, count, path, state, seeds);
 }
@@ -168,6 +170,23 @@ void Segments::settle(RayHit16* rays, size_t count, const uint32_t* path,
     const Uint shape = as_uint(medium) + (first - 1);
     select(collides, shape, Uint::load(block.shape + lane)).store(block.shape + lane);
   });
+}
+
+/// Lists the parts of the rays in media, and multiplies throughputs by the transmittances.
+void Segments::list_legs(const RayHit16* rays, size_t count, const uint32_t* path,
+                         const PathState& state) const {
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t k = path ? path[i] : static_cast<uint32_t>(i), medium = state.medium[k];
+    if (medium == MediaTable::kVacuum) continue;
+    const Ray ray = ray_of(&rays[i / kBlockLanes].ray, i % kBlockLanes);
+    const bool hits = rays[i / kBlockLanes].shape[i % kBlockLanes] != kNoHit;
+    const float end = hits ? ray.tmax : std::min(far_[k], media_.end_of_space(ray));
+    const kinome::Rgb throughput = state.throughput.at(k);
+    state.legs->push_back({k, medium, ray.o, ray.d, end, throughput});
+    const kinome::Rgb depth = media_.extinction().at(medium) * end;
+    state.throughput.set(
+        k, throughput * kinome::Rgb(std::exp(-depth.x), std::exp(-depth.y), std::exp(-depth.z)));
+  }
 }
 
 /// The same as settle() for media that aren't uniform.

@@ -9,6 +9,15 @@
 
 namespace kinome::transport {
 
+/// Part of a path's edge that is in a uniform medium.
+struct MediumLeg {
+  uint32_t path;
+  uint32_t medium;          ///< number in MediaTable
+  Vec3 o{0.f}, d{0, 0, 1};  ///< d is a unit vector
+  float length = 0;
+  Rgb throughput{0.f};  ///< at o
+};
+
 /// Columns of paths whose next edges are traced.
 struct PathState {
   const uint32_t* owner;  ///< sample of the block
@@ -18,6 +27,10 @@ struct PathState {
   /// Channel of the extinction that `optical_depth` refers to. nullptr unless media are coloured.
   uint32_t* channel;
   float* scatterings;  ///< number of points where the path was scattered
+  /// Unless nullptr, the paths don't collide: throughputs are multiplied by transmittances, and the
+  /// parts in media are added to this vector. All media must be uniform. Optical depths and
+  /// channels are ignored.
+  std::vector<MediumLeg>* legs = nullptr;
 };
 
 /// Edges of paths through media: traces rays to the next point that isn't an index-matched
@@ -46,6 +59,8 @@ class Segments {
                  const RandomSeeds& seeds, RayKind kind, RenderCounters& counters);
   wide::Float distance_to_collision(wide::Int k, const PathState& state) const;
   void settle(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state) const;
+  void list_legs(const RayHit16* rays, size_t count, const uint32_t* path,
+                 const PathState& state) const;
   void track(RayHit16* rays, size_t count, const uint32_t* path, const PathState& state,
              const RandomSeeds& seeds);
   void redraw_channels(size_t count, const uint32_t* path, const PathState& state,

@@ -53,6 +53,7 @@ VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const
       per_point_(Surfaces::most_points(scene, rays)),
       at_(make_state(per_point_)),
       samples_emitters_(per_point_.floats()),
+      pdf_factor_(per_point_.floats()),
       wo_(per_point_.three()),
       d_(per_point_.three()),
       light_(per_point_.three()),
@@ -70,35 +71,62 @@ void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays
   const bool sees_sky = scene_.scene().environment() && !hides_emitters_;
   std::fill_n(alpha, samples.count(), sees_sky ? 1.f : 0.f);
   begin(samples, camera_rays);
+  first_share_ = 0;
+  trace_on(samples, kCameraDimensions, radiance, alpha, counters);
+}
+
+void VolumePaths::trace_from(const PixelSamples& samples, size_t count, float share,
+                             uint32_t dimension, const Columns3& radiance,
+                             RenderCounters& counters) {
+  count_ = count;
+  for_lanes(count_, [&](size_t i) {
+    Float(0.f).store(along_.scatterings + i);
+    Float(kInfinity).store(along_.pdf + i);
+  });
+  first_share_ = share;
+  trace_on(samples, dimension, radiance, nullptr, counters);
+}
+
+/// Traces the paths to their ends. Sets alpha unless it is nullptr.
+void VolumePaths::trace_on(const PixelSamples& samples, uint32_t dimension,
+                           const Columns3& radiance, float* alpha, RenderCounters& counters) {
   RayKind kind = RayKind::kCamera;
-  for (uint32_t first = kCameraDimensions; count_ > 0; first += kStepDimensions) {
+  for (uint32_t first = dimension; count_ > 0; first += kStepDimensions) {
     {
       const StageTimer timer(
           counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
-      sample_distances(samples, first);
-      const PathState state{along_.owner,   along_.medium, along_.throughput,
-                            optical_depth_, channel_,      along_.scatterings};
-      segments_.trace(rays_, count_, state, RandomSeeds(samples, first), kind, counters);
+      if (first_share_ == 0) trace_edges(samples, first, kind, counters);
       find_points();
       add_emission(radiance);
       add_environment(radiance);
     }
     kind = RayKind::kBsdf;
     if (met_.reflecting() == 0) return set_alpha(alpha);
-    const uint32_t dimension = first + kEdgeDimensions;
+    const uint32_t emitter = first + kEdgeDimensions;
     {
       const StageTimer timer(counters.stage_seconds["shade"]);
-      sample(samples, dimension);
+      sample(samples, emitter);
     }
-    add_emitter_samples(RandomSeeds(samples, dimension), radiance, counters);
+    add_emitter_samples(RandomSeeds(samples, emitter), radiance, counters);
     const StageTimer timer(counters.stage_seconds["shade"]);
-    scatter(samples, dimension + EmitterSamples::kDimensions, alpha);
+    scatter(samples, emitter + EmitterSamples::kDimensions, alpha);
     sort_rays();
+    first_share_ = 0;
   }
 }
 
+/// Traces the rays to their next points.
+void VolumePaths::trace_edges(const PixelSamples& samples, uint32_t dimension, RayKind kind,
+                              RenderCounters& counters) {
+  sample_distances(samples, dimension);
+  const PathState state{along_.owner,   along_.medium, along_.throughput,
+                        optical_depth_, channel_,      along_.scatterings};
+  segments_.trace(rays_, count_, state, RandomSeeds(samples, dimension), kind, counters);
+}
+
 /// Rays begin at the near clip distance, as in Mitsuba.
-void VolumePaths::begin(const PixelSamples& samples, const RayHit16* camera_rays) {
+VolumePaths::FirstEdges VolumePaths::begin(const PixelSamples& samples,
+                                           const RayHit16* camera_rays) {
   count_ = samples.count();
   for_lanes(count_, [&](size_t i) {
     const Ray16& from = camera_rays[i / kBlockLanes].ray;
@@ -121,6 +149,7 @@ void VolumePaths::begin(const PixelSamples& samples, const RayHit16* camera_rays
     origin.store(along_.from, i);
     Float(kInfinity).store(along_.pdf + i);
   });
+  return {rays_, along_.owner, along_.medium, along_.throughput, along_.scatterings};
 }
 
 /// Samples the optical depths at which the rays collide, in a channel drawn by the throughput.
@@ -197,8 +226,14 @@ void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
   const size_t count = met_.reflecting(), scattering = met_.scattering();
   for (const Surfaces::Range& range : met_.ranges()) {
     const Medium* const medium = medium_of(range);
+    const bool finds_light = !medium || medium->samples_emitters();
+    const bool is_first = medium && first_share_ > 0;
     std::fill_n(samples_emitters_ + range.first, padded(range.count),
-                medium && !medium->samples_emitters() ? 0.f : 1.f);
+                finds_light && !is_first ? 1.f : 0.f);
+    std::fill_n(pdf_factor_ + range.first, padded(range.count),
+                !finds_light ? 0.f
+                : is_first   ? 1 / first_share_
+                             : 1.f);
   }
   BsdfQuery query;
   if (scattering > 0) {
@@ -301,8 +336,10 @@ void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, float
     carried = select(on, carried);
     carried.store(carried_, i);
     on &= !is_black(carried);
-    const Mask is_alone = (is_delta > 0.f) | !(Float::load(samples_emitters_ + i) > 0.f);
-    const Float pdf = select(is_alone, Float(kInfinity), Float::load(answer_.sample_pdf + i));
+    const Float factor = Float::load(pdf_factor_ + i);
+    const Mask is_alone = (is_delta > 0.f) | !(factor > 0.f);
+    const Float pdf =
+        select(is_alone, Float(kInfinity), Float::load(answer_.sample_pdf + i) * factor);
     select(is_straight, Float::load(at_.pdf + i), pdf).store(at_.pdf + i);
     select(is_straight, wide::Vec3::load(at_.from, i), wide::Vec3::load(points.p, i))
         .store(at_.from, i);
@@ -315,6 +352,7 @@ void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, float
 
 /// Sets alpha to 1 for paths that the points scatter or absorb.
 void VolumePaths::set_alpha(float* alpha) const {
+  if (!alpha) return;
   const float* const live = met_.live();
   for (const Surfaces::Range& range : met_.ranges()) {
     // Collisions count only if the path may go on, as in Mitsuba.

@@ -28,6 +28,24 @@ class VolumePaths {
   void trace(const PixelSamples& samples, const RayHit16* camera_rays, const Columns3& radiance,
              float* alpha, RenderCounters& counters);
 
+  /// Paths along camera rays, up to the first points where they are scattered.
+  struct FirstEdges {
+    RayHit16* rays;  ///< traced: surfaces, collisions (SceneTable), or nothing
+    uint32_t* owner;
+    uint32_t* medium;  ///< before the end
+    Columns3 throughput;
+    float* scatterings;
+  };
+  /// Sets the rays to the camera rays, which are not traced yet, one path for each sample. The
+  /// result is valid until trace_from().
+  FirstEdges begin(const PixelSamples& samples, const RayHit16* camera_rays);
+  /// Continues `count` paths from the ends of their first edges, several paths for a sample where
+  /// owners are equal. The first points in media get no emitter samples, because the caller
+  /// finds that light with a density of `share` times that of emitter samples.
+  /// `dimension`: first dimension of the sampler that is used.
+  void trace_from(const PixelSamples& samples, size_t count, float share, uint32_t dimension,
+                  const Columns3& radiance, RenderCounters& counters);
+
  private:
   /// Dimensions of the sampler for a step: the distance and its channel, an emitter sample, a BSDF
   /// sample, the roulette.
@@ -49,7 +67,10 @@ class VolumePaths {
   };
   static State make_state(Arena& arena);
 
-  void begin(const PixelSamples& samples, const RayHit16* camera_rays);
+  void trace_on(const PixelSamples& samples, uint32_t dimension, const Columns3& radiance,
+                float* alpha, RenderCounters& counters);
+  void trace_edges(const PixelSamples& samples, uint32_t dimension, RayKind kind,
+                   RenderCounters& counters);
   void sample_distances(const PixelSamples& samples, uint32_t dimension);
   void find_points();
   void add_emission(const Columns3& radiance);
@@ -88,6 +109,10 @@ class VolumePaths {
   State at_;  ///< paths of the points of met_
   /// 1 for points whose medium or surface lets emitter samples find light.
   float* samples_emitters_;
+  /// Factor of the density of BSDF samples in weights; 0 if they find all light.
+  float* pdf_factor_;
+  /// In the first step of trace_from(), its argument `share`; else 0.
+  float first_share_ = 0;
   Columns3 wo_, d_, light_, carried_;
   float *u1_, *pdf_, *distance_;
   Columns2 u2_;

@@ -1,0 +1,155 @@
+#include "clustered/media/fog_block.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clustered/media/segment_distances.h"
+#include "kinome/stats.h"
+#include "transport/blocks_of_tile.h"
+
+namespace kinome {
+namespace {
+
+using transport::kBlockSamples;
+using transport::kCameraDimensions;
+using transport::MediumLeg;
+using FirstEdges = transport::VolumePaths::FirstEdges;
+
+/// Dimensions of the sampler: the choice of a collision and its position, then the candidates.
+constexpr uint32_t kCollisionDimension = kCameraDimensions, kCollisionDimensions = 2;
+constexpr uint32_t kFogDimension = kCollisionDimension + kCollisionDimensions;
+/// Number of paths per ray that continue from a collision, divided by the part of the light that is
+/// scattered; at most one per ray. With 1, as many as in `volpath`.
+constexpr float kPathsPerCollision = 2;
+/// Number of candidates for each part of a ray in a medium.
+constexpr uint32_t kCandidates = 1;
+
+/// Scattered part of the light that a leg takes away, for each channel.
+Rgb scattered_on(const MediumLeg& leg, const transport::MediaTable& media) {
+  const Rgb depth = leg.length * media.extinction().at(leg.medium);
+  const Rgb taken(-std::expm1(-depth.x), -std::expm1(-depth.y), -std::expm1(-depth.z));
+  return leg.throughput * taken * media.albedo().at(leg.medium);
+}
+
+float sum_of(const Rgb& c) {
+  return c.x + c.y + c.z;
+}
+
+}  // namespace
+
+FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTable& media,
+                   const FogSources& sources, const Sensor& sensor, const PathSettings& settings)
+    : scene_(scene),
+      media_(media),
+      sampler_(sensor.sampler()),
+      needs_collisions_(settings.length.max_depth > 2 || !sources.are_deltas()),
+      sees_sky_(scene.scene().environment() && !settings.hide_emitters),
+      share_(FogLight::kShare * static_cast<float>(scene.scene().emitters().size())),
+      camera_(scene, sensor, kBlockSamples, false),
+      segments_(scene, media, settings.hide_emitters, kBlockSamples),
+      paths_(scene, media, sensor.sampler(), settings, 2 * kBlockSamples),
+      fog_(scene, media, sources, sensor.sampler(), kBlockSamples),
+      film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
+            sensor.film().has_powers(0)),
+      numbers_(kBlockSamples),
+      arena_(kBlockSamples + kBlockLanes),  // see FilmSamples::add
+      radiance_(arena_.three()),
+      alpha_(arena_.floats()),
+      u_(arena_.floats()),
+      u_distance_(arena_.floats()),
+      total_(arena_.floats()),
+      left_(arena_.floats()),
+      values_{radiance_.x, radiance_.y, radiance_.z} {
+  if (sensor.film().has_alpha()) values_.push_back(alpha_);
+}
+
+void FogBlock::render(const PixelSamples& samples, Tile& tile) {
+  const size_t count = samples.count();
+  FirstEdges first;
+  {
+    const StageTimer timer(tile.counters.stage_seconds["primary"]);
+    camera_.make_rays(samples);
+    for (float* const column : {radiance_.x, radiance_.y, radiance_.z}) {
+      std::fill_n(column, padded(count), 0.f);
+    }
+    first = paths_.begin(samples, camera_.rays());
+    legs_.clear();
+    const transport::PathState state{
+        first.owner, first.medium, first.throughput, nullptr, nullptr, first.scatterings, &legs_};
+    segments_.trace(first.rays, count, state, transport::RandomSeeds(samples, kCollisionDimension),
+                    RayKind::kCamera, tile.counters);
+    set_alpha(first, count);
+  }
+  {
+    const StageTimer timer(tile.counters.stage_seconds["shadow"]);
+    fog_.add(samples, legs_, kFogDimension, kCandidates, radiance_, tile.counters);
+  }
+  const size_t collisions = needs_collisions_ ? add_collisions(samples, first) : 0;
+  paths_.trace_from(samples, count + collisions, share_,
+                    kFogDimension + kCandidates * FogLight::kDimensions, radiance_, tile.counters);
+  const StageTimer timer(tile.counters.stage_seconds["film"]);
+  film_.add(samples, camera_.film_position(), values_, tile.film);
+}
+
+/// Sets alpha to the probability that `volpath` sets it to 1.
+void FogBlock::set_alpha(const FirstEdges& first, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    const bool hits = first.rays[i / kBlockLanes].shape[i % kBlockLanes] != kNoHit;
+    alpha_[i] = sees_sky_ || hits ? 1 : 1 - mean_of(first.throughput.at(i));
+  }
+}
+
+/// Adds paths from collisions of the rays, at most one for each ray. Returns the number of these
+/// paths.
+size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& first) {
+  const size_t count = samples.count();
+  numbers_.fill_1d(sampler_, samples, kCollisionDimension, first.owner, count, u_);
+  numbers_.fill_1d(sampler_, samples, kCollisionDimension + 1, first.owner, count, u_distance_);
+  std::fill_n(total_, count, 0.f);
+  for (const MediumLeg& leg : legs_) total_[leg.path] += sum_of(scattered_on(leg, media_));
+  // A leg's probability is proportional to its weight. The total weight is at most 3, since
+  // throughputs begin with 1.
+  for (size_t i = 0; i < count; ++i) {
+    total_[i] = std::max(total_[i], 3 / kPathsPerCollision);
+    left_[i] = total_[i] * u_[i];
+  }
+  size_t added = 0;
+  for (const MediumLeg& leg : legs_) {
+    float& left = left_[leg.path];
+    const float weight = sum_of(scattered_on(leg, media_));
+    if (left >= 0 && left < weight) {
+      add_collision(first, count + added++, leg, 1 / total_[leg.path], left, u_distance_[leg.path]);
+    }
+    left -= weight;
+  }
+  disable_padding(first.rays, count + added);
+  return added;
+}
+
+/// Makes a collision on a leg. `at`: uniform between 0 and the leg's weight; it selects the channel
+/// that the distance is sampled for. `probability`: that of the leg, divided by its weight.
+void FogBlock::add_collision(const FirstEdges& first, size_t path, const MediumLeg& leg,
+                             float probability, float at, float u) const {
+  const Rgb extinction = media_.extinction().at(leg.medium);
+  const Rgb weight = scattered_on(leg, media_);
+  int channel = at < weight.x ? 0 : at < weight.x + weight.y ? 1 : 2;
+  if (!(weight[channel] > 0)) channel = weight.y > 0 ? 1 : 0;
+  const float t = AttenuatedDistances(extinction[channel], leg.length).at(u);
+  float density = 0;
+  Rgb light(0.f);
+  for (int c = 0; c < 3; ++c) {
+    if (!(weight[c] > 0)) continue;
+    density += weight[c] * AttenuatedDistances(extinction[c], leg.length).density(t);
+    light[c] = std::exp(-extinction[c] * t) * extinction[c];
+  }
+  light *= leg.throughput * media_.albedo().at(leg.medium);
+  RayHit16& rays = first.rays[path / kBlockLanes];
+  const size_t lane = path % kBlockLanes;
+  set_ray(rays.ray, lane, Ray(leg.o, leg.d, 0, t));
+  rays.shape[lane] = static_cast<uint32_t>(scene_.scene().shapes().size()) + leg.medium - 1;
+  first.owner[path] = leg.path;
+  first.medium[path] = leg.medium;
+  first.throughput.set(path, light / (density * probability));
+}
+
+}  // namespace kinome

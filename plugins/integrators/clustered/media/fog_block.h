@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vector>
+
+#include "clustered/media/fog_light.h"
+#include "kinome/render_context.h"
+#include "transport/camera.h"
+#include "transport/film_samples.h"
+#include "transport/media/volume_paths.h"
+
+namespace kinome {
+
+/// Renders blocks of camera rays through uniform media. A camera ray is split: it shows the first
+/// surface, attenuated, and all light that is scattered in front of it. FogLight finds the light
+/// that is scattered once. A second path continues from a random collision; it gets no emitter
+/// samples there. One per thread.
+class FogBlock {
+ public:
+  FogBlock(const transport::SceneTable& scene, const transport::MediaTable& media,
+           const FogSources& sources, const Sensor& sensor, const PathSettings& settings);
+
+  void render(const PixelSamples& samples, Tile& tile);
+
+ private:
+  void set_alpha(const transport::VolumePaths::FirstEdges& first, size_t count);
+  size_t add_collisions(const PixelSamples& samples,
+                        const transport::VolumePaths::FirstEdges& first);
+  void add_collision(const transport::VolumePaths::FirstEdges& first, size_t path,
+                     const transport::MediumLeg& leg, float probability, float at, float u) const;
+
+  const transport::SceneTable& scene_;
+  const transport::MediaTable& media_;
+  const Sampler& sampler_;
+  const bool needs_collisions_;
+  const bool sees_sky_;
+  const float share_;  ///< argument of VolumePaths::trace_from()
+  transport::Camera camera_;
+  transport::Segments segments_;
+  transport::VolumePaths paths_;
+  FogLight fog_;
+  transport::FilmSamples film_;
+  transport::Numbers numbers_;
+  transport::Arena arena_;
+  Columns3 radiance_;
+  float *alpha_, *u_, *u_distance_;
+  float *total_, *left_;  ///< weights of the legs of a sample; see add_collisions()
+  std::vector<float*> values_;
+  std::vector<transport::MediumLeg> legs_;
+};
+
+}  // namespace kinome

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "clustered/media/fog_table.h"
+#include "transport/media/medium_shadows.h"
+#include "transport/numbers.h"
+
+namespace kinome {
+
+/// Light that media scatter once, along camera rays: the integral over each ray's parts in media of
+/// transmittance x scattering x phase function x radiance. Each part gets candidates, which are
+/// pairs of a distance and a source, chosen by FogTable. A shadow ray finds the visibility of each.
+/// One per thread.
+class FogLight {
+ public:
+  /// Dimensions of the sampler for each candidate.
+  static constexpr uint32_t kDimensions = 4;
+  /// Samples of a phase function p and of an emitter (density q) find the same light of emitters
+  /// with area. Their weights are those of the power heuristic for the densities p and kShare q.
+  static constexpr float kShare = 8;
+
+  /// For blocks of at most `rays` camera rays.
+  FogLight(const transport::SceneTable& scene, const transport::MediaTable& media,
+           const FogSources& sources, const Sampler& sampler, size_t rays);
+
+  /// Adds the light of `legs` to the radiance of their samples. Some of the samples are used for
+  /// learning; their random numbers are independent of the sampler's, so that no estimate depends
+  /// on the numbers that its importances were learned with.
+  void add(const PixelSamples& samples, std::span<const transport::MediumLeg> legs,
+           uint32_t dimension, uint32_t candidates, const Columns3& radiance,
+           RenderCounters& counters);
+
+ private:
+  enum class Numbers { kSampler, kOwn };
+  void render(const PixelSamples& samples, std::span<const uint32_t> legs, uint32_t dimension,
+              Numbers numbers, const Columns3& radiance, RenderCounters& counters);
+  void make_numbers(const PixelSamples& samples, size_t count, uint32_t dimension, Numbers numbers);
+  void make_candidate(size_t i, const transport::MediumLeg& leg);
+
+  const transport::MediaTable& media_;
+  const FogSources& sources_;
+  const Sampler& sampler_;
+  FogTable table_;
+  transport::Numbers numbers_;
+  transport::MediumShadows shadows_;
+  std::span<const transport::MediumLeg> legs_;
+  float weight_ = 1;                    ///< of each candidate
+  std::vector<uint32_t> pilot_, rest_;  ///< indices into legs_
+  std::vector<FogTable::Choice> choices_;
+  transport::Arena arena_;
+  SurfaceBlock points_;  ///< only p, n and p_error
+  Columns3 d_, light_;
+  float *distance_, *on_, *u_source_, *u_distance_;
+  Columns2 u_;
+  uint32_t *owner_, *medium_;
+  Ray16* rays_;
+};
+
+}  // namespace kinome

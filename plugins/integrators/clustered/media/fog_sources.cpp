@@ -1,0 +1,120 @@
+#include "clustered/media/fog_sources.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "kinome/clustered_light.h"
+#include "kinome/sampler.h"
+#include "kinome/shape.h"
+
+namespace kinome {
+namespace {
+
+/// Number of candidates for each direction in the cells, and bounds on the number of directions.
+/// They are drawn once for each render, so that many are needed.
+constexpr double kRaysPerPoint = 4, kMinPoints = 1 << 12, kMaxPoints = 1 << 18;
+/// Positions that are tried to find the position of a lamp.
+constexpr uint32_t kProbes = 256;
+
+/// Returns a position on the sphere around the scene, or nearer to its centre.
+Vec3 probe_position(const Scene& scene, uint32_t i) {
+  const Aabb& bounds = scene.bounds();
+  const Vec3 centre = bounds.empty() ? Vec3(0.f) : bounds.centre();
+  const float radius = bounds.empty() ? 1.f : glm::length(bounds.extent());
+  const uint64_t bits = hash_words(i, 0x70726f6265);
+  const float z = 2 * to_unit_float(static_cast<uint32_t>(bits)) - 1;
+  const float phi = 2 * kPi * to_unit_float(static_cast<uint32_t>(bits >> 32));
+  const float r = std::sqrt(std::max(0.f, 1 - z * z));
+  const float scale = static_cast<float>(i % 4) / 3;
+  return centre + radius * scale * Vec3(r * std::cos(phi), r * std::sin(phi), z);
+}
+
+std::optional<DirectSample> probe(const Scene& scene, const Emitter& emitter) {
+  for (uint32_t i = 0; i < kProbes; ++i) {
+    const Vec3 p = probe_position(scene, i);
+    const auto sample = emitter.sample_direct(p, Vec2(0.5f));
+    if (!sample || is_black(sample->radiance)) continue;
+    if (sample->distance == kInfinity) return sample;
+    DirectSample found = *sample;
+    found.d = p + sample->distance * sample->d;  // position of the emitter
+    return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+FogSources::FogSources(const Scene& scene, double rays, uint64_t seed, const Scheduler& scheduler) {
+  for (const Emitter* const emitter : scene.emitters()) {
+    if (emitter == scene.environment()) continue;
+    are_deltas_ = are_deltas_ && !emitter->shape();
+    if (add_near(scene, *emitter)) continue;
+    const auto sample = probe(scene, *emitter);
+    Distant sun{emitter, 1, Vec3(0, 0, 1), 1, groups_++};
+    if (sample && sample->pdf > 0) {
+      sun.d = sample->d;
+      sun.flux = mean_of(sample->radiance) / sample->pdf;
+    }
+    distant_.push_back(sun);
+  }
+  first_cell_ = static_cast<uint32_t>(distant_.size());
+  if (scene.environment()) add_environment(*scene.environment(), rays, seed, scheduler);
+}
+
+/// Returns false if the emitter's light comes from infinity.
+bool FogSources::add_near(const Scene& scene, const Emitter& emitter) {
+  if (emitter.shape()) {
+    const Aabb box = emitter.shape()->bounds();
+    near_.push_back({&emitter, box.centre(), 0.5f * glm::length(box.extent())});
+    return true;
+  }
+  const auto found = probe(scene, emitter);
+  if (found && found->distance == kInfinity) return false;
+  const Vec3 centre = scene.bounds().empty() ? Vec3(0.f) : scene.bounds().centre();
+  near_.push_back({&emitter, found ? found->d : centre});
+  return true;
+}
+
+void FogSources::add_environment(const Emitter& environment, double rays, uint64_t seed,
+                                 const Scheduler& scheduler) {
+  are_deltas_ = false;
+  const auto grid = cell_grid_of(environment);
+  if (!grid) {
+    distant_.push_back({&environment, 1, Vec3(0, 1, 0), 0, groups_++});
+    first_cell_ = static_cast<uint32_t>(distant_.size());
+    return;
+  }
+  const DistantCells cells(environment, *grid, kCells, scheduler);
+  if (cells.size() == 0) return;
+  const double points = std::clamp(rays / kRaysPerPoint, kMinPoints, kMaxPoints);
+  points_ = cells.draw_points(static_cast<uint32_t>(points), seed, scheduler);
+  point_pdf_.resize(points_.points.size());
+  for (size_t i = 0; i < point_pdf_.size(); ++i) {
+    point_pdf_[i] = environment.pdf_environment(points_.points[i].d);
+  }
+  for (uint32_t c = 0; c < cells.size(); ++c) {
+    const Vec3 axis(cells.axis()[0][c], cells.axis()[1][c], cells.axis()[2][c]);
+    const float mean_cosine = 0.5f * (1 + std::cos(cells.radius()[c]));
+    distant_.push_back(
+        {&environment, cells.flux()[c], axis, mean_cosine, groups_ + c / kCellsPerGroup});
+  }
+  groups_ += (cells.size() + kCellsPerGroup - 1) / kCellsPerGroup;
+}
+
+FogSources::Light FogSources::sample(uint32_t source, const Vec3& p, const Vec2& u) const {
+  const auto distant = static_cast<uint32_t>(source - near_.size());
+  if (source >= near_.size() && distant >= first_cell_) {
+    const CellPoint& point = points_.pick(distant - first_cell_, u.x);
+    return {point.d, kInfinity, point.weight, point_pdf_[&point - points_.points.data()]};
+  }
+  const Emitter& emitter =
+      source < near_.size() ? *near_[source].emitter : *distant_[distant].emitter;
+  const auto sample = emitter.sample_direct(p, u);
+  if (!sample || !(sample->pdf > 0)) return {};
+  const bool is_alone = sample->is_delta || (!emitter.shape() && !emitter.is_environment());
+  return {sample->d, sample->distance, sample->radiance / sample->pdf,
+          is_alone ? kInfinity : sample->pdf};
+}
+
+}  // namespace kinome

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "clustered/cells/light_cells.h"
+#include "kinome/scene.h"
+
+namespace kinome {
+
+/// Mean of the channels.
+inline float mean_of(const Rgb& c) {
+  return (c.x + c.y + c.z) / 3;
+}
+
+/// Sources of the light that media scatter: emitters at finite distances, then distant emitters,
+/// then the cells of the environment. Numbered in this order. Immutable; thread-safe.
+class FogSources {
+ public:
+  /// Number of cells of the environment. Importances of all cells are computed for each block.
+  static constexpr uint32_t kCells = 256;
+  /// Consecutive cells that share what is learned. They are neighbours in the sky.
+  static constexpr uint32_t kCellsPerGroup = 16;
+
+  /// `rays`: approximate number of candidates of the render; the more, the more directions in the
+  /// cells are drawn. `seed`: of these directions.
+  FogSources(const Scene& scene, double rays, uint64_t seed, const Scheduler& scheduler);
+
+  /// Emitter at a finite distance. Importances treat it as a point.
+  struct Near {
+    const Emitter* emitter;
+    Vec3 p{0.f};
+    float radius = 0;  ///< approximate; 0 for emitters without area
+  };
+  const std::vector<Near>& near() const { return near_; }
+  /// Emitter or cell whose light comes from infinity.
+  struct Distant {
+    const Emitter* emitter;
+    float flux;       ///< importance: integral of the radiance over directions, mean of channels
+    Vec3 d{0, 0, 1};  ///< unit mean direction toward the light
+    float mean_cosine = 1;  ///< length of the mean of the directions
+    uint32_t group;         ///< of those that share what is learned
+  };
+  const std::vector<Distant>& distant() const { return distant_; }
+  uint32_t groups() const { return groups_; }
+  /// True if all sources are points or parallel light, which no ray can hit.
+  bool are_deltas() const { return are_deltas_; }
+
+  /// Light of a source at the point p. The density of the direction is relative to the source: it
+  /// doesn't include the probability of choosing it. 0: none.
+  struct Light {
+    Vec3 d{0, 0, 1};
+    float distance = kInfinity;
+    Rgb weight{0.f};  ///< radiance / density
+    /// Density of the emitter's own samples, per solid angle; infinite if no ray hits the emitter.
+    float emitter_pdf = kInfinity;
+  };
+  Light sample(uint32_t source, const Vec3& p, const Vec2& u) const;
+
+ private:
+  void add_environment(const Emitter& environment, double rays, uint64_t seed,
+                       const Scheduler& scheduler);
+  bool add_near(const Scene& scene, const Emitter& emitter);
+
+  std::vector<Near> near_;
+  std::vector<Distant> distant_;
+  uint32_t groups_ = 0;
+  uint32_t first_cell_ = 0;  ///< index into distant_
+  bool are_deltas_ = true;
+  CellPoints points_;
+  std::vector<float> point_pdf_;  ///< Light::emitter_pdf of each of points_
+};
+
+}  // namespace kinome

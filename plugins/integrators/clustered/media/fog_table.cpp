@@ -1,0 +1,266 @@
+#include "clustered/media/fog_table.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clustered/media/segment_distances.h"
+#include "kinome/wide/phase.h"
+
+namespace kinome {
+namespace {
+
+using transport::MediumLeg;
+
+/// Optical depth beyond which near sources have a single bin, and its probability.
+constexpr float kReach = 12, kBeyondReach = 1e-3f;
+/// Share of the probability that all bins have in common.
+constexpr float kEvenShare = 0.1f;
+/// Minimum importance of a near source, relative to the highest.
+constexpr float kMinImportance = 1e-3f;
+/// Number of candidates that the expectation counts as, for a bin and for a whole source.
+constexpr float kPriorOfBin = 2, kPriorOfSource = 1;
+/// Maximum ratio to the expectation that is learned from one candidate.
+constexpr float kMaxRatio = 64;
+
+/// Returns the bin that u selects, and makes u uniform again.
+template <class Bins>
+uint32_t select_bin(const Bins& probability, float& u) {
+  uint32_t bin = 0;
+  for (; bin + 1 < probability.size() && u >= probability[bin]; ++bin) u -= probability[bin];
+  u = std::min(u / probability[bin], 1 - 0x1p-24f);
+  return bin;
+}
+
+template <class Bins>
+Bins probabilities_of(const Bins& importance) {
+  float sum = 0;
+  for (const float x : importance) sum += x;
+  Bins result;
+  for (size_t b = 0; b < result.size(); ++b) {
+    const float even = 1.f / static_cast<float>(result.size());
+    const float own = sum > 0 ? importance[b] / sum : even;
+    result[b] = kEvenShare * even + (1 - kEvenShare) * own;
+  }
+  return result;
+}
+
+}  // namespace
+
+FogTable::FogTable(const FogSources& sources, const transport::MediaTable& media)
+    : sources_(sources),
+      media_(media),
+      arena_(std::max<size_t>(1, sources.near().size())),
+      near_p_(arena_.three()),
+      nearest_(arena_.floats()),
+      near_weight_(arena_.floats()),
+      near_importance_(arena_.floats()),
+      expected_(sources.near().size()),
+      near_bins_(sources.near().size()),
+      distant_bins_(sources.groups()),
+      near_records_(sources.near().size()),
+      distant_records_(sources.groups()),
+      expected_weight_(sources.near().size()),
+      distant_expected_(sources.distant().size()),
+      seen_(sources.groups()),
+      distant_sum_(sources.distant().size()) {
+  for (size_t s = 0; s < sources.near().size(); ++s) {
+    near_p_.set(s, sources.near()[s].p);
+    nearest_[s] = std::max(0.5f * sources.near()[s].radius, 1e-12f);
+  }
+}
+
+float FogTable::phase_toward(const MediumLeg& leg, const Vec3& d, float mean_cosine) const {
+  float value = 0;
+  for (const HgLobe& lobe : media_.medium(leg.medium)->phase().lobes()) {
+    const float g = lobe.g * mean_cosine, cosine = glm::dot(leg.d, d);
+    const float base = std::max(1 + g * g - 2 * g * cosine, 1e-6f);
+    value += lobe.weight * (1 - g * g) / (4 * kPi * base * std::sqrt(base));
+  }
+  return value;
+}
+
+void FogTable::begin(std::span<const MediumLeg> legs) {
+  std::fill(near_records_.begin(), near_records_.end(), Record());
+  std::fill(distant_records_.begin(), distant_records_.end(), Record());
+  for (size_t s = 0; s < expected_.size(); ++s) expected_[s].fill(0);
+  std::fill(distant_expected_.begin(), distant_expected_.end(), 0.f);
+  // Many sources need fewer rays, since their importances are computed for each ray.
+  const size_t rays = std::clamp<size_t>(64 / std::max<size_t>(1, expected_.size()), 1, 8);
+  const size_t step = std::max<size_t>(1, legs.size() / rays);
+  for (size_t i = step / 2; i < legs.size(); i += step) {
+    for (uint32_t s = 0; s < expected_.size(); ++s) add_expected(legs[i], s);
+  }
+  const MediumLeg& middle = legs[legs.size() / 2];
+  for (size_t s = 0; s < distant_expected_.size(); ++s) {
+    const FogSources::Distant& distant = sources_.distant()[s];
+    distant_expected_[s] = distant.flux * phase_toward(middle, distant.d, distant.mean_cosine);
+  }
+  float highest = 0;
+  for (size_t s = 0; s < expected_.size(); ++s) {
+    float sum = 0;
+    for (const float x : expected_[s]) sum += x;
+    expected_weight_[s] = sum / static_cast<float>(rays);
+    highest = std::max(highest, expected_weight_[s]);
+    for (float& x : expected_[s]) x = sum > 0 ? x / sum : 1.f / kBins;
+  }
+  for (float& weight : expected_weight_) {
+    weight = highest > 0 ? std::max(weight, kMinImportance * highest) : 1;
+  }
+  set_near_probabilities();
+  set_distant_probabilities();
+}
+
+/// Adds the light of a near source that a ray's bins scatter, relative to the integral of 1/r².
+void FogTable::add_expected(const MediumLeg& leg, uint32_t near) {
+  const FogSources::Near& source = sources_.near()[near];
+  const Rgb coefficients = media_.extinction().at(leg.medium);
+  const float extinction = least_extinction(coefficients);
+  const float reach = std::min(leg.length, kReach / extinction);
+  const EquiangularDistances distances(leg.o, leg.d, reach, source.p, nearest_[near]);
+  const float scattering = mean_of(coefficients * media_.albedo().at(leg.medium));
+  for (uint32_t b = 0; b < kBins; ++b) {
+    const float t = distances.at((static_cast<float>(b) + 0.5f) / kBins);
+    const Vec3 p = leg.o + leg.d * t;
+    const FogSources::Light light = sources_.sample(near, p, Vec2(0.5f));
+    const float distance = std::min(light.distance, glm::length(source.p - p));
+    const float r2 = 1 / (distances.density(t) * distances.integral());
+    expected_[near][b] += mean_of(light.weight) * phase_toward(leg, light.d, 1) * scattering *
+                          std::exp(-extinction * (t + distance)) * r2 / kBins;
+  }
+}
+
+void FogTable::set_near_probabilities() {
+  for (size_t s = 0; s < expected_.size(); ++s) {
+    const Record& record = near_records_[s];
+    float squares = 0, count = 0;
+    for (uint32_t b = 0; b < kBins; ++b) {
+      // Relative to the expected light of the bin.
+      const float expected = std::max(expected_[s][b], kEvenShare / kBins);
+      squares += record.squares[b] / (expected * expected);
+      count += record.counts[b];
+    }
+    const float seen2 = (kPriorOfSource + squares) / (kPriorOfSource + count);
+    Bins importance;
+    float sum = 0;
+    for (uint32_t b = 0; b < kBins; ++b) {
+      const float expected = expected_[s][b];
+      importance[b] = std::sqrt((kPriorOfBin * expected * expected * seen2 + record.squares[b]) /
+                                (kPriorOfBin + record.counts[b]));
+      sum += importance[b];
+    }
+    near_weight_[s] = expected_weight_[s] * sum;
+    near_bins_[s] = probabilities_of(importance);
+  }
+}
+
+void FogTable::set_distant_probabilities() {
+  for (size_t g = 0; g < distant_bins_.size(); ++g) {
+    const Record& record = distant_records_[g];
+    float squares = 0, count = 0;
+    for (uint32_t b = 0; b < kBins; ++b) squares += record.squares[b], count += record.counts[b];
+    const float seen2 = (kPriorOfSource + squares) / (kPriorOfSource + count);
+    Bins importance;
+    seen_[g] = 0;
+    for (uint32_t b = 0; b < kBins; ++b) {
+      importance[b] =
+          std::sqrt((kPriorOfBin * seen2 + record.squares[b]) / (kPriorOfBin + record.counts[b]));
+      seen_[g] += importance[b] / kBins;
+    }
+    distant_bins_[g] = probabilities_of(importance);
+  }
+  float sum = 0;
+  for (size_t s = 0; s < distant_sum_.size(); ++s) {
+    sum += distant_expected_[s] * seen_[sources_.distant()[s].group];
+    distant_sum_[s] = sum;
+  }
+}
+
+void FogTable::learn() {
+  set_near_probabilities();
+  set_distant_probabilities();
+}
+
+void FogTable::set_leg(const MediumLeg& leg) {
+  using namespace wide;
+  leg_ = leg;
+  const kinome::Rgb extinction = media_.extinction().at(leg.medium);
+  extinction_ = least_extinction(extinction);
+  length_ = leg.length;
+  reach_ = std::min(length_, kReach / extinction_);
+  absorbed_ = AttenuatedDistances(extinction_, length_).absorbed();
+  albedo_ = mean_of(media_.albedo().at(leg.medium));
+  near_total_ = 0;
+  const size_t count = expected_.size();
+  if (count > 0) {
+    for_lanes(count, [&](size_t i) {
+      const wide::Vec3 to = wide::Vec3::load(near_p_, i) - wide::Vec3(leg.o), d(leg.d);
+      const Float centre = dot(to, d);
+      const wide::Vec3 beside = to - d * centre;
+      const Float distance = max(sqrt(dot(beside, beside)), Float::load(nearest_ + i));
+      const Float angle =
+          atan2(distance * Float(reach_), distance * distance - centre * (Float(reach_) - centre));
+      (Float::load(near_weight_ + i) * angle / distance).store(near_importance_ + i);
+    });
+    for (size_t s = 0; s < count; ++s) near_total_ += near_importance_[s];
+  }
+  distant_total_ = distant_sum_.empty() ? 0 : distant_sum_.back() * absorbed_ * albedo_;
+}
+
+FogTable::Choice FogTable::choose(float u_source, float u_distance) const {
+  const float total = near_total_ + distant_total_;
+  if (!(total > 0)) return {0, kNoBin, 0, 0, 0};
+  float at = u_source * total;
+  if (at < near_total_ || distant_sum_.empty()) {
+    uint32_t s = 0;
+    const auto last = static_cast<uint32_t>(expected_.size()) - 1;
+    for (; s < last && at >= near_importance_[s]; ++s) at -= near_importance_[s];
+    return choose_near(s, near_importance_[s] / total, u_distance);
+  }
+  at = (at - near_total_) / distant_total_ * distant_sum_.back();
+  const auto found = std::upper_bound(distant_sum_.begin(), distant_sum_.end() - 1, at);
+  const auto index = static_cast<uint32_t>(found - distant_sum_.begin());
+  const float before = index > 0 ? distant_sum_[index - 1] : 0;
+  const float share = (distant_sum_[index] - before) / distant_sum_.back();
+  return choose_distant(index, share * (distant_total_ / total), u_distance);
+}
+
+FogTable::Choice FogTable::choose_near(uint32_t source, float probability, float u) const {
+  const float beyond = length_ > reach_ ? kBeyondReach : 0;
+  if (u < beyond) {
+    const AttenuatedDistances rest(extinction_, length_ - reach_);
+    const float t = rest.at(u / beyond);
+    return {source, kNoBin, reach_ + t, probability * beyond * rest.density(t), 0};
+  }
+  u = (u - beyond) / (1 - beyond);
+  const EquiangularDistances distances(leg_.o, leg_.d, reach_, sources_.near()[source].p,
+                                       nearest_[source]);
+  const uint32_t bin = select_bin(near_bins_[source], u);
+  const float t = distances.at((static_cast<float>(bin) + u) / kBins);
+  const float of_bin = probability * (1 - beyond) * near_bins_[source][bin];
+  const float expected = expected_weight_[source] * distances.integral();
+  return {source, bin, t, of_bin * kBins * distances.density(t), of_bin / expected};
+}
+
+FogTable::Choice FogTable::choose_distant(uint32_t index, float probability, float u) const {
+  const uint32_t group = sources_.distant()[index].group;
+  const uint32_t bin = select_bin(distant_bins_[group], u);
+  const AttenuatedDistances distances(extinction_, length_);
+  const float t = distances.at((static_cast<float>(bin) + u) / kBins);
+  const float of_bin = probability * distant_bins_[group][bin];
+  const float expected = distant_expected_[index] * absorbed_ * albedo_ / kBins;
+  return {static_cast<uint32_t>(sources_.near().size()) + index, bin, t,
+          of_bin * kBins * distances.density(t), expected > 0 ? of_bin / expected : 0};
+}
+
+void FogTable::record(const Choice& choice, float light) {
+  if (choice.bin == kNoBin) return;
+  const float ratio = std::min(light * choice.scale, kMaxRatio);
+  const size_t near = sources_.near().size();
+  Record& record = choice.source < near
+                       ? near_records_[choice.source]
+                       : distant_records_[sources_.distant()[choice.source - near].group];
+  record.squares[choice.bin] += ratio * ratio;
+  record.counts[choice.bin] += 1;
+}
+
+}  // namespace kinome

@@ -1,0 +1,44 @@
+#include "clustered/media/media_method.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "clustered/media/fog_block.h"
+#include "kinome/error.h"
+#include "kinome/stats.h"
+#include "transport/blocks_of_tile.h"
+
+namespace kinome {
+
+MediaMethod::MediaMethod(const PathSettings& settings) : settings_(settings), paths_(settings) {}
+
+void MediaMethod::render(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
+  const transport::MediaTable media(scene, sensor);
+  if (media.has_grids() || settings_.length.max_depth < 2 || scene.emitters().empty()) {
+    return paths_.render(scene, sensor, context);
+  }
+  const transport::SceneTable table(scene, media.phases());
+  const uint64_t seed = key_seed(context.job, sensor.sampler());
+  std::unique_ptr<const FogSources> sources;
+  {
+    const StageTimer timer(context.job.stats().counters.stage_seconds["cells"]);
+    const double pixels = sensor.film().crop().area();
+    const double rays = pixels * sensor.sampler().sample_count();
+    sources = std::make_unique<const FogSources>(scene, rays, hash_words(seed, 0x666f67),
+                                                 context.scheduler);
+  }
+  transport::render_tiles<FogBlock>(
+      sensor, context, 0,
+      [&] { return std::make_unique<FogBlock>(table, media, *sources, sensor, settings_); },
+      [](FogBlock& block, const PixelSamples& samples, Tile& tile) {
+        block.render(samples, tile);
+      });
+}
+
+std::vector<Inspection> MediaMethod::inspect(const Scene& scene, const Sensor& /*sensor*/,
+                                             RenderContext& /*context*/, int /*x*/,
+                                             int /*y*/) const {
+  throw Error(Location{scene.file()}, "cannot inspect: the scene has media");
+}
+
+}  // namespace kinome

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "clustered/method.h"
+#include "transport/media/volume_integrator.h"
+
+namespace kinome {
+
+/// Renders scenes with media. Light that media scatter once toward the camera is found by
+/// candidates (FogLight); all other light by path tracing, as in `volpath`. Scenes in which some
+/// medium varies are rendered as by `volpath`.
+class MediaMethod final : public ClusteredMethod {
+ public:
+  explicit MediaMethod(const PathSettings& settings);
+
+  void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override;
+  /// Always throws: there is nothing to inspect.
+  std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                  int x, int y) const override;
+
+ private:
+  PathSettings settings_;
+  transport::VolumeIntegrator paths_;
+};
+
+}  // namespace kinome

@@ -1,0 +1,182 @@
+/// `clustered` in uniform media: its distributions, and its expectation, which is that of
+/// `volpath`.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "clustered/media/fog_table.h"
+#include "clustered/media/segment_distances.h"
+#include "kinome/render_job.h"
+#include "kinome/scheduler.h"
+#include "volume_scenes.h"
+
+namespace kinome::test::fog_light_test {
+namespace {
+
+constexpr double kAlpha = 1e-4;  // level of each of about 15 tests
+
+/// A cube of fog around a sphere and above a floor, in front of the camera.
+std::unique_ptr<Scene> foggy(const std::string& integrator, const std::string& medium,
+                             const std::string& light, int max_depth, int side, int samples) {
+  return scene_from(
+      fog_cube_xml(medium) +
+      shape_xml("sphere", "<scale value=\"0.4\"/><translate x=\"-0.3\" y=\"-0.2\"/>",
+                diffuse_xml("0.6 0.5 0.4")) +
+      shape_xml("rectangle",
+                "<scale value=\"4\"/><rotate x=\"1\" angle=\"-90\"/><translate y=\"-1.2\"/>",
+                diffuse_xml("0.5 0.5 0.5")) +
+      light + integrator_xml(integrator, max_depth) +
+      sensor_xml("perspective", look_at("0.5 0.4 4", "0 -0.1 0", "0 1 0"), side, samples));
+}
+
+const std::string kFog = fog_xml("0.5 0.5 0.5", "0.8 0.8 0.8");
+const std::string kPoint = point_xml("0.5 0.5 0.3", "1 2 3");
+
+struct Case {
+  const char* name;
+  std::string medium, light;
+  int max_depth = 3;
+};
+
+class FogLightAgainstPaths : public testing::TestWithParam<Case> {};
+
+TEST_P(FogLightAgainstPaths, HasTheirExpectation) {
+  const Case& c = GetParam();
+  const auto clustered = foggy("clustered", c.medium, c.light, c.max_depth, 3, 64);
+  const auto paths = foggy("volpath", c.medium, c.light, c.max_depth, 3, 256);
+  expect_equal(estimate_pixels(*clustered, kRenders), estimate_pixels(*paths, kRenders, 1000),
+               kAlpha, c.name);
+}
+
+std::string spot_xml() {
+  return "<emitter type=\"spot\"><transform name=\"to_world\">" +
+         look_at("0.8 1.4 0.6", "-0.1 -0.3 0.2", "0 0 1") +
+         "</transform><float name=\"cutoff_angle\" value=\"14\"/></emitter>";
+}
+std::string ball_xml() {
+  return shape_xml("sphere", "<scale value=\"0.15\"/><translate x=\"0.4\" y=\"0.3\" z=\"0.4\"/>",
+                   area_xml("5 4 3"));
+}
+/// A bright spot in a dim sky.
+std::string sky_xml() {
+  static const TemporaryFolder folder;
+  return envmap_xml(folder, 16, 8, [](int x, int y) {
+    return x == 3 && y == 2 ? Rgb(20, 18, 15) : Rgb(0.3f, 0.4f, 0.1f * static_cast<float>(y));
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Lights, FogLightAgainstPaths,
+    testing::Values(
+        Case{"Lamp", kFog, kPoint}, Case{"Spot", kFog, spot_xml()},
+        Case{"Area", fog_xml("0.5 0.5 0.5", "0.8 0.8 0.8", phase_xml(0.8f)), ball_xml()},
+        Case{"AreaSingle", kFog, ball_xml(), 2}, Case{"Sky", kFog, sky_xml()},
+        Case{"SkyForward", fog_xml("0.9 0.9 0.9", "1 1 1", phase_xml(0.8f)), sky_xml(), -1},
+        Case{"Coloured", fog_xml("0.3 0.9 0", "0.9 0.6 0.5", phase_xml(-0.3f)),
+             kPoint + ball_xml() + sky_xml()},
+        Case{"Sun", kFog,
+             "<emitter type=\"directional\"><vector name=\"direction\" value=\"0.5 -0.8 "
+             "-0.2\"/></emitter>" +
+                 kPoint},
+        Case{"Glass", kFog,
+             kPoint + shape_xml("sphere", "<scale value=\"0.3\"/><translate x=\"0.4\" z=\"0.5\"/>",
+                                "<bsdf type=\"dielectric\"/>")},
+        Case{"Boundary", kFog,
+             kPoint + shape_xml("cube", "<scale value=\"0.3\"/><translate x=\"0.5\" z=\"0.3\"/>",
+                                kBoundary + fog_xml("2 1 3", "0.9 0.5 0.7"))},
+        Case{"WithoutEmitterSamples",
+             fog_xml("0.5 0.5 0.5", "0.8 0.8 0.8",
+                     "<boolean name=\"sample_emitters\" value=\"false\"/>"),
+             ball_xml()}),
+    [](const auto& test_case) { return std::string(test_case.param.name); });
+
+/// A medium without absorption vanishes in an even light.
+TEST(FogLight, KeepsTheEnergyOfAnEvenLight) {
+  const auto scene = scene_from(fog_cube_xml(fog_xml("0.5 1 2", "1 1 1", phase_xml(0.5f))) +
+                                constant_xml("1 1 1") + integrator_xml("clustered", -1) +
+                                parallel_view(0.8, 2, 64));
+  expect_equal(estimate_pixels(*scene, kRenders), exactly(Rgb(1), 4), kAlpha, "fog");
+}
+
+TEST(FogLight, IsTheSameOnAnyNumberOfThreadsAndFinite) {
+  for (const char* const extinction : {"0 0 0", "0.5 0.5 0.5", "1000000 0 1"}) {
+    const auto scene = foggy("clustered", fog_xml(extinction, "0.9 0.8 0.7"),
+                             kPoint + ball_xml() + sky_xml(), -1, 40, 8);
+    const Image one = render_scene(*scene, 3, 1);
+    EXPECT_EQ(one.data, render_scene(*scene, 3, 2).data) << extinction;
+    for (const float value : one.data) EXPECT_TRUE(std::isfinite(value) && value >= 0);
+  }
+}
+
+/// The integral of the density is its inverse.
+TEST(FogLight, DistancesHaveTheirDensity) {
+  const auto check = [](const auto& distances, float length) {
+    constexpr int kSteps = 64, kNodes = 64;
+    double integral = 0;
+    float before = 0;
+    for (int i = 1; i <= kSteps; ++i) {
+      const float t = distances.at(static_cast<float>(i) / kSteps);
+      for (int k = 0; k < kNodes; ++k) {
+        const float at = before + (t - before) * (static_cast<float>(k) + 0.5f) / kNodes;
+        integral += static_cast<double>(distances.density(at)) * (t - before) / kNodes;
+      }
+      before = t;
+      ASSERT_NEAR(integral, static_cast<double>(i) / kSteps, 2e-3) << "length " << length;
+    }
+    EXPECT_NEAR(before, length, 2e-4f * length);
+  };
+  const Vec3 o(1, 2, 3), d = glm::normalize(Vec3(1, 0.2f, -0.4f));
+  for (const float length : {0.01f, 2.f, 30.f}) {
+    for (const Vec3 p : {Vec3(2, 2, 2), Vec3(-4, 3, 1), Vec3(40, 20, 100), Vec3(1, 2, 3.1f)}) {
+      check(EquiangularDistances(o, d, length, p, 1e-6f), length);
+    }
+    check(AttenuatedDistances(0.1f, length), length);
+    check(AttenuatedDistances(1e-6f, length), length);
+  }
+}
+
+/// Sources and distances are drawn with their density, before and after learning.
+TEST(FogLight, ChoicesHaveTheirDensity) {
+  const auto scene = foggy("volpath", kFog, kPoint + ball_xml() + sky_xml(), 3, 1, 1);
+  const transport::MediaTable media(*scene, *scene->sensors().front());
+  RenderJob job({});
+  Scheduler scheduler(job);
+  const FogSources sources(*scene, 1, 5, scheduler);
+  FogTable table(sources, media);
+  transport::MediumLeg leg{0,    1,     Vec3(0.4f, 0.3f, 1), glm::normalize(Vec3(-0.1f, -0.1f, -1)),
+                           1.8f, Rgb(1)};
+  table.begin(std::vector{leg});
+  constexpr int kCount = 200000, kParts = 6;
+  const size_t kinds = sources.near().size() + 1;  // all distant sources together
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform;
+  for (const bool is_learned : {false, true}) {
+    leg.d = glm::normalize(leg.d + Vec3(0.02f));
+    table.set_leg(leg);
+    std::vector<double> sum(kinds * kParts), squares(kinds * kParts);
+    for (int i = 0; i < kCount; ++i) {
+      const FogTable::Choice choice = table.choose(uniform(random), uniform(random));
+      ASSERT_GT(choice.density, 0);
+      ASSERT_TRUE(choice.t >= 0 && choice.t <= leg.length);
+      const size_t kind = std::min<size_t>(choice.source, kinds - 1);
+      const auto part = std::min(static_cast<size_t>(choice.t / leg.length * kParts), kParts - 1ul);
+      sum[kind * kParts + part] += 1 / choice.density;
+      squares[kind * kParts + part] += std::pow(choice.density, -2.);
+      if (!is_learned) table.record(choice, uniform(random) < 0.3f ? 1.f : 0.f);
+    }
+    for (size_t k = 0; k < sum.size(); ++k) {
+      // The sum over sources of the integral of 1 over the part.
+      const double count =
+          k / kParts + 1 < kinds ? 1 : static_cast<double>(sources.distant().size());
+      const double expected = count * leg.length / kParts, mean = sum[k] / kCount;
+      const double deviation = std::sqrt((squares[k] / kCount - mean * mean) / kCount);
+      EXPECT_NEAR(mean, expected, 5 * deviation + 1e-4 * expected) << k << is_learned;
+    }
+    table.learn();
+  }
+}
+
+}  // namespace
+}  // namespace kinome::test::fog_light_test
