@@ -26,7 +26,9 @@ PHOTOGRAPH = {"hebe": "sunset.exr", "car": "courtyard.exr", "grace": "sunrise.ex
               "cobbles": "night.exr", "reeds": "courtyard.exr", "sponge": "city.exr",
               "tree": "sunset.exr", "focus": "sunrise.exr", "hammered": "interior.exr",
               "mirror": "city.exr", "noon": None, "lamps": None,
-              "sunroom": "courtyard.exr", "kitchen": None}
+              "sunroom": "courtyard.exr", "kitchen": None,
+              "beam": None, "haze": None, "smoke": "studio.exr", "cloud": "sunset.exr",
+              "wax": "sunset.exr", "milk": "courtyard.exr", "mist": "forest.exr", "lanterns": None}
 SCENES = tuple(PHOTOGRAPH)
 
 

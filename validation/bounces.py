@@ -77,6 +77,11 @@ def scene_of(name, folder):
 
 
 class Bounces:
+    """Measures scenes. Subclasses may measure more renderers, which `sides` returns."""
+
+    size = SIZE
+    samplers = SAMPLERS  # of Mitsuba
+
     def __init__(self, kinome, mitsuba, store, folder, options, log):
         self.kinome, self.mitsuba, self.store, self.log = kinome, mitsuba, store, log
         self.folder, self.options = folder, options
@@ -84,7 +89,7 @@ class Bounces:
 
     def measure(self, scene, who, samples, seed, render):
         """Returns {"processor", "samples", "image"} from the store, or calls `render` if it is missing."""
-        key = {"bounces": scene.name, "scene": scene_hash(scene.path), "size": SIZE, "who": who,
+        key = {"bounces": scene.name, "scene": scene_hash(scene.path), "size": self.size, "who": who,
                "samples": samples, "seed": seed, "machine": machine()["processor"]}
         path = self.folder / f"pictures/{digest(key)}.npy"
         found = self.store.get(key)
@@ -95,10 +100,10 @@ class Bounces:
             self.store.put(key, found)
         return found | {"image": np.load(path).astype(np.float64)}
 
-    def ours(self, scene):
-        """Returns (who, render) for `clustered`."""
-        defines = {"integrator": "clustered", "max_depth": -1, "sampler": "ldsampler",
-                   **sized(scene, SIZE)}
+    def ours(self, scene, integrator="clustered"):
+        """Returns (who, render) for one of Kinome's integrators."""
+        defines = {"integrator": integrator, "max_depth": -1, "sampler": "ldsampler",
+                   **sized(scene, self.size)}
         small = defines | {"integrator": "path", "width": 16, "height": 12, "spp": 1}
         self.kinome.render(scene.path, small, 0)  # brings the scene's files into the page cache
         start = statistics.median(self.kinome.render(scene.path, small, seed).stats["processor_seconds"]
@@ -108,16 +113,17 @@ class Bounces:
             made = self.kinome.render(scene.path, {**defines, "spp": samples}, seed)
             return made.image, max(made.stats["processor_seconds"] - start, 1e-3), made.samples
 
-        return ["kinome", self.kinome.program], render
+        name = "kinome" if integrator == "clustered" else f"kinome {integrator}"
+        return [name, self.kinome.program], render
 
     def theirs(self, scene, configuration):
         warmed = set()
 
         def render(samples, seed):
             if samples not in warmed:
-                self.mitsuba.render(configuration, scene, SIZE, samples, WARM_UP)
+                self.mitsuba.render(configuration, scene, self.size, samples, WARM_UP)
                 warmed.add(samples)
-            made = self.mitsuba.render(configuration, scene, SIZE, samples, seed)
+            made = self.mitsuba.render(configuration, scene, self.size, samples, seed)
             return made.image, made.processor, made.samples
 
         return [configuration.name, version_hash()], render
@@ -128,7 +134,7 @@ class Bounces:
         integrator that is WORSE with the first one."""
         found, left_behind = [], set()
         for integrator in scene.peers:
-            for sampler in SAMPLERS:
+            for sampler in self.samplers:
                 for compensated in (False, True) if scene.envmap else (False,):
                     if integrator in left_behind:
                         continue
@@ -150,15 +156,19 @@ class Bounces:
             raise Problem(f"{scene.name}: no configuration of Mitsuba can render it")
         return ranked(found)
 
+    def sides(self, scene, fastest):
+        """Returns {side: (who, render, sample counts)}. `fastest`: Mitsuba's configuration. The key of each of
+        Kinome's integrators is "ours" or its name."""
+        return {"ours": (*self.ours(scene), OURS), "peer": (*self.theirs(scene, fastest), THEIRS)}
+
     def scene(self, scene):
         """Measures a scene; returns its entry for the page."""
         rows = self.search(scene)
-        ours, theirs = self.ours(scene), self.theirs(scene, rows[0]["configuration"])
-        sides = {"ours": (*ours, OURS), "peer": (*theirs, THEIRS)}
+        sides = self.sides(scene, rows[0]["configuration"])
         runs = {side: {} for side in sides}
         last = {side: max(counts) for side, (_, _, counts) in sides.items()}
         for seed in range(1, self.options.seeds + 1):
-            for step in range(max(len(OURS), len(THEIRS))):
+            for step in range(max(len(counts) for _, _, counts in sides.values())):
                 for side, (who, render, counts) in sides.items():
                     if step >= len(counts) or counts[step] > last[side]:
                         continue
@@ -170,15 +180,17 @@ class Bounces:
                         last[side] = samples
             self.log.say(f"{scene.name}: seed {seed} of {self.options.seeds}")
             if seed == 2:
-                self.stop_at_enough(runs["ours"], last)
+                for side in runs.keys() - {"peer"}:
+                    self.stop_at_enough(runs[side], last, side)
         return self.entry(rows, runs)
 
-    def stop_at_enough(self, runs, last):
+    @staticmethod
+    def stop_at_enough(runs, last, side):
         """Limits our sample counts to the first one with an error below ENOUGH."""
         for samples, made in sorted(runs.items()):
             images = [run["image"] for run in made]
             if errors(images, np.mean(images, axis=0))["relmse"] < ENOUGH:
-                last["ours"] = samples
+                last[side] = samples
                 break
 
     def entry(self, rows, runs):
@@ -190,16 +202,26 @@ class Bounces:
             images.append(np.mean(stack, axis=0))
         mean = np.average(images, axis=0, weights=weights)
         means = {side: [float(run["image"].mean()) for run in made] for side, made in best.items()}
-        error = math.sqrt(sum(statistics.variance(m) / len(m) for m in means.values()))
-        middle = {side: statistics.fmean(m) for side, m in means.items()}
         curves = {side: [{"samples": samples, "processor": [run["processor"] for run in made],
                           **errors([run["image"] for run in made], mean)}
                          for samples, made in sorted(found.items()) if len(made) > 1]
                   for side, found in runs.items()}
         return {"peer": rows[0]["name"], "curves": curves, "commit": commit(),
-                "difference": middle["ours"] / middle["peer"] - 1,
-                "difference_error": error / middle["peer"],
+                **self.differences(means),
                 "tried": [{k: v for k, v in row.items() if k != "configuration"} for row in rows]}
+
+    def differences(self, means):
+        """Returns the relative difference of our mean to Mitsuba's, and its standard error. `means`: those of
+        the images of each side."""
+        difference, error = difference_of(means["ours"], means["peer"])
+        return {"difference": difference, "difference_error": error}
+
+
+def difference_of(ours, theirs):
+    """Returns the relative difference between two lists of means, and its standard error."""
+    middle = statistics.fmean(theirs)
+    error = math.sqrt(sum(statistics.variance(m) / len(m) for m in (ours, theirs)))
+    return statistics.fmean(ours) / middle - 1, error / middle
 
 
 def ranked(found):

@@ -11,6 +11,7 @@
 #   sh validation/run.sh threads [SCENE...] [...]
 #   sh validation/run.sh large [SCENE...] [...]
 #   sh validation/run.sh slope [SCENE...] [...]
+#   sh validation/run.sh media [SCENE...] [--seeds N] [...]
 #   sh validation/run.sh engine [PART...] [SCENE|GROUP...] [--minutes N] [--sampler NAME] [...]
 #
 # engine: time per sample of Kinome and of Mitsuba's llvm_ad_rgb, and the engine's other goals.
@@ -32,6 +33,9 @@
 #
 # slope: the error of clustered by processor time, from one sample per pixel on, on six scenes, in
 # 5 minutes. Writes validation/slope/. Doesn't need Mitsuba.
+#
+# media: error by time of volpath, of clustered and of Mitsuba's fastest configuration in scenes with
+# media, in 20 minutes. Writes validation/media/. Run the same command again to continue.
 #
 # Groups: environment, hard, plain, bounce, area, together. Most of their scenes are used only if they
 # or their group are given; `all` selects every scene.

@@ -115,3 +115,11 @@ def write_pfm(path, image):
     with open(path, "wb") as out:
         out.write(f"PF\n{width} {height}\n-1.0\n".encode("ascii"))
         out.write(np.asarray(image[::-1], "<f4").tobytes())
+
+
+def write_vol(path, values):
+    """Writes a grid of voxels in Mitsuba's format from a (z, y, x) array of numbers, in the unit cube."""
+    z, y, x = values.shape
+    with open(path, "wb") as out:
+        out.write(b"VOL\x03" + struct.pack("<5i6f", 1, x, y, z, 1, 0, 0, 0, 1, 1, 1))
+        out.write(np.ascontiguousarray(values, "<f4").tobytes())

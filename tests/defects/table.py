@@ -21,6 +21,7 @@ class Defect:
 
 CLUSTERED = "plugins/integrators/clustered/"
 TRANSPORT = "plugins/integrators/transport/"
+MEDIA = TRANSPORT + "media/"
 
 DEFECTS = [Defect(*row) for row in (
     ("leaf_never_chosen", CLUSTERED + "points/light_cut.cpp",
@@ -94,6 +95,40 @@ DEFECTS = [Defect(*row) for row in (
     ("rough_glass_chosen_without_its_probability", "plugins/bsdfs/roughdielectric.cpp",
      "share * v.pdf", "v.pdf",
      "bsdf", "RoughDielectric.DensityIsTheInverseJacobian*"),
+
+    # Media.
+    ("phase_drawn_with_another_g", "plugins/phases/hg.cpp",
+     "wide::sample_henyey_greenstein(F(g_), u)", "wide::sample_henyey_greenstein(F(0.98f * g_), u)",
+     "media", "Phase.MeanCosineOfHenyeyGreensteinIsG"),
+    ("phase_value_off_by_one_percent", "plugins/phases/rayleigh.cpp",
+     "F(3 * kInvPi / 16)", "F(3.03f * kInvPi / 16)",
+     "media", "Phase.HasMitsubasValues"),
+    ("light_passes_media_with_the_wrong_sign", MEDIA + "medium_shadows.cpp",
+     "exp(-extinction.y * travelled)", "exp(extinction.y * travelled)",
+     "volume_paths", "VolumePaths.ShadowRaysAreExactInHomogeneousMedia"),
+    ("majorants_too_small", MEDIA + "majorant_grid.cpp",
+     "medium.extremes(blocks_, lo_.data(), hi_.data());",
+     "medium.extremes(blocks_, lo_.data(), hi_.data());"
+     " if (DEFECT) for (float& hi : hi_) hi *= 0.7f;",
+     "volume_paths", "VolumePaths.TrackingAgreesWithExactOpticalDepths"),
+    ("minorants_not_integrated", MEDIA + "tracking.cpp",
+     "walk.passed += lo * length;", "walk.passed += DEFECT ? 0 : lo * length;",
+     "volume_paths", "VolumePaths.EqualVoxelsAreHomogeneous"),
+    ("grids_scatter_as_much_as_they_absorb", MEDIA + "tracking.cpp",
+     "scattering_.at(i) * (sum / real)", "extinction * (sum / real)",
+     "volume_paths", "VolumePaths.EqualVoxelsAreHomogeneous"),
+    ("collisions_weighted_by_the_sampled_channel", MEDIA + "segments.cpp",
+     "sum / dot(throughput, density)", "1.f / component(density, channel)",
+     "volume_paths", "VolumePaths.ChannelsAreThoseOfGreyMedia"),
+    ("roulette_without_its_weight_in_media", MEDIA + "volume_paths.cpp",
+     "carried / survival", "carried",
+     "volume_paths", "VolumePaths.DeepMediaReflectAsTabulated"),
+    ("scattered_rays_in_the_medium_of_the_other_side", MEDIA + "volume_paths.cpp",
+     "select(cosine > 0.f, outside, inside)", "select(cosine > 0.f, inside, outside)",
+     "volume_paths", "MediaEdges.RefractedRaysEnterTheMedium"),
+    ("light_samples_in_media_without_their_weight", MEDIA + "volume_paths.cpp",
+     "weight_against(pdf, Float::load(answer_.pdf + i))", "Float(1.f)",
+     "volume_paths", "VolumePaths.MediaWithoutAbsorptionVanishInAnEvenLight"),
 
     # Code that integrators share.
     ("emitter_weight_without_bsdf", TRANSPORT + "direct_light.cpp",

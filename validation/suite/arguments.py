@@ -5,12 +5,13 @@ import os
 import pathlib
 
 from .schedule import duration
-from .tables import (ALL_WORD, ENGINE_PARTS, GROUP_WORDS, ROOT, SCENES, SMALL_SCENES, THREADS,
-                     named)
+from .tables import (ALL_WORD, ENGINE_PARTS, GROUP_WORDS, MEDIA_SCENES, ROOT, SCENES, SMALL_SCENES,
+                     THREADS, named)
 
 MODES = ("correctness", "benchmark", "report")
 ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE, SLOPE = "engine", "maps", "budgets", "threads", "large", "slope"
-OTHER_MODES = (ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE, SLOPE)  # run only if given
+MEDIA = "media"
+OTHER_MODES = (ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE, SLOPE, MEDIA)  # run only if given
 WORDS = (*MODES, *OTHER_MODES)
 DESCRIPTION = """\
 Compares Kinome with Mitsuba 3, and with Blender's Cycles where it supports the scene. Runs the modes
@@ -23,6 +24,7 @@ These modes run only if they are given:
   threads  time of a render by its number of threads, measured or simulated
   large    memory and speed of images of up to 3840x2160 pixels
   slope    error of clustered by time, from one sample on
+  media    error by time of volpath, clustered and Mitsuba in scenes with media
 
 Finished measurements are kept and not repeated, except by `maps`, `threads`, `large` and `slope`.
 
@@ -92,7 +94,7 @@ def parse(arguments=None):
     parser.add_argument("--spp", type=int, metavar="N",
                         help="maps: samples per pixel; default: 16")
     parser.add_argument("--seeds", type=int, default=3, metavar="N",
-                        help="budgets: number of seeds, at least 2; default: %(default)d")
+                        help="budgets and media: number of seeds, at least 2; default: %(default)d")
     parser.add_argument("--threads", type=int, default=THREADS, metavar="N",
                         help="budgets: threads of each render; default: %(default)d")
     parser.add_argument("--size", type=size_given, metavar="WxH",
@@ -118,14 +120,17 @@ def parse(arguments=None):
         from bounces import NAMES
         boxes = {name for name in NAMES if name.startswith("cornell")}
     known |= boxes
+    if options.modes == (MEDIA,):
+        known = {scene.name for scene in MEDIA_SCENES}
     for name in options.words:
         if name in WORDS:
             parser.error(f'only one mode is allowed, as the first word: "{name}" is another')
         if options.modes == (BUDGETS,) and pathlib.Path(name).exists():
             continue
-        if name not in known | {ALL_WORD, *GROUP_WORDS}:
-            parser.error(f'unknown mode or scene "{name}"; modes are {", ".join(WORDS)}, groups '
-                         f'{", ".join((*GROUP_WORDS, ALL_WORD))}, scenes '
+        groups = set() if options.modes == (MEDIA,) else {ALL_WORD, *GROUP_WORDS}
+        if name not in known | groups:
+            parser.error(f'unknown mode or scene "{name}"; modes are {", ".join(WORDS)}, '
+                         f'{groups_text(groups)}scenes '
                          f'{", ".join(sorted(known))}')
     options.words = named(options.words)
     timed = {scene.name for scene in SCENES}
@@ -155,6 +160,12 @@ def parse(arguments=None):
         if reason:
             parser.error(f"--output {options.output}: {reason}")
     return options
+
+
+def groups_text(groups):
+    """Returns a part of a message: the groups in the order of the help."""
+    found = [word for word in (*GROUP_WORDS, ALL_WORD) if word in groups]
+    return f'groups {", ".join(found)}, ' if found else ""
 
 
 def unwritable(folder):

@@ -189,6 +189,17 @@ class Session:
         names = slope.names_of(self.options.words)
         self.write_plot(slope_page.plot(self.measure_scenes(work, names, slope_page)))
 
+    def media(self):
+        from . import media
+        folder = self.folder / "media"
+        mitsuba = Mitsuba(self.python, folder / "mitsuba", self.log)
+        work = media.Media(self.kinome, mitsuba, Store(folder / "measurements.jsonl"), folder,
+                           self.options, self.log)
+        try:
+            media.run(work, self.options.words, self.options.output)
+        finally:
+            mitsuba.close()
+
     def measure_scenes(self, work, scenes, page):
         """Measures scenes, and writes the page and its raw numbers. Returns the rows of the table."""
         rows = []

@@ -100,6 +100,13 @@ SCENES = (
 )
 
 
+# Scenes of `media`, with the goal for Mitsuba's time divided by that of `clustered` to equal error.
+MEDIA_GOALS = {"mist": 5, "haze": 5, "beam": 5, "lanterns": 20, "cloud": 3, "wax": 5, "smoke": None,
+               "milk": None}
+MEDIA_SCENES = tuple(Scene(name, f"scenes/{name}/scene.xml", "media", (96, 72), "volpath",
+                           ("volpath", "volpathmis")) for name in MEDIA_GOALS)
+
+
 def explanation(row):
     """Returns the known cause of a failed comparison, or "" if there is none or the comparison passed."""
     cause = EXPLAINED.get((row["scene"], row["method"]))
