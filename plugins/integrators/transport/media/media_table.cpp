@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "enclosed_media.h"
+
 namespace kinome::transport {
 
 namespace {
@@ -35,6 +37,7 @@ MediaTable::MediaTable(const Scene& scene, const Sensor& sensor) {
   }
   start_ = number_of(sensor.medium());
   find_sphere(scene, sensor);
+  find_enclosed(scene, sensor);
 }
 
 void MediaTable::add(const Medium& medium) {
@@ -54,6 +57,17 @@ void MediaTable::add(const Medium& medium) {
     if (at.extinction[c] > 0) albedo[c] = at.scattering[c] / at.extinction[c];
   }
   albedo_.set(media_.size() - 1, albedo);
+}
+
+void MediaTable::find_enclosed(const Scene& scene, const Sensor& sensor) {
+  has_deltas_ = std::any_of(
+      scene.emitters().begin(), scene.emitters().end(),
+      [](const auto& emitter) { return !emitter->is_environment() && !emitter->is_surface(); });
+  is_enclosed_.assign(media_.size(), false);
+  for (uint32_t number = 1; number < media_.size(); ++number) {
+    is_enclosed_[number] = is_enclosed(*media_[number], scene, sensor);
+    has_walks_ = has_walks_ || is_walked(number);
+  }
 }
 
 uint32_t MediaTable::number_of(const Medium* medium) const {

@@ -58,6 +58,27 @@ class MediaTable {
   /// Coefficients of each medium; 0 for those that aren't uniform, and for vacuum.
   const Columns3& extinction() const { return extinction_; }
   const Columns3& albedo() const { return albedo_; }
+  /// True if Walks continue paths from collisions in this medium: it is uniform and enclosed.
+  bool is_walked(uint32_t number) const { return is_enclosed_[number] && !grids_[number]; }
+  bool has_walks() const { return has_walks_; }
+  /// Probability that a collision in such a medium takes an emitter sample. Only delta emitters are
+  /// sampled, because the phase function can't find their light. They are visible from the inside
+  /// only if the surface around the medium has a hole.
+  float delta_share(uint32_t number) const {
+    return has_deltas_ && media_[number]->samples_emitters() ? kDeltaShare : 0.f;
+  }
+  /// Weight of emitter samples at collisions in a medium; 0: there are none. Negative: the weight of
+  /// delta emitters with a minus sign; others aren't sampled.
+  float emitter_weight(uint32_t number) const {
+    if (!media_[number]->samples_emitters()) return 0;
+    if (!is_enclosed_[number]) return 1;
+    if (!has_deltas_) return 0;
+    return is_walked(number) ? -1 / kDeltaShare : -1.f;
+  }
+  /// Number of the shape that stands for collisions in a medium (SceneTable).
+  uint32_t collision_shape(uint32_t number) const {
+    return static_cast<uint32_t>(interior_.size()) + number - 1;
+  }
   /// Phase functions as BSDFs, without vacuum: media 1, 2 ...
   const std::vector<const Bsdf*>& phases() const { return phases_; }
 
@@ -87,6 +108,8 @@ class MediaTable {
   float end_of_space(const Ray& ray) const { return end_of_space<kinome::Vec3>(ray.o, ray.d); }
 
  private:
+  static constexpr float kDeltaShare = 1.f / 32;
+
   template <class V>
   KINOME_WIDE wide::NumberOf<V> end_of_space(const V& o, const V& d) const {
     using namespace wide::formulas;
@@ -98,6 +121,7 @@ class MediaTable {
   }
   void add(const Medium& medium);
   void find_sphere(const Scene& scene, const Sensor& sensor);
+  void find_enclosed(const Scene& scene, const Sensor& sensor);
   uint32_t number_of(const Medium* medium) const;
 
   std::vector<const Medium*> media_{nullptr};
@@ -110,6 +134,9 @@ class MediaTable {
   uint32_t start_ = kVacuum;
   bool is_coloured_ = false;
   bool has_grids_ = false;
+  std::vector<bool> is_enclosed_;
+  bool has_walks_ = false;
+  bool has_deltas_ = false;  ///< emitters that no ray can hit
   Vec3 centre_{0.f};
   float radius_ = 0;
 };

@@ -28,24 +28,6 @@ KINOME_WIDE void store_to(T value, const uint32_t* path, size_t i, size_t count,
     column[path[i + lane]] = values[lane];
 }
 
-/// Component `channel` of v.
-KINOME_WIDE Float component(wide::Vec3 v, Int channel) {
-  return select(channel == 0, v.x, select(channel == 1, v.y, v.z));
-}
-
-/// Factor of the throughput for a segment of length d in a medium whose channels differ, and for a
-/// collision at its end where `collides`. `channel` is the one that distances are sampled with.
-KINOME_WIDE wide::Rgb segment_weight(wide::Rgb throughput, wide::Rgb extinction, wide::Rgb albedo,
-                                     Int channel, Float d, Mask collides) {
-  // Relative to the sampled channel, so that exponentials can't all be 0.
-  const wide::Vec3 excess = wide::Vec3(component(extinction, channel)) - extinction;
-  const wide::Rgb transmittance(exp(excess.x * d), exp(excess.y * d), exp(excess.z * d));
-  const wide::Rgb density = transmittance * select(collides, extinction, wide::Rgb(1.f));
-  const wide::Rgb value = density * select(collides, albedo, wide::Rgb(1.f));
-  const Float sum = throughput.x + throughput.y + throughput.z;
-  return value * (sum / dot(throughput, density));
-}
-
 }  // namespace
 
 Segments::Segments(const SceneTable& scene, const MediaTable& media, bool hides_emitters,

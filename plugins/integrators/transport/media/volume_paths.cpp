@@ -25,7 +25,7 @@ KINOME_WIDE Float weight_against(Float a, Float b) {
 
 VolumePaths::State VolumePaths::make_state(Arena& arena) {
   return {arena.indices(), arena.indices(), arena.three(),
-          arena.floats(),  arena.three(),   arena.floats()};
+          arena.floats(),  arena.three(),   arena.floats(), arena.floats()};
 }
 
 VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const Sampler& sampler,
@@ -37,6 +37,7 @@ VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const
       hides_emitters_(settings.hide_emitters),
       numbers_(rays),
       segments_(scene, media, settings.hide_emitters, rays),
+      walks_(scene, media, settings.length, rays),
       shadows_(scene, media, Surfaces::most_points(scene, rays), rays),
       met_(scene, rays),
       emitters_(scene, Surfaces::most_points(scene, rays)),
@@ -52,8 +53,9 @@ VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const
       missed_light_(per_ray_.three()),
       per_point_(Surfaces::most_points(scene, rays)),
       at_(make_state(per_point_)),
-      samples_emitters_(per_point_.floats()),
+      emitter_weight_(per_point_.floats()),
       pdf_factor_(per_point_.floats()),
+      relative_index2_(per_point_.floats()),
       wo_(per_point_.three()),
       d_(per_point_.three()),
       light_(per_point_.three()),
@@ -82,6 +84,7 @@ void VolumePaths::trace_from(const PixelSamples& samples, size_t count, float sh
   for_lanes(count_, [&](size_t i) {
     Float(0.f).store(along_.scatterings + i);
     Float(kInfinity).store(along_.pdf + i);
+    Float(1.f).store(along_.index2 + i);
   });
   first_share_ = share;
   trace_on(samples, dimension, radiance, nullptr, counters);
@@ -95,7 +98,10 @@ void VolumePaths::trace_on(const PixelSamples& samples, uint32_t dimension,
     {
       const StageTimer timer(
           counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
-      if (first_share_ == 0) trace_edges(samples, first, kind, counters);
+      if (first_share_ == 0) {
+        trace_edges(samples, first, kind, counters);
+        walk(RandomSeeds(samples, first), alpha, counters);
+      }
       find_points();
       add_emission(radiance);
       add_environment(radiance);
@@ -124,6 +130,15 @@ void VolumePaths::trace_edges(const PixelSamples& samples, uint32_t dimension, R
   segments_.trace(rays_, count_, state, RandomSeeds(samples, dimension), kind, counters);
 }
 
+/// Continues the paths that collide in enclosed media to the next surface.
+void VolumePaths::walk(const RandomSeeds& seeds, float* alpha, RenderCounters& counters) {
+  if (!media_.has_walks()) return;
+  const PathState state{along_.owner,   along_.medium, along_.throughput,
+                        optical_depth_, channel_,      along_.scatterings};
+  walks_.walk(rays_, count_, state, {along_.index2, along_.from, along_.pdf, alpha},
+              seeds.after(kMaxLegs + 1), counters);
+}
+
 /// Rays begin at the near clip distance, as in Mitsuba.
 VolumePaths::FirstEdges VolumePaths::begin(const PixelSamples& samples,
                                            const RayHit16* camera_rays) {
@@ -148,6 +163,7 @@ VolumePaths::FirstEdges VolumePaths::begin(const PixelSamples& samples,
     Float(0.f).store(along_.scatterings + i);
     origin.store(along_.from, i);
     Float(kInfinity).store(along_.pdf + i);
+    Float(1.f).store(along_.index2 + i);
   });
   return {rays_, along_.owner, along_.medium, along_.throughput, along_.scatterings};
 }
@@ -176,6 +192,7 @@ void VolumePaths::find_points() {
     gather(along_.scatterings, k).store(at_.scatterings + i);
     gather(along_.from, k).store(at_.from, i);
     gather(along_.pdf, k).store(at_.pdf + i);
+    gather(along_.index2, k).store(at_.index2 + i);
   });
 }
 
@@ -225,15 +242,17 @@ void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
   const SurfaceBlock& points = met_.points();
   const size_t count = met_.reflecting(), scattering = met_.scattering();
   for (const Surfaces::Range& range : met_.ranges()) {
-    const Medium* const medium = medium_of(range);
-    const bool finds_light = !medium || medium->samples_emitters();
-    const bool is_first = medium && first_share_ > 0;
-    std::fill_n(samples_emitters_ + range.first, padded(range.count),
-                finds_light && !is_first ? 1.f : 0.f);
-    std::fill_n(pdf_factor_ + range.first, padded(range.count),
-                !finds_light ? 0.f
-                : is_first   ? 1 / first_share_
-                             : 1.f);
+    const uint32_t medium = medium_of(range);
+    const bool is_medium = medium != MediaTable::kVacuum;
+    const bool is_first = is_medium && first_share_ > 0;
+    const float weight = is_medium ? media_.emitter_weight(medium) : 1.f;
+    const size_t first = range.first, padded_count = padded(range.count);
+    std::fill_n(emitter_weight_ + first, padded_count, is_first ? 0.f : weight);
+    std::fill_n(pdf_factor_ + first, padded_count,
+                !(weight > 0) ? 0.f
+                : is_first    ? 1 / first_share_
+                              : 1.f);
+    std::fill_n(relative_index2_ + first, padded_count, sqr(range.row->bsdf->relative_index()));
   }
   BsdfQuery query;
   if (scattering > 0) {
@@ -251,10 +270,10 @@ void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
   shade(met_, query, answer_);
 }
 
-/// Medium of collisions; nullptr for surfaces.
-const Medium* VolumePaths::medium_of(const Surfaces::Range& range) const {
-  if (range.row->shape) return nullptr;
-  return media_.medium(static_cast<uint32_t>(range.row - scene_.rows().data()) + 1);
+/// Medium of collisions; MediaTable::kVacuum for surfaces.
+uint32_t VolumePaths::medium_of(const Surfaces::Range& range) const {
+  if (range.row->shape) return MediaTable::kVacuum;
+  return static_cast<uint32_t>(range.row - scene_.rows().data()) + 1;
 }
 
 /// Sets the media that light from directions d, or toward them, is in.
@@ -291,11 +310,12 @@ void VolumePaths::add_emitter_samples(const RandomSeeds& seeds, const Columns3& 
     const Mask is_delta = Float::load(sampled.is_delta + i) > 0.f;
     const Float weight =
         select(is_delta, Float(1.f), weight_against(pdf, Float::load(answer_.pdf + i)));
+    const Float times = Float::load(emitter_weight_ + i);
     const wide::Rgb light = wide::Rgb::load(at_.throughput, i) * wide::Rgb::load(answer_.f, i) *
-                            wide::Rgb::load(sampled.radiance, i) * (weight / pdf);
+                            wide::Rgb::load(sampled.radiance, i) * (abs(times) * weight / pdf);
     const Mask on = (Float::load(met_.live() + i) > 0.f) & !(pdf <= 0.f) & !is_black(light) &
                     (Float::load(at_.scatterings + i) < last) &
-                    (Float::load(samples_emitters_ + i) > 0.f);
+                    ((times > 0.f) | (is_delta & (times < 0.f)));
     rays += wide::count(on);
     select(on, light).store(light_, i);
     put_shadow_rays(points, i, wide::Vec3::load(sampled.d, i), Float::load(sampled.distance + i),
@@ -311,6 +331,15 @@ void VolumePaths::add_emitter_samples(const RandomSeeds& seeds, const Columns3& 
     add_to_owners(wide::Rgb::load(light_, i) * transmittance, !is_black(transmittance),
                   at_.owner + i, radiance);
   });
+}
+
+/// Factor of State::index2 where sampled directions go through the surface.
+Float VolumePaths::index2_factor(size_t i) const {
+  const Float from = Float::load(met_.points().wi.z + i), to = Float::load(answer_.wo.z + i);
+  const Mask goes_through =
+      (from * to < 0.f) & !(Float::load(answer_.is_delta + i) == kNullSample);
+  const Float factor = Float::load(relative_index2_ + i);
+  return select(goes_through, select(from > 0.f, factor, 1.f / factor), Float(1.f));
 }
 
 /// Scatters the paths: makes their next rays, some of which are off.
@@ -329,7 +358,9 @@ void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, float
     const Float scatterings = before + select(is_straight, Float(0.f), Float(1.f));
     Mask on = (Float::load(met_.live() + i) > 0.f) & !(Float::load(answer_.sample_pdf + i) <= 0.f) &
               (scatterings < max_depth);
-    const Float survival = survival_probability(carried);
+    const Float index2 = Float::load(at_.index2 + i) * index2_factor(i);
+    index2.store(at_.index2 + i);
+    const Float survival = survival_probability(carried * index2);
     const Mask is_chosen = (scatterings > rr_depth) & !is_straight;
     on &= (Float::load(u1_ + i) < survival) | !is_chosen;
     carried = select(is_chosen, carried / survival, carried);
@@ -378,6 +409,7 @@ void VolumePaths::sort_rays() {
     gather(at_.scatterings, i).store(along_.scatterings + k);
     gather(at_.from, i).store(along_.from, k);
     gather(at_.pdf, i).store(along_.pdf + k);
+    gather(at_.index2, i).store(along_.index2 + k);
   });
 }
 

@@ -5,6 +5,7 @@
 #include "../shading.h"
 #include "medium_shadows.h"
 #include "segments.h"
+#include "walks.h"
 
 namespace kinome::transport {
 
@@ -64,6 +65,10 @@ class VolumePaths {
     /// angle. The density is infinite if emitter samples don't find the same light.
     Columns3 from;
     float* pdf;
+    /// Square of the index of refraction of the medium at the point, relative to that at the
+    /// sensor. The throughput is that of radiance, which refraction divides by it; roulette must
+    /// not depend on this.
+    float* index2;
   };
   static State make_state(Arena& arena);
 
@@ -71,6 +76,7 @@ class VolumePaths {
                 float* alpha, RenderCounters& counters);
   void trace_edges(const PixelSamples& samples, uint32_t dimension, RayKind kind,
                    RenderCounters& counters);
+  void walk(const RandomSeeds& seeds, float* alpha, RenderCounters& counters);
   void sample_distances(const PixelSamples& samples, uint32_t dimension);
   void find_points();
   void add_emission(const Columns3& radiance);
@@ -78,8 +84,9 @@ class VolumePaths {
   void sample(const PixelSamples& samples, uint32_t dimension);
   void add_emitter_samples(const RandomSeeds& seeds, const Columns3& radiance,
                            RenderCounters& counters);
-  const Medium* medium_of(const Surfaces::Range& range) const;
+  uint32_t medium_of(const Surfaces::Range& range) const;
   void find_media(size_t count, const Columns3& d, uint32_t* medium) const;
+  wide::Float index2_factor(size_t i) const;
   void scatter(const PixelSamples& samples, uint32_t dimension, float* alpha);
   void set_alpha(float* alpha) const;
   void sort_rays();
@@ -91,6 +98,7 @@ class VolumePaths {
   const bool hides_emitters_;
   Numbers numbers_;
   Segments segments_;
+  Walks walks_;
   MediumShadows shadows_;
   Surfaces met_;
   EmitterSamples emitters_;
@@ -107,10 +115,11 @@ class VolumePaths {
 
   Arena per_point_;
   State at_;  ///< paths of the points of met_
-  /// 1 for points whose medium or surface lets emitter samples find light.
-  float* samples_emitters_;
+  /// Weight of emitter samples at each point, as MediaTable::emitter_weight(); 1 for surfaces.
+  float* emitter_weight_;
   /// Factor of the density of BSDF samples in weights; 0 if they find all light.
   float* pdf_factor_;
+  float* relative_index2_;  ///< squared relative index of each point's surface
   /// In the first step of trace_from(), its argument `share`; else 0.
   float first_share_ = 0;
   Columns3 wo_, d_, light_, carried_;
