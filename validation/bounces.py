@@ -147,6 +147,9 @@ class Bounces:
                         self.log.problem(f"{scene.name}: {reason}")
                         left_behind.add(integrator)
                         continue
+                    if not all(np.isfinite(run["image"]).all() for run in runs):
+                        self.log.say(f"{scene.name}: {one.name} is left out: pixels are NaN")
+                        continue
                     found.append((one, runs))
                     rows = ranked(found)
                     self.log.say(f"{scene.name}: {one.name}: {runs[0]['processor']:.2f} s")

@@ -5,8 +5,8 @@ import os
 import pathlib
 
 from .schedule import duration
-from .tables import (ALL_WORD, ENGINE_PARTS, GROUP_WORDS, MEDIA_SCENES, ROOT, SCENES, SMALL_SCENES,
-                     THREADS, named)
+from .tables import (ALL_WORD, ENGINE_PARTS, GROUP_WORDS, MEDIA_SCENES, ROOT, SCENES, SMALL_MEDIA,
+                     SMALL_SCENES, THREADS, named)
 
 MODES = ("correctness", "benchmark", "report")
 ENGINE, MAPS, BUDGETS, SPEEDUP, LARGE, SLOPE = "engine", "maps", "budgets", "threads", "large", "slope"
@@ -114,7 +114,7 @@ def parse(arguments=None):
     if options.modes == (ENGINE,):
         options.parts = [word for word in options.words if word in ENGINE_PARTS]
         options.words = [word for word in options.words if word not in ENGINE_PARTS]
-    known = {scene.name for scene in SCENES} | {path.stem for path in SMALL_SCENES}
+    known = {scene.name for scene in SCENES} | {path.stem for path in SMALL_SCENES + SMALL_MEDIA}
     boxes = set()
     if options.modes == (SLOPE,):
         from bounces import NAMES

@@ -17,7 +17,7 @@ from .kinome import Kinome
 from .peers import Mitsuba
 from .problems import Log, Problem
 from .store import Store, read_json, write_json, write_whole
-from .tables import FULL, QUICK, SCENES, SMALL_SCENES, chosen
+from .tables import FULL, QUICK, SCENES, SMALL_MEDIA, SMALL_SCENES, chosen
 from .truth import References
 
 
@@ -284,8 +284,8 @@ def only(correctness, benchmark, words):
 def scene_of(problem):
     """Returns the scene of a line such as "hebe: …" or "hebe, direct: …", or None."""
     name = problem.split(":")[0].split(",")[0]
-    return name if name in {scene.name for scene in SCENES} | {p.stem for p in SMALL_SCENES} \
-        else None
+    small = {path.stem for path in SMALL_SCENES + SMALL_MEDIA}
+    return name if name in {scene.name for scene in SCENES} | small else None
 
 
 def unmeasured(correctness, benchmark, effort, words):

@@ -9,7 +9,8 @@ from . import pictures
 from .kinome import scene_hash, sized, with_parameters
 from .problems import Problem
 from .store import hash_of_files
-from .tables import CUT, METHODS, POINTS, ROOT, SMALL_SCENES, chosen
+from .tables import (CUT, MEDIA_INTEGRATORS, METHODS, POINTS, ROOT, SMALL_MEDIA, SMALL_SCENES,
+                     chosen)
 from .truth import load_reference
 
 FAMILY_ALPHA = 0.01  # probability that any of all checks fails by chance
@@ -41,6 +42,10 @@ def default_integrator(path):
 
 
 def checks_of_small(path):
+    if path in SMALL_MEDIA:
+        for integrator in MEDIA_INTEGRATORS:
+            yield Check(path.stem, integrator, "mitsuba", path, (("integrator", integrator),))
+        return
     own = default_integrator(path)
     yield Check(path.stem, own, "mitsuba", path, (("integrator", own),))
     for method in METHODS:
@@ -59,7 +64,7 @@ def checks_of_big(scene):
 def plan(effort, wanted):
     """Returns all checks, or those of the scenes `wanted`. Raises Problem."""
     found = []
-    for path in SMALL_SCENES if wanted else effort.small_scenes:
+    for path in SMALL_SCENES + SMALL_MEDIA if wanted else effort.small_scenes:
         if not wanted or path.stem in wanted:
             found += checks_of_small(path)
     for scene in chosen(wanted, effort):
@@ -151,9 +156,14 @@ class Correctness:
             self.log.say(f"failed: {check.scene}, {check.method}: see {target}")
         return row
 
+    @staticmethod
+    def needs_parameters(check):
+        """Returns whether the integrator of a small scene must be replaced by one that accepts parameters."""
+        return check.path not in SMALL_MEDIA and dict(check.defines)["integrator"] == "clustered"
+
     def scene_file(self, check):
         """Returns the file to render and its options."""
-        if check.big or dict(check.defines)["integrator"] != "clustered":
+        if check.big or not self.needs_parameters(check):
             return check.path, ()
         copy = with_parameters(check.path, self.folder / "scenes")
         return copy, ("-a", str(check.path.parent))
@@ -167,7 +177,7 @@ class Correctness:
             size = self.effort.size(check.big)
             found |= sized(check.big, [n // 2 for n in size] if clustered else size)
             found |= check.big.depth(found["integrator"])
-        elif found["integrator"] == "clustered":
+        elif self.needs_parameters(check):
             found["max_depth"] = 2  # a parameter of the copy of scene_file()
         return found | (POINTS | CUT if clustered else {})
 

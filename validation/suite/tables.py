@@ -132,6 +132,9 @@ def named(words):
 # The other small scenes contain a fixed integrator. Only the test `references` uses them.
 SMALL_SCENES = tuple(path for path in sorted((ROOT / "validation/scenes").glob("*.xml"))
                      if '<integrator type="$integrator"/>' in path.read_text(encoding="utf-8"))
+# Small scenes with media, which give parameters to their integrator. They are compared, but not timed.
+SMALL_MEDIA = tuple(sorted((ROOT / "validation/scenes").glob("media_*.xml")))
+MEDIA_INTEGRATORS = ("volpath", "clustered")
 
 # Parts of the engine's benchmark, which are words of the command line, and their scenes.
 ENGINE_PARTS = ("product", "threads", "memory", "short", "isa", "plugin", "watertight", "direct",
@@ -273,9 +276,9 @@ CUT = {"cut_size": 96}
 FULL = Effort(shrink=1, widen=2, seeds=5, budget=3.0, budget_of_others=1.0,
               most_samples=4096, search_samples=(16, 256),
               search_seeds=2, truth_seeds=32, truth_samples=512, check_samples=256,
-              small_scenes=SMALL_SCENES,
+              small_scenes=SMALL_SCENES + SMALL_MEDIA,
               big_scenes=tuple(scene.name for scene in SCENES if not scene.asked))
 QUICK = Effort(shrink=2, widen=1, seeds=3, budget=1.0, budget_of_others=1.0,
                most_samples=64, search_samples=(16,),
                search_seeds=1, truth_seeds=16, truth_samples=256, check_samples=64,
-               small_scenes=SMALL_SCENES[::5], big_scenes=("hebe", "box", "plate", "blocks"))
+               small_scenes=SMALL_SCENES[::5] + SMALL_MEDIA[:1], big_scenes=("hebe", "box", "plate", "blocks"))
