@@ -8,8 +8,7 @@ namespace kinome::transport {
 /// Never draws a channel without throughput, in spite of rounding, unless all are 0. For
 /// kinome::Rgb, or wide::Rgb with one draw in each lane.
 template <class V>
-KINOME_WIDE wide::IntOf<wide::NumberOf<V>> draw_channel(const V& throughput,
-                                                        wide::NumberOf<V> u) {
+KINOME_WIDE wide::IntOf<wide::NumberOf<V>> draw_channel(const V& throughput, wide::NumberOf<V> u) {
   using namespace wide;
   using F = NumberOf<V>;
   using I = IntOf<F>;

@@ -67,8 +67,8 @@ class MediaTable {
   float delta_share(uint32_t number) const {
     return has_deltas_ && media_[number]->samples_emitters() ? kDeltaShare : 0.f;
   }
-  /// Weight of emitter samples at collisions in a medium; 0: there are none. Negative: the weight of
-  /// delta emitters with a minus sign; others aren't sampled.
+  /// Weight of emitter samples at collisions in a medium; 0: there are none. Negative: the weight
+  /// of delta emitters with a minus sign; others aren't sampled.
   float emitter_weight(uint32_t number) const {
     if (!media_[number]->samples_emitters()) return 0;
     if (!is_enclosed_[number]) return 1;

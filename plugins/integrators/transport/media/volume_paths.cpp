@@ -24,8 +24,8 @@ KINOME_WIDE Float weight_against(Float a, Float b) {
 }  // namespace
 
 VolumePaths::State VolumePaths::make_state(Arena& arena) {
-  return {arena.indices(), arena.indices(), arena.three(),
-          arena.floats(),  arena.three(),   arena.floats(), arena.floats()};
+  return {arena.indices(), arena.indices(), arena.three(), arena.floats(),
+          arena.three(),   arena.floats(),  arena.floats()};
 }
 
 VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const Sampler& sampler,
@@ -336,8 +336,7 @@ void VolumePaths::add_emitter_samples(const RandomSeeds& seeds, const Columns3& 
 /// Factor of State::index2 where sampled directions go through the surface.
 Float VolumePaths::index2_factor(size_t i) const {
   const Float from = Float::load(met_.points().wi.z + i), to = Float::load(answer_.wo.z + i);
-  const Mask goes_through =
-      (from * to < 0.f) & !(Float::load(answer_.is_delta + i) == kNullSample);
+  const Mask goes_through = (from * to < 0.f) & !(Float::load(answer_.is_delta + i) == kNullSample);
   const Float factor = Float::load(relative_index2_ + i);
   return select(goes_through, select(from > 0.f, factor, 1.f / factor), Float(1.f));
 }

@@ -14,10 +14,11 @@ using namespace wide;
 
 namespace {
 
-/// Walks of more collisions than this end with a probability of 1 % at each further one, so that
-/// they end without absorption, too.
-constexpr uint32_t kLongWalk = 1024;
-constexpr float kLongWalkSurvival = 0.99f;
+/// Walks of more collisions than this go on with this probability at each further one, so that they
+/// end without absorption, too. In a huge body, light takes n collisions or more with a probability
+/// of about 1 / sqrt(n).
+constexpr uint32_t kLongWalk = 1 << 16;
+constexpr float kLongWalkSurvival = 0.999f;
 
 /// What becomes of a walk at a collision.
 constexpr float kEnds = 0, kGoesOn = 1, kSamples = 2;
@@ -61,8 +62,8 @@ Walks::Walks(const SceneTable& scene, const MediaTable& media, const PathLength&
       scale_(arena_.floats()),
       low_(arena_.indices()),
       high_(arena_.indices()),
-      float_columns_{p_.x, p_.y, p_.z, d_.x, d_.y, d_.z, throughput_.x, throughput_.y,
-                     throughput_.z, scatterings_, scale_},
+      float_columns_{p_.x,          p_.y,          p_.z,          d_.x,         d_.y,  d_.z,
+                     throughput_.x, throughput_.y, throughput_.z, scatterings_, scale_},
       index_columns_{path_, low_, high_},
       s_(arena_.three()),
       t_(arena_.three()),
@@ -109,8 +110,8 @@ void Walks::begin(uint32_t medium, RayHit16* rays, size_t count, const PathState
     scale_[k] = paths.scale[i];
     // A sample may have several paths, which differ in their positions.
     const uint64_t position = std::bit_cast<uint32_t>(p_.x[k]);
-    const uint64_t seed = hash_words(seeds.of(state.owner[i]),
-                                     position << 32 | std::bit_cast<uint32_t>(p_.y[k]));
+    const uint64_t seed =
+        hash_words(seeds.of(state.owner[i]), position << 32 | std::bit_cast<uint32_t>(p_.y[k]));
     low_[k] = static_cast<uint32_t>(seed), high_[k] = static_cast<uint32_t>(seed >> 32);
     const bool is_scattered = scatterings_[k] + 1 < static_cast<float>(length_.max_depth);
     if (paths.alpha && is_scattered) paths.alpha[state.owner[i]] = 1;
@@ -125,20 +126,21 @@ void Walks::collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathSt
   const float share = media_.delta_share(medium);
   const float most = step < kLongWalk ? 1.f : kLongWalkSurvival;
   for_lanes(count_, [&](size_t i) {
-    const FourNumbers u =
-        random_numbers(Uint::load(low_ + i), Uint::load(high_ + i), step, 0);
+    const FourNumbers u = random_numbers(Uint::load(low_ + i), Uint::load(high_ + i), step, 0);
     u.x.store(u1_ + i);
     Float goes_on = kGoesOn;
     if (share > 0) {
       const Mask samples = u.y < share;
       goes_on = select(samples, Float(kSamples), goes_on);
     }
-    const Float scatterings = Float::load(scatterings_ + i) + select(goes_on == kGoesOn, Float(1.f));
+    const Float scatterings =
+        Float::load(scatterings_ + i) + select(goes_on == kGoesOn, Float(1.f));
     wide::Rgb throughput = wide::Rgb::load(throughput_, i);
     const Float survival = min(max_component(throughput) * Float::load(scale_ + i), Float(most));
     const Mask plays = (scatterings > rr_depth) & (goes_on == kGoesOn);
     throughput = select(plays, throughput / survival, throughput);
-    const Mask ends = (plays & !(u.z < survival)) | ((goes_on == kGoesOn) & !(scatterings < max_depth));
+    const Mask ends =
+        (plays & !(u.z < survival)) | ((goes_on == kGoesOn) & !(scatterings < max_depth));
     throughput.store(throughput_, i);
     scatterings.store(scatterings_ + i);
     select(ends, Float(kEnds), goes_on).store(goes_on_ + i);
@@ -164,8 +166,7 @@ void Walks::scatter(uint32_t medium, uint32_t step) {
   for_lanes(count_, [&](size_t i) {
     const auto frame = FrameOf<wide::Vec3>::from_normal(-wide::Vec3::load(d_, i));
     frame.s.store(s_, i), frame.t.store(t_, i), frame.n.store(n_, i);
-    const FourNumbers u =
-        random_numbers(Uint::load(low_ + i), Uint::load(high_ + i), step, 1);
+    const FourNumbers u = random_numbers(Uint::load(low_ + i), Uint::load(high_ + i), step, 1);
     u.x.store(u2_.x + i), u.y.store(u2_.y + i);
     u.z.store(u_distance_ + i);
     draw_channel(wide::Rgb::load(throughput_, i), u.w).store(channel_ + i);
@@ -189,8 +190,7 @@ void Walks::trace(uint32_t medium, RayHit16* rays, const PathState& state, const
     const size_t lane = i % kBlockLanes;
     wide::Vec3::load(p_, i).store({ray.ox, ray.oy, ray.oz}, lane);
     wide::Vec3::load(d_, i).store({ray.dx, ray.dy, ray.dz}, lane);
-    const Float rate =
-        is_coloured ? component(extinction, Int::load(channel_ + i)) : extinction.x;
+    const Float rate = is_coloured ? component(extinction, Int::load(channel_ + i)) : extinction.x;
     (-log(1.f - Float::load(u_distance_ + i)) / rate).store(ray.tmax + lane);
   });
   disable_padding(rays_, count_);
