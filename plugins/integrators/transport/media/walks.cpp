@@ -135,13 +135,13 @@ void Walks::collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathSt
     }
     const Float scatterings =
         Float::load(scatterings_ + i) + select(goes_on == kGoesOn, Float(1.f));
-    wide::Rgb throughput = wide::Rgb::load(throughput_, i);
+    const wide::Rgb throughput = wide::Rgb::load(throughput_, i);
     const Float survival = min(max_component(throughput) * Float::load(scale_ + i), Float(most));
     const Mask plays = (scatterings > rr_depth) & (goes_on == kGoesOn);
-    throughput = select(plays, throughput / survival, throughput);
-    const Mask ends =
-        (plays & !(u.z < survival)) | ((goes_on == kGoesOn) & !(scatterings < max_depth));
-    throughput.store(throughput_, i);
+    // Weights of black paths would be 0 / 0.
+    const Mask ends = is_black(throughput) | (plays & !(u.z < survival)) |
+                      ((goes_on == kGoesOn) & !(scatterings < max_depth));
+    select(plays, throughput / survival, throughput).store(throughput_, i);
     scatterings.store(scatterings_ + i);
     select(ends, Float(kEnds), goes_on).store(goes_on_ + i);
   });
