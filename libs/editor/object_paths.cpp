@@ -17,7 +17,8 @@ std::string numbered(const std::string& name, int i) {
 }
 
 /// Returns the objects inside of a node, with unique names. Objects of the scene itself are named
-/// by their id, textures by their parameter, and other objects by their category.
+/// by their id, textures, volumes and media of shapes by their parameter, and other objects by
+/// their category.
 std::vector<PartOfNode> parts_of(const Node& node, const Builder& builder) {
   const bool is_scene = node.tag == "scene";
   std::vector<PartOfNode> parts;
@@ -32,7 +33,9 @@ std::vector<PartOfNode> parts_of(const Node& node, const Builder& builder) {
     const Node* const target = builder.resolved(child);
     if (!target) return;
     const std::string id = target->value("id");
-    std::string name = target->tag == "texture" ? scene_name : "";
+    const bool is_by_parameter = target->tag == "texture" || target->tag == "volume" ||
+                                 (target->tag == "medium" && node.tag == "shape");
+    std::string name = is_by_parameter ? scene_name : "";
     if (is_scene) name = id.empty() ? scene_name : id;
     // An object with several references keeps its name.
     const bool is_free = used.insert(name).second || (is_scene && name == id);
@@ -86,8 +89,14 @@ void ObjectPaths::add_names(const Node& node) {
   int bsdfs = 0;
   for (const PartOfNode& part : parts) {
     if (!part.scene_name.empty()) names.emplace(part.scene_name, part.node);
-    if (part.node->tag != "bsdf" || node.tag != "bsdf") continue;
     // Mitsuba's names.
+    if (part.node->tag == "medium" && node.tag == "shape") {
+      names.emplace(part.name + "_medium", part.node);
+    }
+    if (part.node->tag == "phase" && node.tag == "medium") {
+      names.emplace("phase_function", part.node);
+    }
+    if (part.node->tag != "bsdf" || node.tag != "bsdf") continue;
     for (const char* const name : {"bsdf_", "brdf_"}) {
       names.emplace(name + std::to_string(bsdfs), part.node);
     }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "base/read_files.h"
+#include "editor/saved_grid.h"
 #include "editor/saved_mesh.h"
 #include "editor/written_values.h"
 #include "kinome/image.h"
@@ -72,14 +74,22 @@ void SavedScene::add(const Node& node) {
     for (const ObjectDescription::Value& set : node.overrides) {
       const auto* const pixels = std::get_if<std::shared_ptr<const Image>>(&set.value);
       changes.overridden.insert(set.name);
+      const bool is_grid = node.tag == "volume";
+      if (is_grid && set.name == "slices") continue;  // part of the grid's file
       if (!pixels) {
         changes.values.push_back(set);
         auto* const text = std::get_if<std::string>(&changes.values.back().value);
         if (text) *text = relocated_value(node, set.name, *text);
         continue;
       }
-      const std::string name = new_name(path, ".exr");
-      arrays_.push_back({(fs::path(folder_) / name).string(), "", *pixels});
+      const std::string name = new_name(path, is_grid ? ".vol" : ".exr");
+      const std::string file = (fs::path(folder_) / name).string();
+      if (is_grid) {
+        changes.overridden.insert("slices");
+        arrays_.push_back({file, saved_grid(**pixels, slices_of(node)), nullptr});
+      } else {
+        arrays_.push_back({file, "", *pixels});
+      }
       changes.overridden.insert("filename");
       changes.values.push_back({"filename", name, set.where});
     }
@@ -92,6 +102,17 @@ void SavedScene::add(const Node& node) {
     }
   }
   changes_.emplace(&node, std::move(changes));
+}
+
+/// Number of slices of a grid's `data`.
+int SavedScene::slices_of(const Node& node) const {
+  std::optional<Properties::Value> value;
+  if (const Parameter* const slices = row(node, "slices")) value = builder_.written(node, *slices);
+  for (const ObjectDescription::Value& set : node.overrides) {
+    if (set.name == "slices") value = set.value;
+  }
+  const auto* const number = value ? std::get_if<int64_t>(&*value) : nullptr;
+  return number ? static_cast<int>(*number) : 1;
 }
 
 void SavedScene::write_arrays() const {

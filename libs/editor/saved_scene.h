@@ -68,11 +68,12 @@ class SavedScene {
  private:
   struct Array {
     std::string path;
-    std::string bytes;                    ///< contents of a mesh's file
-    std::shared_ptr<const Image> pixels;  ///< nullptr for a mesh
+    std::string bytes;                    ///< contents of a file of a mesh or grid
+    std::shared_ptr<const Image> pixels;  ///< nullptr otherwise
   };
   void visit(const Node& node);
   void add(const Node& node);
+  int slices_of(const Node& node) const;
 
   Builder& builder_;
   const ParameterList& parameters_;

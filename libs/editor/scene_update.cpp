@@ -27,7 +27,8 @@ void finish(Node& node, const Node& holder, const Builder& builder) {
 std::shared_ptr<Node> node_to_insert(const ObjectDescription& description,
                                      const ParameterList::Target& target, const Builder& builder,
                                      Faults& faults) {
-  const char* const expected = target.is_object() ? "bsdf" : "texture";
+  const bool is_volume = target.row && target.row->type == ParameterType::kVolume;
+  const char* const expected = target.is_object() ? "bsdf" : is_volume ? "volume" : "texture";
   const bool is_fine = description.tag == expected ||
                        (description.tag == "ref" && !target.is_object() && !description.id.empty());
   if (!is_fine) {

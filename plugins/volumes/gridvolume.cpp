@@ -8,6 +8,7 @@
 
 #include <dlfcn.h>
 
+#include "kinome/image.h"
 #include "kinome/instruction_set.h"
 #include "kinome/plugin.h"
 #include "vdb_reader.h"
@@ -16,12 +17,17 @@
 namespace kinome {
 namespace {
 
+constexpr int kMaxSlices = 1 << 30;
 constexpr const char* kFilters[] = {"trilinear", "nearest"};
 constexpr const char* kWraps[] = {"clamp", "repeat", "mirror"};
 
 constexpr Parameter kParameters[] = {
     {"filename", ParameterType::kFile, nullptr,
      "grid of 1, 3 or 6 channels: Mitsuba's .vol, or OpenVDB", true},
+    {"data", ParameterType::kImage, nullptr,
+     "values from a program, instead of the file: an image of the rows of all slices, from the "
+     "lowest z and y on"},
+    {"slices", ParameterType::kInteger, "1", "number of slices along z in `data`; ignored for files"},
     {"grid", ParameterType::kString, "",
      "name of the grid in an OpenVDB file; default: 'density', or else the first by name"},
     {"to_world", ParameterType::kTransform, "identity",
@@ -56,7 +62,31 @@ ReadVdbFunction vdb_reader(const Properties& props) {
                                     (reason ? reason : library.c_str()));
 }
 
+/// Converts `data` to a grid.
+VoxelGrid grid_of(const Image& image, int slices, const Properties& props) {
+  if (image.height % slices != 0) {
+    throw props.error("slices", "must divide the number of rows of `data`, " +
+                                    std::to_string(image.height));
+  }
+  VoxelGrid grid;
+  grid.size = {image.width, image.height / slices, slices};
+  grid.channels = static_cast<uint32_t>(image.channel_count());
+  if (grid.channels != 1 && grid.channels != 3 && grid.channels != 6) {
+    throw props.error("data",
+                      "must have 1, 3 or 6 channels, got " + std::to_string(grid.channels));
+  }
+  if (image.data.empty() || image.data.size() >= kMaxVoxelValues) {
+    throw props.error("data", "must have 1 to 2147483647 values, got " +
+                                  std::to_string(image.data.size()));
+  }
+  grid.values = image.data;
+  find_range(grid, props.error("data", "").where());
+  return grid;
+}
+
 VoxelGrid read_grid(const Properties& props) {
+  const auto slices = static_cast<int>(props.integer("slices", 1, kMaxSlices));
+  if (const auto pixels = props.image("data")) return grid_of(*pixels, slices, props);
   const std::string file = props.file("filename");
   if (!is_vdb_file(file)) {
     if (!props.string("grid").empty()) throw props.error("grid", "is only for OpenVDB files");
@@ -67,7 +97,7 @@ VoxelGrid read_grid(const Properties& props) {
   if (!vdb_reader(props)(file, props.string("grid"), grid, error)) {
     throw Error(Location{file, 0, 0}, error);
   }
-  find_range(grid, file);
+  find_range(grid, Location{file, 0, 0});
   return grid;
 }
 

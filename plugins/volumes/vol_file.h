@@ -28,8 +28,8 @@ struct VoxelGrid {
 /// Grids have fewer values than this, so that an int32_t can number them.
 inline constexpr uint64_t kMaxVoxelValues = uint64_t{1} << 31;
 
-/// Sets `min` and `max` of a grid of `file`. Throws Error if a value isn't finite.
-inline void find_range(VoxelGrid& grid, const std::string& file) {
+/// Sets `min` and `max` of a grid from `where`. Throws Error if a value isn't finite.
+inline void find_range(VoxelGrid& grid, const Location& where) {
   float lo = std::numeric_limits<float>::infinity(), hi = -lo;
   int is_fine = 1;
   for (const float v : grid.values) {
@@ -42,10 +42,10 @@ inline void find_range(VoxelGrid& grid, const std::string& file) {
   size_t i = 0;
   while (std::isfinite(grid.values[i])) ++i;
   const size_t voxel = i / grid.channels, row = voxel / grid.size.x;
-  throw Error(Location{file, 0, 0}, "voxel (" + std::to_string(voxel % grid.size.x) + ", " +
-                                        std::to_string(row % grid.size.y) + ", " +
-                                        std::to_string(row / grid.size.y) + ") has the value " +
-                                        format_number(grid.values[i]));
+  throw Error(where, "voxel (" + std::to_string(voxel % grid.size.x) + ", " +
+                         std::to_string(row % grid.size.y) + ", " +
+                         std::to_string(row / grid.size.y) + ") has the value " +
+                         format_number(grid.values[i]));
 }
 
 /// Reads a .vol file. Throws Error if it isn't a valid one.
@@ -100,7 +100,7 @@ inline VoxelGrid read_vol_file(const std::string& file) {
                    static_cast<std::streamsize>(4 * count))) {
     fail("can't be read to its end");
   }
-  find_range(grid, file);
+  find_range(grid, Location{file, 0, 0});
   return grid;
 }
 

@@ -3,9 +3,10 @@ import numpy as np
 
 from . import _kinome
 from ._errors import Error
-from ._values import numbers, to_core
+from ._values import grid, numbers, to_core
 
-TAGS = ("bsdf", "emitter", "film", "integrator", "rfilter", "sampler", "sensor", "shape", "texture")
+TAGS = ("bsdf", "emitter", "film", "integrator", "medium", "phase", "rfilter", "sampler", "sensor",
+        "shape", "texture", "volume")
 
 
 def fail(where, message):
@@ -83,6 +84,10 @@ def describe(description, name="", where="scene", tag=None):
         if key in ("type", "id"):
             continue
         if not isinstance(value, dict):
+            if plugin == "gridvolume" and key in ("data", "grid") and not isinstance(value, str):
+                rows, slices = grid(value, place)
+                values += [("data", rows, place), ("slices", slices, place)]
+                continue
             is_pixels = key in ("data", "bitmap") and not isinstance(value, str)
             values.append(("data" if is_pixels else key,
                            to_core(value, key, place, description.get("raw", False)), place))

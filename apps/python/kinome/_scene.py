@@ -9,7 +9,7 @@ from . import _kinome
 from ._describe import describe, description_of
 from ._errors import Error
 from ._picture import Picture
-from ._values import to_core, to_python
+from ._values import grid, to_core, to_python
 
 Parameter = collections.namedtuple("Parameter",
                                    "path type plugin doc choices value default is_set low high")
@@ -159,7 +159,14 @@ class SceneParameters(collections.abc.MutableMapping):
         self._editor.revert(_known(path))
 
     def __getitem__(self, path):
-        return to_python(self._editor.get(_known(path)))
+        value = to_python(self._editor.get(_known(path)))
+        slices = None if value is None else self._slices(path)
+        return value if slices is None else value.reshape(slices, -1, *value.shape[1:])
+
+    def _slices(self, path):
+        """Returns the number of slices of a grid of voxels, None for other parameters."""
+        owner, _, name = path.rpartition(".")
+        return self.get(f"{owner}.slices") if name == "data" else None
 
     def get(self, path, default=None):
         """Returns the value, or `default` if there is no such parameter."""
@@ -173,13 +180,20 @@ class SceneParameters(collections.abc.MutableMapping):
         return self.get(path, nothing) is not nothing
 
     def __setitem__(self, path, value):
-        self._editor.set(path, self._core_value(path, value))
+        values = self._core_values(path, value)
+        if len(values) == 1:
+            self._editor.set(*values[0])
+        else:
+            self._editor.set_all(values)
 
-    @staticmethod
-    def _core_value(path, value):
+    def _core_values(self, path, value):
+        """Returns pairs of paths and values for the compiled module: one, or two for a grid of voxels."""
         if isinstance(value, dict):
-            return description_of(value, _known(path))
-        return to_core(value, _known(path).rpartition(".")[2], path)
+            return [(path, description_of(value, _known(path)))]
+        if self._slices(_known(path)) is not None:
+            rows, slices = grid(value, path)
+            return [(path, rows), (path.rpartition(".")[0] + ".slices", slices)]
+        return [(path, to_core(value, path.rpartition(".")[2], path))]
 
     def __delitem__(self, path):
         raise TypeError("a scene's parameters can be set and unset, not deleted")
@@ -217,15 +231,16 @@ class SceneParameters(collections.abc.MutableMapping):
             now = self.get(path, nothing)  # `nothing` for a texture or an error
             if value is None and now is None:
                 continue
-            new = self._core_value(path, value)
+            new = self._core_values(path, value)
             is_there = now is not None and now is not nothing
-            if is_there and _are_same(new, self._core_value(path, now)):
+            if is_there and all(_are_same(a, b) for (_, a), (_, b) in
+                                zip(new, self._core_values(path, now))):
                 if defaults is None:
                     defaults = {row.path for row in self._rows()
                               if not row.is_set and row.type != "array"}
                 if path in defaults:
                     continue
-            pairs.append((path, new))
+            pairs += new
         return pairs
 
     def update(self, values=None):

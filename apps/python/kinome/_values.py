@@ -34,6 +34,20 @@ def pixels(value, where, raw=False):
     return "image", np.ascontiguousarray(image, np.float32)
 
 
+def grid(value, where):
+    """Converts a grid of voxels of the shape (z, y, x) or (z, y, x, channels). Returns an image of the
+    rows of all slices, and the number of slices."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "fiu" or array.ndim not in (3, 4) or array.size == 0:
+        raise TypeError(f"{where}: expected a grid of numbers of the shape (z, y, x) or (z, y, x, "
+                        f"channels), got {type(value).__name__} of the shape {array.shape}")
+    if array.ndim == 3:
+        array = array[..., None]
+    slices, height, width, channels = array.shape
+    rows = array.reshape(slices * height, width, channels)
+    return ("grid", np.ascontiguousarray(rows, np.float32)), slices
+
+
 def indices(value, where):
     """Converts to vertex indices. Raises an error for values that numpy would round or wrap."""
     array = np.asarray(value).ravel()

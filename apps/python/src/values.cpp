@@ -35,6 +35,17 @@ std::shared_ptr<const Image> to_image(nb::handle value, const Location& where) {
   return image;
 }
 
+/// Converts a grid of the shape (slices x height, width, channels), as for `data` of gridvolume.
+std::shared_ptr<const Image> to_grid(nb::handle value) {
+  const auto values = nb::cast<FloatArray>(value);
+  auto image = std::make_shared<Image>();
+  image->height = static_cast<int>(values.shape(0));
+  image->width = static_cast<int>(values.shape(1));
+  for (size_t c = 0; c < values.shape(2); ++c) image->channels.push_back(std::to_string(c));
+  image->data.assign(values.data(), values.data() + values.size());
+  return image;
+}
+
 template <class T>
 nb::object array_of(std::vector<T> values) {
   auto* const kept = new std::vector<T>(std::move(values));
@@ -110,6 +121,7 @@ EditedValue to_value(nb::handle value, const Location& where) {
   if (kind == "rgb") return UniformColor{to_vector(what), false, false};
   if (kind == "vector") return to_vector(what);
   if (kind == "image") return to_image(what, where);
+  if (kind == "grid") return to_grid(what);
   if (kind == "transform") {
     const auto rows = nb::cast<std::vector<double>>(what);
     Mat4 m;

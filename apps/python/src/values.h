@@ -14,7 +14,8 @@ namespace nb = nanobind;
 /// Converts a value in the form that kinome/_values.py produces: bool, int, float, str, or a pair
 /// of a type and a value: ("rgb", [r, g, b]), ("vector", [x, y, z]), ("transform", 16 numbers by
 /// rows),
-/// ("image", float32 array (height, width, channels)), ("floats", float32 array), ("indices",
+/// ("image", float32 array (height, width, channels)), ("grid", float32 array (slices x height,
+/// width, channels)), ("floats", float32 array), ("indices",
 /// uint32 array), ("object", argument of to_description()).
 EditedValue to_value(nb::handle value, const Location& where);
 /// Converts a value to the form that to_value() takes; nullopt to None.
