@@ -27,7 +27,8 @@ constexpr uint32_t kCandidates = 1;
 /// Scattered part of the light that a leg takes away, for each channel.
 Rgb scattered_on(const MediumLeg& leg, const transport::MediaTable& media) {
   const Rgb depth = leg.length * media.extinction().at(leg.medium);
-  const Rgb taken(-std::expm1(-depth.x), -std::expm1(-depth.y), -std::expm1(-depth.z));
+  Rgb taken(-std::expm1(-depth.x));
+  if (media.is_coloured()) taken.y = -std::expm1(-depth.y), taken.z = -std::expm1(-depth.z);
   return leg.throughput * taken * media.albedo().at(leg.medium);
 }
 
@@ -42,13 +43,14 @@ FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTab
     : scene_(scene),
       media_(media),
       sampler_(sensor.sampler()),
-      needs_collisions_(settings.length.max_depth > 2 || !sources.are_deltas()),
+      needs_collisions_(settings.length.max_depth > 2 || sources.have_surfaces()),
       sees_sky_(scene.scene().environment() && !settings.hide_emitters),
-      share_(FogLight::kShare * static_cast<float>(scene.scene().emitters().size())),
+      share_(needs_collisions_ ? FogLight::kShare : kInfinity),
       camera_(scene, sensor, kBlockSamples, false),
       segments_(scene, media, settings.hide_emitters, kBlockSamples),
-      paths_(scene, media, sensor.sampler(), settings, 2 * kBlockSamples),
-      fog_(scene, media, sources, sensor.sampler(), kBlockSamples),
+      light_choice_(sources),
+      paths_(scene, media, sensor.sampler(), settings, 2 * kBlockSamples, &light_choice_),
+      fog_(scene, media, sources, sensor.sampler(), share_, kBlockSamples),
       film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
             sensor.film().has_powers(0)),
       numbers_(kBlockSamples),
@@ -64,10 +66,16 @@ FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTab
 }
 
 void FogBlock::render(const PixelSamples& samples, Tile& tile) {
+  trace(samples, tile.counters);
+  const StageTimer timer(tile.counters.stage_seconds["film"]);
+  film_.add(samples, camera_.film_position(), values_, tile.film);
+}
+
+void FogBlock::trace(const PixelSamples& samples, RenderCounters& counters) {
   const size_t count = samples.count();
   FirstEdges first;
   {
-    const StageTimer timer(tile.counters.stage_seconds["primary"]);
+    const StageTimer timer(counters.stage_seconds["primary"]);
     camera_.make_rays(samples);
     for (float* const column : {radiance_.x, radiance_.y, radiance_.z}) {
       std::fill_n(column, padded(count), 0.f);
@@ -77,18 +85,17 @@ void FogBlock::render(const PixelSamples& samples, Tile& tile) {
     const transport::PathState state{
         first.owner, first.medium, first.throughput, nullptr, nullptr, first.scatterings, &legs_};
     segments_.trace(first.rays, count, state, transport::RandomSeeds(samples, kCollisionDimension),
-                    RayKind::kCamera, tile.counters);
+                    RayKind::kCamera, counters);
     set_alpha(first, count);
   }
   {
-    const StageTimer timer(tile.counters.stage_seconds["shadow"]);
-    fog_.add(samples, legs_, kFogDimension, kCandidates, radiance_, tile.counters);
+    const StageTimer timer(counters.stage_seconds["shadow"]);
+    fog_.add(samples, legs_, kFogDimension, kCandidates, radiance_, counters);
   }
   const size_t collisions = needs_collisions_ ? add_collisions(samples, first) : 0;
-  paths_.trace_from(samples, count + collisions, share_,
-                    kFogDimension + kCandidates * FogLight::kDimensions, radiance_, tile.counters);
-  const StageTimer timer(tile.counters.stage_seconds["film"]);
-  film_.add(samples, camera_.film_position(), values_, tile.film);
+  const auto emitters = static_cast<float>(scene_.scene().emitters().size());
+  paths_.trace_from(samples, count + collisions, share_ * emitters,
+                    kFogDimension + kCandidates * FogLight::kDimensions, radiance_, counters);
 }
 
 /// Sets alpha to the probability that `volpath` sets it to 1.
@@ -106,7 +113,11 @@ size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& f
   numbers_.fill_1d(sampler_, samples, kCollisionDimension, first.owner, count, u_);
   numbers_.fill_1d(sampler_, samples, kCollisionDimension + 1, first.owner, count, u_distance_);
   std::fill_n(total_, count, 0.f);
-  for (const MediumLeg& leg : legs_) total_[leg.path] += sum_of(scattered_on(leg, media_));
+  scattered_.clear();
+  for (const MediumLeg& leg : legs_) {
+    scattered_.push_back(scattered_on(leg, media_));
+    total_[leg.path] += sum_of(scattered_.back());
+  }
   // A leg's probability is proportional to its weight. The total weight is at most 3, since
   // throughputs begin with 1.
   for (size_t i = 0; i < count; ++i) {
@@ -114,11 +125,12 @@ size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& f
     left_[i] = total_[i] * u_[i];
   }
   size_t added = 0;
-  for (const MediumLeg& leg : legs_) {
-    float& left = left_[leg.path];
-    const float weight = sum_of(scattered_on(leg, media_));
+  for (size_t k = 0; k < legs_.size(); ++k) {
+    const uint32_t sample = legs_[k].path;
+    float& left = left_[sample];
+    const float weight = sum_of(scattered_[k]);
     if (left >= 0 && left < weight) {
-      add_collision(first, count + added++, leg, 1 / total_[leg.path], left, u_distance_[leg.path]);
+      add_collision(first, count + added++, k, left, u_distance_[sample]);
     }
     left -= weight;
   }
@@ -126,30 +138,36 @@ size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& f
   return added;
 }
 
-/// Makes a collision on a leg. `at`: uniform between 0 and the leg's weight; it selects the channel
-/// that the distance is sampled for. `probability`: that of the leg, divided by its weight.
-void FogBlock::add_collision(const FirstEdges& first, size_t path, const MediumLeg& leg,
-                             float probability, float at, float u) const {
+/// Makes a collision on leg k. `at`: uniform between 0 and the leg's weight; it selects the channel
+/// that the distance is sampled for.
+void FogBlock::add_collision(const FirstEdges& first, size_t path, size_t k, float at,
+                             float u) const {
+  const MediumLeg& leg = legs_[k];
   const Rgb extinction = media_.extinction().at(leg.medium);
-  const Rgb weight = scattered_on(leg, media_);
+  const Rgb weight = scattered_[k];
   int channel = at < weight.x ? 0 : at < weight.x + weight.y ? 1 : 2;
   if (!(weight[channel] > 0)) channel = weight.y > 0 ? 1 : 0;
-  const float t = AttenuatedDistances(extinction[channel], leg.length).at(u);
-  float density = 0;
-  Rgb light(0.f);
-  for (int c = 0; c < 3; ++c) {
-    if (!(weight[c] > 0)) continue;
-    density += weight[c] * AttenuatedDistances(extinction[c], leg.length).density(t);
-    light[c] = std::exp(-extinction[c] * t) * extinction[c];
+  const AttenuatedDistances distances(extinction[channel], leg.length);
+  const float t = distances.at(u);
+  Rgb throughput(0.f);
+  if (media_.is_coloured()) {
+    float density = 0;
+    for (int c = 0; c < 3; ++c) {
+      if (!(weight[c] > 0)) continue;
+      density += weight[c] * AttenuatedDistances(extinction[c], leg.length).density(t);
+      throughput[c] = std::exp(-extinction[c] * t) * extinction[c];
+    }
+    throughput *= leg.throughput * media_.albedo().at(leg.medium) * (total_[leg.path] / density);
+  } else {
+    throughput = weight * (total_[leg.path] / sum_of(weight));
   }
-  light *= leg.throughput * media_.albedo().at(leg.medium);
   RayHit16& rays = first.rays[path / kBlockLanes];
   const size_t lane = path % kBlockLanes;
   set_ray(rays.ray, lane, Ray(leg.o, leg.d, 0, t));
   rays.shape[lane] = static_cast<uint32_t>(scene_.scene().shapes().size()) + leg.medium - 1;
   first.owner[path] = leg.path;
   first.medium[path] = leg.medium;
-  first.throughput.set(path, light / (density * probability));
+  first.throughput.set(path, throughput);
 }
 
 }  // namespace kinome

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "clustered/media/fog_light.h"
+#include "clustered/media/point_light_choice.h"
 #include "kinome/render_context.h"
 #include "transport/camera.h"
 #include "transport/film_samples.h"
@@ -20,22 +21,27 @@ class FogBlock {
            const FogSources& sources, const Sensor& sensor, const PathSettings& settings);
 
   void render(const PixelSamples& samples, Tile& tile);
+  /// Sets radiance() without changing a film.
+  void trace(const PixelSamples& samples, RenderCounters& counters);
+  const Columns3& radiance() const { return radiance_; }
 
  private:
   void set_alpha(const transport::VolumePaths::FirstEdges& first, size_t count);
   size_t add_collisions(const PixelSamples& samples,
                         const transport::VolumePaths::FirstEdges& first);
-  void add_collision(const transport::VolumePaths::FirstEdges& first, size_t path,
-                     const transport::MediumLeg& leg, float probability, float at, float u) const;
+  void add_collision(const transport::VolumePaths::FirstEdges& first, size_t path, size_t k,
+                     float at, float u) const;
 
   const transport::SceneTable& scene_;
   const transport::MediaTable& media_;
   const Sampler& sampler_;
+  /// True if paths continue from collisions. Otherwise FogLight finds all light.
   const bool needs_collisions_;
   const bool sees_sky_;
-  const float share_;  ///< argument of VolumePaths::trace_from()
+  const float share_;  ///< see FogLight
   transport::Camera camera_;
   transport::Segments segments_;
+  PointLightChoice light_choice_;
   transport::VolumePaths paths_;
   FogLight fog_;
   transport::FilmSamples film_;
@@ -46,6 +52,7 @@ class FogBlock {
   float *total_, *left_;  ///< weights of the legs of a sample; see add_collisions()
   std::vector<float*> values_;
   std::vector<transport::MediumLeg> legs_;
+  std::vector<Rgb> scattered_;  ///< of each leg; see add_collisions()
 };
 
 }  // namespace kinome

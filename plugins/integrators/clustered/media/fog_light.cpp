@@ -23,10 +23,11 @@ kinome::Rgb exp_of(const kinome::Rgb& x) {
 }  // namespace
 
 FogLight::FogLight(const transport::SceneTable& scene, const transport::MediaTable& media,
-                   const FogSources& sources, const Sampler& sampler, size_t rays)
+                   const FogSources& sources, const Sampler& sampler, float share, size_t rays)
     : media_(media),
       sources_(sources),
       sampler_(sampler),
+      share_(share),
       table_(sources, media),
       numbers_(rays),
       shadows_(scene, media, rays, rays),
@@ -136,7 +137,7 @@ void FogLight::make_candidate(size_t i, const MediumLeg& leg) {
   if (is_black(light.weight)) return;
   const MediumPoint point{p, Frame::from_normal(-leg.d)};
   const float phase = media_.medium(leg.medium)->phase().eval(point, point.frame.to_local(light.d));
-  const float ratio = phase / (kShare * light.emitter_pdf);
+  const float ratio = phase / (share_ * light.emitter_pdf);
   const float factor = phase / (choice.density * (1 + ratio * ratio));
   const kinome::Rgb extinction = media_.extinction().at(leg.medium);
   const kinome::Rgb scattering = extinction * media_.albedo().at(leg.medium);

@@ -17,13 +17,14 @@ class FogLight {
  public:
   /// Dimensions of the sampler for each candidate.
   static constexpr uint32_t kDimensions = 4;
-  /// Samples of a phase function p and of an emitter (density q) find the same light of emitters
-  /// with area. Their weights are those of the power heuristic for the densities p and kShare q.
+  /// Recommended `share`.
   static constexpr float kShare = 8;
 
-  /// For blocks of at most `rays` camera rays.
+  /// For blocks of at most `rays` camera rays. `share`: samples of a phase function p and of an
+  /// emitter (density q) find the same light of emitters with area. Their weights are those of the
+  /// power heuristic for the densities p and `share` q. With infinity, candidates find all light.
   FogLight(const transport::SceneTable& scene, const transport::MediaTable& media,
-           const FogSources& sources, const Sampler& sampler, size_t rays);
+           const FogSources& sources, const Sampler& sampler, float share, size_t rays);
 
   /// Adds the light of `legs` to the radiance of their samples. Some of the samples are used for
   /// learning; their random numbers are independent of the sampler's, so that no estimate depends
@@ -42,6 +43,7 @@ class FogLight {
   const transport::MediaTable& media_;
   const FogSources& sources_;
   const Sampler& sampler_;
+  const float share_;
   FogTable table_;
   transport::Numbers numbers_;
   transport::MediumShadows shadows_;

@@ -12,22 +12,41 @@ namespace kinome {
 namespace {
 
 /// Number of candidates for each direction in the cells, and bounds on the number of directions.
-/// They are drawn once for each render, so that many are needed.
-constexpr double kRaysPerPoint = 4, kMinPoints = 1 << 12, kMaxPoints = 1 << 18;
+/// They are drawn once for each render. More than these don't fit into the cache.
+constexpr double kRaysPerPoint = 4, kMinPoints = 1 << 12, kMaxPoints = 1 << 14;
 /// Positions that are tried to find the position of a lamp.
 constexpr uint32_t kProbes = 256;
+/// Directions from which the intensity of a near emitter is estimated, and the distance, as a
+/// multiple of its radius.
+constexpr uint32_t kIntensityProbes = 64;
+constexpr float kIntensityDistance = 8;
+
+Vec3 random_direction(uint32_t i) {
+  const uint64_t bits = hash_words(i, 0x70726f6265);
+  const float z = 2 * to_unit_float(static_cast<uint32_t>(bits)) - 1;
+  const float phi = 2 * kPi * to_unit_float(static_cast<uint32_t>(bits >> 32));
+  const float r = std::sqrt(std::max(0.f, 1 - z * z));
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+float mean_intensity(const Emitter& emitter, const Vec3& p, float radius) {
+  const float distance = radius > 0 ? kIntensityDistance * radius : 1;
+  float sum = 0;
+  for (uint32_t i = 0; i < kIntensityProbes; ++i) {
+    const Vec3 from = p + distance * random_direction(i);
+    const auto sample = emitter.sample_direct(from, Vec2(0.5f));
+    if (sample && sample->pdf > 0) sum += mean_of(sample->radiance) / sample->pdf;
+  }
+  return sum * distance * distance / static_cast<float>(kIntensityProbes);
+}
 
 /// Returns a position on the sphere around the scene, or nearer to its centre.
 Vec3 probe_position(const Scene& scene, uint32_t i) {
   const Aabb& bounds = scene.bounds();
   const Vec3 centre = bounds.empty() ? Vec3(0.f) : bounds.centre();
   const float radius = bounds.empty() ? 1.f : glm::length(bounds.extent());
-  const uint64_t bits = hash_words(i, 0x70726f6265);
-  const float z = 2 * to_unit_float(static_cast<uint32_t>(bits)) - 1;
-  const float phi = 2 * kPi * to_unit_float(static_cast<uint32_t>(bits >> 32));
-  const float r = std::sqrt(std::max(0.f, 1 - z * z));
   const float scale = static_cast<float>(i % 4) / 3;
-  return centre + radius * scale * Vec3(r * std::cos(phi), r * std::sin(phi), z);
+  return centre + radius * scale * random_direction(i);
 }
 
 std::optional<DirectSample> probe(const Scene& scene, const Emitter& emitter) {
@@ -48,7 +67,7 @@ std::optional<DirectSample> probe(const Scene& scene, const Emitter& emitter) {
 FogSources::FogSources(const Scene& scene, double rays, uint64_t seed, const Scheduler& scheduler) {
   for (const Emitter* const emitter : scene.emitters()) {
     if (emitter == scene.environment()) continue;
-    are_deltas_ = are_deltas_ && !emitter->shape();
+    have_surfaces_ = have_surfaces_ || emitter->shape();
     if (add_near(scene, *emitter)) continue;
     const auto sample = probe(scene, *emitter);
     Distant sun{emitter, 1, Vec3(0, 0, 1), 1, groups_++};
@@ -66,19 +85,21 @@ FogSources::FogSources(const Scene& scene, double rays, uint64_t seed, const Sch
 bool FogSources::add_near(const Scene& scene, const Emitter& emitter) {
   if (emitter.shape()) {
     const Aabb box = emitter.shape()->bounds();
-    near_.push_back({&emitter, box.centre(), 0.5f * glm::length(box.extent())});
+    const float radius = 0.5f * glm::length(box.extent());
+    near_.push_back(
+        {&emitter, box.centre(), radius, mean_intensity(emitter, box.centre(), radius)});
     return true;
   }
   const auto found = probe(scene, emitter);
   if (found && found->distance == kInfinity) return false;
   const Vec3 centre = scene.bounds().empty() ? Vec3(0.f) : scene.bounds().centre();
-  near_.push_back({&emitter, found ? found->d : centre});
+  const Vec3 p = found ? found->d : centre;
+  near_.push_back({&emitter, p, 0, mean_intensity(emitter, p, 0)});
   return true;
 }
 
 void FogSources::add_environment(const Emitter& environment, double rays, uint64_t seed,
                                  const Scheduler& scheduler) {
-  are_deltas_ = false;
   const auto grid = cell_grid_of(environment);
   if (!grid) {
     distant_.push_back({&environment, 1, Vec3(0, 1, 0), 0, groups_++});
@@ -88,10 +109,10 @@ void FogSources::add_environment(const Emitter& environment, double rays, uint64
   const DistantCells cells(environment, *grid, kCells, scheduler);
   if (cells.size() == 0) return;
   const double points = std::clamp(rays / kRaysPerPoint, kMinPoints, kMaxPoints);
-  points_ = cells.draw_points(static_cast<uint32_t>(points), seed, scheduler);
-  point_pdf_.resize(points_.points.size());
-  for (size_t i = 0; i < point_pdf_.size(); ++i) {
-    point_pdf_[i] = environment.pdf_environment(points_.points[i].d);
+  const CellPoints drawn = cells.draw_points(static_cast<uint32_t>(points), seed, scheduler);
+  first_ = drawn.first;
+  for (const CellPoint& point : drawn.points) {
+    directions_.push_back({point.d, environment.pdf_environment(point.d), point.weight});
   }
   for (uint32_t c = 0; c < cells.size(); ++c) {
     const Vec3 axis(cells.axis()[0][c], cells.axis()[1][c], cells.axis()[2][c]);
@@ -105,8 +126,10 @@ void FogSources::add_environment(const Emitter& environment, double rays, uint64
 FogSources::Light FogSources::sample(uint32_t source, const Vec3& p, const Vec2& u) const {
   const auto distant = static_cast<uint32_t>(source - near_.size());
   if (source >= near_.size() && distant >= first_cell_) {
-    const CellPoint& point = points_.pick(distant - first_cell_, u.x);
-    return {point.d, kInfinity, point.weight, point_pdf_[&point - points_.points.data()]};
+    const uint32_t begin = first_[distant - first_cell_];
+    const auto count = static_cast<float>(first_[distant - first_cell_ + 1] - begin);
+    const Direction& chosen = directions_[begin + static_cast<uint32_t>(u.x * count)];
+    return {chosen.d, kInfinity, chosen.weight, chosen.emitter_pdf};
   }
   const Emitter& emitter =
       source < near_.size() ? *near_[source].emitter : *distant_[distant].emitter;

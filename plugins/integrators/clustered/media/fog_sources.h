@@ -31,7 +31,8 @@ class FogSources {
   struct Near {
     const Emitter* emitter;
     Vec3 p{0.f};
-    float radius = 0;  ///< approximate; 0 for emitters without area
+    float radius = 0;     ///< approximate; 0 for emitters without area
+    float intensity = 0;  ///< mean over directions and channels [power per solid angle]
   };
   const std::vector<Near>& near() const { return near_; }
   /// Emitter or cell whose light comes from infinity.
@@ -44,8 +45,8 @@ class FogSources {
   };
   const std::vector<Distant>& distant() const { return distant_; }
   uint32_t groups() const { return groups_; }
-  /// True if all sources are points or parallel light, which no ray can hit.
-  bool are_deltas() const { return are_deltas_; }
+  /// True if some sources are surfaces.
+  bool have_surfaces() const { return have_surfaces_; }
 
   /// Light of a source at the point p. The density of the direction is relative to the source: it
   /// doesn't include the probability of choosing it. 0: none.
@@ -67,9 +68,15 @@ class FogSources {
   std::vector<Distant> distant_;
   uint32_t groups_ = 0;
   uint32_t first_cell_ = 0;  ///< index into distant_
-  bool are_deltas_ = true;
-  CellPoints points_;
-  std::vector<float> point_pdf_;  ///< Light::emitter_pdf of each of points_
+  bool have_surfaces_ = false;
+  /// Direction in a cell, as of Light.
+  struct Direction {
+    Vec3 d;
+    float emitter_pdf;
+    Rgb weight;
+  };
+  std::vector<Direction> directions_;  ///< sorted by cell
+  std::vector<uint32_t> first_;        ///< of each cell; one more entry than cells
 };
 
 }  // namespace kinome

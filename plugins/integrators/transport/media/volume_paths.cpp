@@ -29,7 +29,7 @@ VolumePaths::State VolumePaths::make_state(Arena& arena) {
 }
 
 VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const Sampler& sampler,
-                         const PathSettings& settings, size_t rays)
+                         const PathSettings& settings, size_t rays, LightChoice* choice)
     : scene_(scene),
       media_(media),
       sampler_(sampler),
@@ -41,6 +41,7 @@ VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const
       shadows_(scene, media, Surfaces::most_points(scene, rays), rays),
       met_(scene, rays),
       emitters_(scene, Surfaces::most_points(scene, rays)),
+      choice_(choice),
       sort_(Surfaces::most_points(scene, rays)),
       per_ray_(rays),
       rays_(per_ray_.ray_hits()),
@@ -66,6 +67,9 @@ VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const
       u2_(per_point_.two()),
       medium_(per_point_.indices()),
       answer_(make_answer(per_point_)),
+      sampled_{per_point_.three(), per_point_.floats(), per_point_.floats(), per_point_.three(),
+               per_point_.floats()},
+      weight_pdf_(per_point_.floats()),
       shadow_rays_(per_point_.untraced_rays()) {}
 
 void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays,
@@ -251,14 +255,15 @@ void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
     std::fill_n(pdf_factor_ + first, padded_count,
                 !(weight > 0) ? 0.f
                 : is_first    ? 1 / first_share_
+                : choice_     ? emitters_.pick_pdf()
                               : 1.f);
     std::fill_n(relative_index2_ + first, padded_count, sqr(range.row->bsdf->relative_index()));
   }
   BsdfQuery query;
   if (scattering > 0) {
-    emitters_.sample(sampler_, samples, dimension, points, at_.owner, scattering, numbers_);
+    sample_emitters(samples, dimension, scattering);
     for_lanes(scattering, [&](size_t i) {
-      frame_at(points, i).to_local(wide::Vec3::load(emitters_.light().d, i)).store(wo_, i);
+      frame_at(points, i).to_local(wide::Vec3::load(light().d, i)).store(wo_, i);
     });
     query.wo = wo_;
   }
@@ -268,6 +273,22 @@ void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
   query.u1 = u1_;
   query.u2 = u2_;
   shade(met_, query, answer_);
+}
+
+void VolumePaths::sample_emitters(const PixelSamples& samples, uint32_t dimension, size_t count) {
+  if (!choice_) {
+    return emitters_.sample(sampler_, samples, dimension, met_.points(), at_.owner, count,
+                            numbers_);
+  }
+  // Points in media come first.
+  size_t first = 0;
+  for (const Surfaces::Range& range : met_.ranges()) {
+    if (first_share_ > 0 && !range.row->shape) first = range.first + padded(range.count);
+  }
+  if (first >= count) return;
+  choice_->sample(sampler_, samples, dimension, met_.points().part(first, count - first),
+                  at_.owner + first, count - first, numbers_, sampled_.from(first),
+                  weight_pdf_ + first);
 }
 
 /// Medium of collisions; MediaTable::kVacuum for surfaces.
@@ -302,14 +323,15 @@ void VolumePaths::add_emitter_samples(const RandomSeeds& seeds, const Columns3& 
   const size_t count = met_.scattering();
   if (count == 0) return;
   const SurfaceBlock& points = met_.points();
-  const DirectBlock& sampled = emitters_.light();
+  const DirectBlock& sampled = light();
   const Float last = static_cast<float>(length_.max_depth) - 1.f;
   size_t rays = 0;
   for_lanes(count, [&](size_t i) {
-    const Float pdf = Float::load(sampled.pdf + i) * emitters_.pick_pdf();
+    const Float pdf = Float::load(sampled.pdf + i) * (choice_ ? 1 : emitters_.pick_pdf());
+    const Float weight_pdf = choice_ ? Float::load(weight_pdf_ + i) : pdf;
     const Mask is_delta = Float::load(sampled.is_delta + i) > 0.f;
     const Float weight =
-        select(is_delta, Float(1.f), weight_against(pdf, Float::load(answer_.pdf + i)));
+        select(is_delta, Float(1.f), weight_against(weight_pdf, Float::load(answer_.pdf + i)));
     const Float times = Float::load(emitter_weight_ + i);
     const wide::Rgb light = wide::Rgb::load(at_.throughput, i) * wide::Rgb::load(answer_.f, i) *
                             wide::Rgb::load(sampled.radiance, i) * (abs(times) * weight / pdf);

@@ -9,6 +9,18 @@
 
 namespace kinome::transport {
 
+/// Chooses an emitter sample for each point of a block, in place of EmitterSamples. One per thread.
+class LightChoice {
+ public:
+  virtual ~LightChoice() = default;
+  /// Dimensions of the sampler, and arguments: as for EmitterSamples::sample(). Densities of `out`
+  /// include the probability of the emitter. `emitter_pdf`: densities of the emitter's own samples
+  /// of the same directions, per solid angle, for weights.
+  virtual void sample(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
+                      const SurfaceBlock& points, const uint32_t* owner, size_t count,
+                      Numbers& numbers, const DirectBlock& out, float* emitter_pdf) = 0;
+};
+
 /// Paths from the camera through media. Each point where light is scattered, in a medium or on a
 /// surface, gets direct light from an emitter sample and a sample of its phase function or BSDF,
 /// combined by the power heuristic (Veach 1997, 9.2.4). The weights don't include transmittances,
@@ -20,9 +32,9 @@ namespace kinome::transport {
 /// path, and emitter samples of all emitters see through them.
 class VolumePaths {
  public:
-  /// For blocks of at most `rays` paths.
+  /// For blocks of at most `rays` paths. `choice`: nullptr for EmitterSamples.
   VolumePaths(const SceneTable& scene, const MediaTable& media, const Sampler& sampler,
-              const PathSettings& settings, size_t rays);
+              const PathSettings& settings, size_t rays, LightChoice* choice = nullptr);
 
   /// Traces a path along each camera ray. Adds its light to `radiance`. Sets `alpha` to 1 if the
   /// ray sees an environment that isn't hidden, or is scattered or absorbed; else to 0.
@@ -84,6 +96,8 @@ class VolumePaths {
   void sample(const PixelSamples& samples, uint32_t dimension);
   void add_emitter_samples(const RandomSeeds& seeds, const Columns3& radiance,
                            RenderCounters& counters);
+  void sample_emitters(const PixelSamples& samples, uint32_t dimension, size_t count);
+  const DirectBlock& light() const { return choice_ ? sampled_ : emitters_.light(); }
   uint32_t medium_of(const Surfaces::Range& range) const;
   void find_media(size_t count, const Columns3& d, uint32_t* medium) const;
   wide::Float index2_factor(size_t i) const;
@@ -102,6 +116,7 @@ class VolumePaths {
   MediumShadows shadows_;
   Surfaces met_;
   EmitterSamples emitters_;
+  LightChoice* const choice_;
   DirectionSort sort_;
 
   Arena per_ray_;
@@ -127,6 +142,10 @@ class VolumePaths {
   Columns2 u2_;
   uint32_t* medium_;
   BsdfAnswer answer_;
+  /// Emitter samples, with the probability of the emitter in their densities, and densities for
+  /// weights.
+  DirectBlock sampled_;
+  float* weight_pdf_;
   Ray16* shadow_rays_;
 };
 
