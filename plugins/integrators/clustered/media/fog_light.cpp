@@ -53,10 +53,10 @@ void FogLight::add(const PixelSamples& samples, std::span<const MediumLeg> legs,
   legs_ = legs;
   pilot_.clear(), rest_.clear();
   for (uint32_t i = 0; i < legs.size(); ++i) {
-    const Medium& medium = *media_.medium(legs[i].medium);
     const Rgb scattering = media_.extinction().at(legs[i].medium) *
                            media_.albedo().at(legs[i].medium) * legs[i].throughput;
-    if (!medium.samples_emitters() || is_black(scattering) || !(legs[i].length > 0)) continue;
+    if (media_.emitter_weight(legs[i].medium) != 1) continue;
+    if (is_black(scattering) || !(legs[i].length > 0)) continue;
     (legs[i].path % kPilotStep == 0 ? pilot_ : rest_).push_back(i);
   }
   if (pilot_.empty() && rest_.empty()) return;

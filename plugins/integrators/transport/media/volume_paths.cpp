@@ -248,7 +248,7 @@ void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
   for (const Surfaces::Range& range : met_.ranges()) {
     const uint32_t medium = medium_of(range);
     const bool is_medium = medium != MediaTable::kVacuum;
-    const bool is_first = is_medium && first_share_ > 0;
+    const bool is_first = is_found_elsewhere(range);
     const float weight = is_medium ? media_.emitter_weight(medium) : 1.f;
     const size_t first = range.first, padded_count = padded(range.count);
     std::fill_n(emitter_weight_ + first, padded_count, is_first ? 0.f : weight);
@@ -280,15 +280,21 @@ void VolumePaths::sample_emitters(const PixelSamples& samples, uint32_t dimensio
     return emitters_.sample(sampler_, samples, dimension, met_.points(), at_.owner, count,
                             numbers_);
   }
-  // Points in media come first.
   size_t first = 0;
   for (const Surfaces::Range& range : met_.ranges()) {
-    if (first_share_ > 0 && !range.row->shape) first = range.first + padded(range.count);
+    if (!is_found_elsewhere(range)) break;
+    first = range.first + padded(range.count);
   }
   if (first >= count) return;
   choice_->sample(sampler_, samples, dimension, met_.points().part(first, count - first),
                   at_.owner + first, count - first, numbers_, sampled_.from(first),
                   weight_pdf_ + first);
+}
+
+/// True if the caller of trace_from() finds the light of emitter samples at the points.
+bool VolumePaths::is_found_elsewhere(const Surfaces::Range& range) const {
+  const uint32_t medium = medium_of(range);
+  return first_share_ > 0 && medium != MediaTable::kVacuum && media_.emitter_weight(medium) == 1;
 }
 
 /// Medium of collisions; MediaTable::kVacuum for surfaces.

@@ -53,9 +53,9 @@ class VolumePaths {
   /// result is valid until trace_from().
   FirstEdges begin(const PixelSamples& samples, const RayHit16* camera_rays);
   /// Continues `count` paths from the ends of their first edges, several paths for a sample where
-  /// owners are equal. The first points in media get no emitter samples, because the caller
-  /// finds that light with a density of `share` times that of emitter samples.
-  /// `dimension`: first dimension of the sampler that is used.
+  /// owners are equal. The first points in media whose MediaTable::emitter_weight() is 1 get no
+  /// emitter samples, because the caller finds that light with a density of `share` times that of
+  /// emitter samples. `dimension`: first dimension of the sampler that is used.
   void trace_from(const PixelSamples& samples, size_t count, float share, uint32_t dimension,
                   const Columns3& radiance, RenderCounters& counters);
 
@@ -98,6 +98,7 @@ class VolumePaths {
                            RenderCounters& counters);
   void sample_emitters(const PixelSamples& samples, uint32_t dimension, size_t count);
   const DirectBlock& light() const { return choice_ ? sampled_ : emitters_.light(); }
+  bool is_found_elsewhere(const Surfaces::Range& range) const;
   uint32_t medium_of(const Surfaces::Range& range) const;
   void find_media(size_t count, const Columns3& d, uint32_t* medium) const;
   wide::Float index2_factor(size_t i) const;
