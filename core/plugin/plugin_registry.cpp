@@ -267,6 +267,10 @@ std::vector<InstructionSet> PluginRegistry::instruction_sets(Category category,
   return sets;
 }
 
+bool PluginRegistry::has(Category category, const std::string& name) const {
+  return loaded_.contains({category, name}) || !find_libraries(folders_, category, name).empty();
+}
+
 std::vector<std::string> PluginRegistry::names(Category category) const {
   std::set<std::string> found;
   for (const std::string& folder : folders_) {

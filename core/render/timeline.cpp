@@ -44,7 +44,7 @@ void Timeline::begin_loop(unsigned threads, const std::map<std::string, double>&
 }
 
 void Timeline::end_loop(const std::string& stage, const std::map<std::string, double>& seconds) {
-  parts_.back().stage = stage;
+  if (!stage.empty()) name_parts(stage);
   parts_.back().end = now();
   seconds_ = seconds;
 }

@@ -66,6 +66,14 @@ void DensityAudit::add(const Terms& pair) {
   }
 }
 
+void DensityAudit::add(const DensityAudit& other) {
+  count_ += other.count_;
+  for (size_t f = 0; f < kFunctions; ++f) {
+    sums_[f] += other.sums_[f];
+    squares_[f] += other.squares_[f];
+  }
+}
+
 bool DensityAudit::fails() const {
   if (count_ < 2) return false;
   // Each of the four means exceeds its bound, to either side, with probability 1e-9 / 8.

@@ -21,6 +21,8 @@ class DensityAudit {
   void add_place(const Bsdf& bsdf, const AuditPlace& place);
   /// The same for an environment.
   void add_place(const Emitter& emitter, const AuditPlace& place);
+  /// Adds the pairs of another test of the same object.
+  void add(const DensityAudit& other);
   /// Returns true if the samples don't follow the density. The probability of a false alarm is at
   /// most 1e-9.
   bool fails() const;

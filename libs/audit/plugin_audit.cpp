@@ -1,7 +1,9 @@
 #include "kinome/plugin_audit.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
+#include <vector>
 
 #include "kinome/color.h"
 #include "kinome/primary_rays.h"
@@ -19,6 +21,9 @@ constexpr uint64_t kAuditSeed = 0x6175646974;
 /// Number of points at which contradictions are searched for, which takes about 50 times as long as
 /// finding invalid values.
 constexpr uint32_t kThoroughPoints = 256;
+
+/// Number of points that a thread checks at a time.
+constexpr uint32_t kPointsOfPart = 16;
 
 class Audit {
  public:
@@ -39,6 +44,13 @@ class Audit {
       is_at_fault = fault != nullptr;
     }
     return known->second = is_at_fault;
+  }
+
+  /// Adds the results of an audit of other points.
+  void add(const Audit& other) {
+    for (const auto& [object, count] : other.looks_) looks_[object] += count;
+    for (const auto& [who, count] : other.faults_) faults_[who] += count;
+    for (const auto& [object, densities] : other.densities_) densities_[object].add(densities);
   }
 
   std::vector<PluginFault> faults() const {
@@ -110,16 +122,15 @@ class Audit {
   std::map<const Object*, DensityAudit> densities_;
 };
 
-}  // namespace
-
-std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor, uint64_t seed,
-                                       uint32_t places) {
+/// Checks the plugins at points [first, end).
+Audit audit_points(const Scene& scene, const Sensor& sensor, uint64_t seed, uint32_t first,
+                   uint32_t end) {
   Audit audit;
   PrimaryBatch primary;
   RenderCounters counters;
   const Rect& crop = sensor.film().crop();
   const auto& emitters = scene.emitters();
-  for (uint32_t i = 0; i < places && crop.area() > 0; ++i) {
+  for (uint32_t i = first; i < end && crop.area() > 0; ++i) {
     AuditPlace place{scene, nullptr, {}, hash_words(seed, kAuditSeed, i)};
     const bool is_thorough = i < kThoroughPoints;
     const int x = crop.x0 + static_cast<int>(hash_words(place.seed, 1000) % crop.width());
@@ -141,6 +152,26 @@ std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor,
       audit.check(*emitters[place.seed % emitters.size()], place, is_thorough);
     }
   }
+  return audit;
+}
+
+}  // namespace
+
+std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor, uint64_t seed,
+                                       uint32_t places, const Scheduler* scheduler) {
+  // The parts are the same on any number of threads, so that sums are added in the same order.
+  std::vector<Audit> parts((places + kPointsOfPart - 1) / kPointsOfPart);
+  const auto audit_part = [&](size_t part) {
+    const auto first = static_cast<uint32_t>(part) * kPointsOfPart;
+    parts[part] = audit_points(scene, sensor, seed, first, std::min(first + kPointsOfPart, places));
+  };
+  if (scheduler) {
+    scheduler->parallel_for(parts.size(), audit_part);
+  } else {
+    for (size_t part = 0; part < parts.size(); ++part) audit_part(part);
+  }
+  Audit audit;
+  for (const Audit& part : parts) audit.add(part);
   return audit.faults();
 }
 

@@ -152,8 +152,12 @@ Imf::Header make_header(const Image& image, ExrNumber number, const ImageMetadat
   const Imath::Box2i display(Imath::V2i(0), Imath::V2i(static_cast<int>(full_size.x) - 1,
                                                        static_cast<int>(full_size.y) - 1));
   Imf::Header header(display, Imath::Box2i(first, last));
-  // PIZ compresses noisy halves best. For floats, ZIP is as small and much faster.
-  header.compression() = number == ExrNumber::kHalf ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
+  // PIZ compresses many noisy halves fastest. Up to about 320x240 pixels, ZIP takes half as long or
+  // less, because PIZ initializes tables for each 32 rows. For floats, ZIP is as small and much
+  // faster at any size.
+  constexpr size_t kMinValuesForPiz = 1 << 18;
+  const bool is_for_piz = number == ExrNumber::kHalf && image.data.size() >= kMinValuesForPiz;
+  header.compression() = is_for_piz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
 #if OPENEXR_VERSION_MAJOR * 10000 + OPENEXR_VERSION_MINOR * 100 + OPENEXR_VERSION_PATCH >= 30103
   // Noise compresses no better at OpenEXR's level, 4, which takes 7 to 15 % longer.
   header.zipCompressionLevel() = 2;

@@ -33,9 +33,7 @@ const Substitute kSubstitutes[] = {
 
 bool is_registered(const Node& node, const PluginRegistry& registry) {
   const auto category = category_named(node.tag);
-  if (!category) return false;
-  const auto names = registry.names(*category);
-  return std::find(names.begin(), names.end(), node.value("type")) != names.end();
+  return category && registry.has(*category, node.value("type"));
 }
 
 struct LeftOut {

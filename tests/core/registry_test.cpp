@@ -55,6 +55,10 @@ TEST(Registry, ListsNamesWithoutLoading) {
             (std::vector<std::string>{"boundary", "foreign_abi", "no_descriptor", "probe",
                                       "strict", "unresolved", "uv_probe", "wide_probe"}));
   EXPECT_TRUE(registry.names(Category::kShape).empty());
+  EXPECT_TRUE(registry.has(Category::kTexture, "probe"));
+  EXPECT_FALSE(registry.has(Category::kShape, "probe"));
+  EXPECT_FALSE(registry.has(Category::kTexture, "prob"));
+  EXPECT_FALSE(registry.has(Category::kTexture, "../texture/probe"));
   EXPECT_TRUE(registry.loaded().empty());
 }
 

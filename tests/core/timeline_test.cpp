@@ -75,6 +75,21 @@ TEST(Timeline, PartsFollowEachOtherAndHaveStages) {
   EXPECT_EQ(stages.back(), "write");
 }
 
+TEST(Timeline, ALoopNamesThePreparationsWithoutAStage) {
+  Timeline timeline(Timeline::Clock::now());
+  RenderContext context({.threads = 2, .timeline = &timeline});
+  timeline.end_serial("load");
+  context.scheduler.parallel_for(4, [](size_t) {});
+  context.scheduler.for_each(2, [](size_t, RenderCounters& counters) {
+    counters.stage_seconds["primary"] += 1;
+    counters.stage_seconds["shade"] += 1;
+  });
+  timeline.end_serial("develop");
+  std::vector<std::string> stages;
+  for (const Timeline::Part& part : timeline.parts()) stages.push_back(part.stage);
+  EXPECT_EQ(stages, (std::vector<std::string>{"load", "tiles", "tiles", "tiles", "tiles", "develop"}));
+}
+
 TEST(Timeline, EventsOfAThreadDontOverlapAndCoverAllItems) {
   for (const unsigned threads : {1u, 2u, 5u}) {
     Timeline timeline(Timeline::Clock::now());

@@ -55,6 +55,19 @@ TEST(Exr, BytesAreThoseOfOneThread) {
   EXPECT_EQ(read_exr(folder.path("a.exr")).data, image.data);
 }
 
+TEST(Exr, SmallHalvesAreZipped) {
+  const TemporaryFolder folder;
+  const auto compression_of = [&](int width, int height, ExrNumber number) {
+    Image image{width, height, {"R", "G", "B"}, {}};
+    image.data.assign(static_cast<size_t>(width) * height * 3, 0.5f);
+    write_exr(folder.path("a.exr"), image, number, {});
+    return Imf::InputFile(folder.path("a.exr").c_str()).header().compression();
+  };
+  EXPECT_EQ(compression_of(64, 48, ExrNumber::kHalf), Imf::ZIP_COMPRESSION);
+  EXPECT_EQ(compression_of(512, 512, ExrNumber::kHalf), Imf::PIZ_COMPRESSION);
+  EXPECT_EQ(compression_of(512, 512, ExrNumber::kFloat), Imf::ZIP_COMPRESSION);
+}
+
 TEST(Exr, HalfRoundTripRoundsToHalf) {
   const TemporaryFolder folder;
   const Image image = make_image(70, 45, {"R", "G", "B"});

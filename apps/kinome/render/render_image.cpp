@@ -173,7 +173,8 @@ void audit_render(const Scene& scene, const Sensor& sensor, RenderContext& conte
   RenderStats& stats = context.job.stats();
   set_activity("checking plugins");
   stats.faults = audit_plugins(scene, sensor, context.job.seed(),
-                               stats.non_finite_samples > 0 ? kMaxAuditPositions : kAuditPositions);
+                               stats.non_finite_samples > 0 ? kMaxAuditPositions : kAuditPositions,
+                               &context.scheduler);
 }
 
 RenderSummary summary_of(const Options& options, RenderContext& context, const Image& image,

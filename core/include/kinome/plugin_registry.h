@@ -47,6 +47,8 @@ class KINOME_EXPORT PluginRegistry {
 
   /// Names of all plugins in a category, including aliases, sorted. Loads nothing.
   std::vector<std::string> names(Category category) const;
+  /// True if names() contains the name. Takes much less time, because it lists no folder.
+  bool has(Category category, const std::string& name) const;
   /// Instruction sets that a plugin is compiled for, the baseline first; empty if the plugin is
   /// unknown.
   std::vector<InstructionSet> instruction_sets(Category category, const std::string& name) const;

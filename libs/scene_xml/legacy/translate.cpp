@@ -159,13 +159,12 @@ class Translation {
     });
   }
 
-  /// Returns nullptr if there is none. Looks for each plugin once, because that reads folders.
+  /// Returns nullptr if there is none. Looks for each plugin once.
   const PluginDescriptor* find_plugin(Category category, const Attribute& type) {
     const auto entry = plugins_.emplace(std::pair(category, type.value), nullptr);
     const PluginDescriptor*& found = entry.first->second;
     if (!entry.second) return found;
-    const auto names = registry_.names(category);
-    if (std::find(names.begin(), names.end(), type.value) != names.end()) {
+    if (registry_.has(category, type.value)) {
       faults_.attempt([&] { found = &registry_.find(category, type.value, type.where); });
     }
     return found;

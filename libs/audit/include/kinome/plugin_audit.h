@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "kinome/scene.h"
+#include "kinome/scheduler.h"
 #include "kinome/sensor.h"
 #include "kinome/stats.h"
 
@@ -20,10 +21,13 @@ namespace kinome {
 /// Not checked: sample_emission(), because some emitters build large tables for it on first use,
 /// and whether samples of a surface follow pdf_surface() if both agree on their densities.
 ///
-/// Takes about ten microseconds per point, on the calling thread; render loops contain no such
-/// checks. Call it after a render: by then the camera's view is known, and the image can be written
-/// whatever the result. The same seed checks the same points.
+/// Takes about ten microseconds per point; render loops contain no such checks. Call it after a
+/// render: by then the camera's view is known, and the image can be written whatever the result.
+/// The same seed checks the same points, with the same result on any number of threads.
+///
+/// Uses the threads of `scheduler`, or the calling thread alone if it is nullptr.
 KINOME_EXPORT std::vector<PluginFault> audit_plugins(const Scene& scene, const Sensor& sensor,
-                                                     uint64_t seed, uint32_t places);
+                                                     uint64_t seed, uint32_t places,
+                                                     const Scheduler* scheduler = nullptr);
 
 }  // namespace kinome
