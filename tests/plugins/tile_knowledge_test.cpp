@@ -49,24 +49,25 @@ class Row {
         cells_(*sky_, *cell_grid_of(*sky_), 64, context_.scheduler),
         knowledge_(grid_, cells_, nullptr, settings_),
         learner_(knowledge_.padded_cells()),
-        scratch_(knowledge_.padded_cells()) {
+        scratch_(knowledge_.padded_cells()),
+        patches_(static_cast<size_t>(tiles)) {
     for (int tile = 0; tile < tiles; ++tile) {
       Patch patch;
       patch.bsdf = &shape_->bsdf();
       patch.tolerance = 0.1f;
       patch.lobe = {kAlpha, kAlpha};
-      knowledge_.patches(tile).assign(1, patch);
+      patches_[static_cast<size_t>(tile)].assign(1, patch);
       find(tile, {});
     }
   }
 
-  Patch& patch(int tile) { return knowledge_.patches(tile).front(); }
+  Patch& patch(int tile) { return patches_[static_cast<size_t>(tile)].front(); }
   TileKnowledge& knowledge() { return knowledge_; }
   uint32_t cells() const { return cells_.size(); }
 
   void find(int tile, std::vector<VisibilityRecord> records) {
     const std::vector<std::vector<VisibilityRecord>> found{std::move(records)};
-    knowledge_.keep(tile, found);
+    knowledge_.keep(tile, patches_[static_cast<size_t>(tile)], found);
   }
   void find_all(int tile, bool visible, int times = 8) {
     std::vector<VisibilityRecord> records;
@@ -77,7 +78,7 @@ class Row {
   }
   Visibility learn(int tile) {
     Visibility learned;
-    knowledge_.learn(tile, learner_, scratch_,
+    knowledge_.learn(tile, patches_[static_cast<size_t>(tile)], learner_, scratch_,
                      [&](size_t, const Visibility& visibility) { learned = visibility; });
     return learned;
   }
@@ -98,6 +99,7 @@ class Row {
   TileKnowledge knowledge_;
   VisibilityLearner learner_;
   Visibility scratch_;
+  std::vector<std::vector<Patch>> patches_;
 };
 
 const std::string kDiffuse = "<bsdf type=\"diffuse\"/>";
@@ -223,7 +225,66 @@ TEST(TileKnowledge, Forgets) {
   Row row(kDiffuse);
   row.find_all(3, true);
   row.knowledge().forget();
-  EXPECT_TRUE(row.knowledge().patches(3).empty());
+  std::vector<Patch> patches;
+  row.knowledge().patches(3, patches);
+  EXPECT_TRUE(patches.empty());
+  EXPECT_EQ(row.knowledge().main_bsdf(3), nullptr);
+}
+
+/// All that passes use of a patch survives its storage.
+TEST(TileKnowledge, StoredPatchesAreRestored) {
+  SharedOfPatches shared;
+  Patch patch;
+  patch.normal = {0.6f, 0, 0.8f};
+  patch.position = {1, 2, 3};
+  patch.viewer = {0, 0.8f, 0.6f};
+  patch.cone_cosine = 0.7f;
+  patch.tolerance = 0.3f;
+  patch.diffuse = {0.1f, 0.2f, 0.3f};
+  patch.glossy_reflectance = 0.4f;
+  patch.is_uniform = true;
+  patch.lobe = {0.25f, 0.35f};
+  patch.count = 9;
+  patch.records_end = 27;
+  patch.glossy = 0.5f;
+  patch.cell_share = 0.6f;
+  patch.mean_visibility = 0.45f;
+  patch.lamp_visibility = 0.55f;
+  patch.eye_rays = 0.65f;
+  patch.trust = false;
+  patch.probed = std::make_shared<const SharedOfPatches::Probed>();
+  const auto expect_restored = [&] {
+    const Patch back = StoredPatch(patch, shared).restored(shared);
+    for (const auto member : {&Patch::normal, &Patch::position, &Patch::viewer, &Patch::diffuse}) {
+      EXPECT_EQ(back.*member, patch.*member);
+    }
+    for (const auto member :
+         {&Patch::cone_cosine, &Patch::tolerance, &Patch::glossy_reflectance, &Patch::glossy,
+          &Patch::cell_share, &Patch::mean_visibility, &Patch::lamp_visibility, &Patch::eye_rays}) {
+      EXPECT_EQ(back.*member, patch.*member);
+    }
+    for (const auto member : {&Patch::is_described, &Patch::is_uniform, &Patch::trust}) {
+      EXPECT_EQ(back.*member, patch.*member);
+    }
+    EXPECT_EQ(back.count, patch.count);
+    EXPECT_EQ(back.records_end, patch.records_end);
+    EXPECT_EQ(back.probed, patch.probed);
+    EXPECT_EQ(back.lobe.alpha_u, patch.lobe.alpha_u);
+    EXPECT_EQ(back.lobe.alpha_v, patch.lobe.alpha_v);
+    EXPECT_TRUE(back.form.same_kind(patch.form));
+    EXPECT_EQ(back.form.specular, patch.form.specular);
+    EXPECT_EQ(back.form.glossy, patch.form.glossy);
+  };
+  expect_restored();
+  patch.probed = nullptr;
+  patch.is_described = true;
+  patch.form.glossy = BsdfForm::Glossy::kGgx;
+  patch.form.specular = {0.7f, 0.8f, 0.9f};
+  patch.form.alpha_u = 0.1f;
+  patch.form.alpha_v = 2e3f;
+  patch.lobe = microfacet_lobe(patch.form);
+  expect_restored();
+  EXPECT_EQ(StoredPatch(patch, shared).restored(shared).form.alpha_v, 2e3f);
 }
 
 }  // namespace

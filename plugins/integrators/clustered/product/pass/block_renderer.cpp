@@ -81,7 +81,7 @@ void BlockRenderer::find_visibilities(int tile) {
 void BlockRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
                                 std::span<const PixelPlan> plan, uint64_t seed,
                                 RenderCounters& counters) {
-  patches_ = view_.knowledge.patches(tile.index);
+  view_.knowledge.patches(tile.index, patches_);
   assign_patches(primaries, patches_);
   find_visibilities(tile.index);
   find_units(tile, primaries, plan, seed);

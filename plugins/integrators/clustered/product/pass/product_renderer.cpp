@@ -301,20 +301,12 @@ void ProductRenderer::use(std::unique_ptr<const MethodMap> map, double paths_per
   paths_per_ray_ = paths_per_ray;
 }
 
-const Bsdf* ProductRenderer::main_bsdf(int tile) const {
-  const std::vector<Patch>& patches = knowledge_.patches(tile);
-  const auto largest =
-      std::max_element(patches.begin(), patches.end(),
-                       [](const Patch& a, const Patch& b) { return a.count < b.count; });
-  return largest == patches.end() ? nullptr : largest->bsdf;
-}
-
 void ProductRenderer::divide_among_methods() {
   if (!map_) return;
   by_path_.resize(static_cast<size_t>(grid_.tiles()));
   context_.scheduler.parallel_for(by_path_.size(), [&](size_t tile) {
     const auto index = static_cast<int>(tile);
-    by_path_[tile] = map_->is_for_path(index, main_bsdf(index)) ? 1 : 0;
+    by_path_[tile] = map_->is_for_path(index, knowledge_.main_bsdf(index)) ? 1 : 0;
   });
 }
 

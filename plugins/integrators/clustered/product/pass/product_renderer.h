@@ -47,7 +47,7 @@ class ProductRenderer final : public Passes {
   bool learn_in_time(double seconds, double rays_per_second);
 
   /// Material that most of the pilot's primaries hit in a tile, or nullptr if they hit none.
-  const Bsdf* main_bsdf(int tile) const;
+  const Bsdf* main_bsdf(int tile) const { return knowledge_.main_bsdf(tile); }
   /// False if `path` doesn't find all light, or is known to find some of it with much noise.
   bool can_use_paths() const;
   /// LocalLight::aimed_share(), or 1 if there is no local light.

@@ -28,6 +28,8 @@ struct Pilot::Prober {
   Estimator estimator;
   std::vector<Visibility> unknown;
   std::vector<PointPlan> points;
+  // Of the tiles of the block. Rays that wait refer to them.
+  std::vector<Patch> patches[TileGrid::kMaxTilesOfBlock];
   std::vector<std::vector<VisibilityRecord>> records[TileGrid::kMaxTilesOfBlock];
 
   Prober(const Primaries::View& view, const CellLight& light) : tracer(view), estimator(light) {}
@@ -38,6 +40,7 @@ struct Pilot::Planner {
   VisibilityLearner learner;
   DiffuseStrata strata;
   Visibility visibility;
+  std::vector<Patch> patches;  ///< of the tile
   std::vector<float> controls;
 
   Planner(const CellLight& light, size_t padded_cells, const CellNeighbours& neighbours)
@@ -127,6 +130,7 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows) {
       context_.scheduler, rows, "pilot", [&] { return std::make_unique<Prober>(view_, light_); },
       [&](int block, Prober& prober, RenderCounters& counters) {
         double uncounted = 0;  // the pilot is one stage
+        for (std::vector<Patch>& patches : prober.patches) patches.clear();
         prober.tracer.trace(
             grid_, block, seed_, uncounted, counters,
             [&](const TileGrid::Tile& tile) {
@@ -141,7 +145,8 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows) {
             });
         prober.estimator.flush();
         grid_.for_each_tile(block, [&](const TileGrid::Tile& tile) {
-          if (is_wanted(tile)) knowledge_.keep(tile.index, prober.records[tile.place]);
+          if (!is_wanted(tile)) return;
+          knowledge_.keep(tile.index, prober.patches[tile.place], prober.records[tile.place]);
         });
       },
       &shared);
@@ -150,7 +155,7 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows) {
 
 void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, Prober& prober,
                        RenderCounters& counters) {
-  std::vector<Patch>& patches = knowledge_.patches(tile.index);
+  std::vector<Patch>& patches = prober.patches[tile.place];
   make_patches(primaries, patches);
   while (prober.unknown.size() < patches.size()) {
     prober.unknown.emplace_back(knowledge_.padded_cells());
@@ -213,9 +218,10 @@ void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers) {
 }
 
 void Pilot::plan_tile(const TileGrid::Tile& tile, Planner& planner) {
-  std::vector<Patch>& patches = knowledge_.patches(tile.index);
+  std::vector<Patch>& patches = planner.patches;
+  knowledge_.patches(tile.index, patches);
   planner.controls.assign(patches.size() * 9, 0.f);
-  knowledge_.learn(tile.index, planner.learner, planner.visibility,
+  knowledge_.learn(tile.index, patches, planner.learner, planner.visibility,
                    [&](size_t p, const Visibility& visibility) {
                      Patch& patch = patches[p];
                      const auto plan = planner.strata.plan(patch, visibility);

@@ -37,11 +37,12 @@ void transfer(Patch& patch, SharedBytes& bytes, BsdfAddresses& addresses) {
   addresses.transfer(patch.bsdf, bytes);
   bytes.values(patch.normal, patch.position, patch.viewer, patch.cone_cosine, patch.tolerance,
                patch.diffuse, patch.glossy_reflectance, patch.is_described, patch.form,
-               patch.is_uniform, patch.lobe, patch.count, patch.records_end, patch.cell_share, patch.eye_rays);
+               patch.is_uniform, patch.lobe, patch.count, patch.records_end, patch.glossy,
+               patch.cell_share, patch.eye_rays);
   // The copied pointer belongs to another process.
   if (bytes.reads()) patch.form.transmittance = nullptr;
   addresses.transfer(patch.form.transmittance, bytes);
-  transfer_plan(patch, bytes);
+  transfer_learned(patch, bytes);
   bool is_probed = patch.probed != nullptr;
   bytes.value(is_probed);
   if (!is_probed) return;
@@ -50,9 +51,8 @@ void transfer(Patch& patch, SharedBytes& bytes, BsdfAddresses& addresses) {
   if (bytes.reads()) patch.probed = std::make_shared<const decltype(probed)>(probed);
 }
 
-void transfer_plan(Patch& patch, SharedBytes& bytes) {
-  bytes.values(patch.uncertainty, patch.glossy, patch.mean_visibility, patch.lamp_visibility,
-               patch.mean_sigma, patch.trust);
+void transfer_learned(Patch& patch, SharedBytes& bytes) {
+  bytes.values(patch.mean_visibility, patch.lamp_visibility, patch.trust);
 }
 
 }  // namespace kinome

@@ -33,7 +33,7 @@ class BsdfAddresses {
 
 /// Transfers a whole patch.
 void transfer(Patch& patch, SharedBytes& bytes, BsdfAddresses& addresses);
-/// Transfers only the members that planning sets: uncertainty, glossy radiance and visibilities.
-void transfer_plan(Patch& patch, SharedBytes& bytes);
+/// Transfers only the members that learning sets and passes use: visibilities and trust.
+void transfer_learned(Patch& patch, SharedBytes& bytes);
 
 }  // namespace kinome

@@ -1,5 +1,9 @@
 #include "clustered/product/pilot/tile_knowledge.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
 
@@ -73,35 +77,80 @@ TileKnowledge::TileKnowledge(const TileGrid& grid, const DistantCells& cells,
       tiles_(static_cast<size_t>(grid.tiles())),
       learned_(remembers() ? tiles_.size() : 0) {}
 
+/// Returns the memory of large images to the system, so that their development can use it.
+TileKnowledge::~TileKnowledge() {
+  if (remembers()) return;
+  tiles_.clear();
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+TileKnowledge::Tile::Tile(std::span<const Patch> patches,
+                          std::span<const VisibilityRecord> records, SharedOfPatches& shared)
+    : count_(static_cast<uint32_t>(patches.size())) {
+  if (patches.empty()) return;
+  bytes_.reset(new std::byte[patches.size() * sizeof(StoredPatch) + records.size_bytes()]);
+  std::byte* to = bytes_.get();
+  for (const Patch& patch : patches) {
+    new (to) StoredPatch(patch, shared);
+    to += sizeof(StoredPatch);
+  }
+  std::uninitialized_copy(records.begin(), records.end(), reinterpret_cast<VisibilityRecord*>(to));
+}
+
 void TileKnowledge::forget() {
   sigma_check_.forget();
-  tiles_.assign(tiles_.size(), {});
+  tiles_.clear();
+  tiles_.resize(static_cast<size_t>(grid_.tiles()));
+  shared_.clear();
   learned_.assign(learned_.size(), {});
 }
 
-void TileKnowledge::keep(int index, std::span<const std::vector<VisibilityRecord>> found) {
-  Tile& tile = tiles_[index];
-  size_t count = 0;
-  for (size_t p = 0; p < tile.patches.size(); ++p) count += found[p].size();
-  tile.records.clear();
-  tile.records.reserve(count);
-  tile.patches.shrink_to_fit();  // millions of them take a large part of the memory of an image
-  for (size_t p = 0; p < tile.patches.size(); ++p) {
-    tile.records.insert(tile.records.end(), found[p].begin(), found[p].end());
-    tile.patches[p].records_end = static_cast<uint32_t>(tile.records.size());
+void TileKnowledge::patches(int tile, std::vector<Patch>& out) const {
+  out.clear();
+  for (const StoredPatch& patch : tiles_[tile].patches()) out.push_back(patch.restored(shared_));
+}
+
+const Bsdf* TileKnowledge::main_bsdf(int tile) const {
+  const auto patches = tiles_[tile].patches();
+  const auto largest = std::max_element(
+      patches.begin(), patches.end(),
+      [](const StoredPatch& a, const StoredPatch& b) { return a.count < b.count; });
+  return largest == patches.end() ? nullptr : largest->bsdf;
+}
+
+void TileKnowledge::keep(int index, std::span<Patch> patches,
+                         std::span<const std::vector<VisibilityRecord>> found) {
+  std::vector<VisibilityRecord> records;
+  for (size_t p = 0; p < patches.size(); ++p) {
+    records.insert(records.end(), found[p].begin(), found[p].end());
+    patches[p].records_end = static_cast<uint32_t>(records.size());
   }
+  tiles_[index] = Tile(patches, records, shared_);
 }
 
 void TileKnowledge::transfer_kept(int index, SharedBytes& bytes, BsdfAddresses& addresses) {
-  Tile& tile = tiles_[index];
-  bytes.resize(tile.patches);
-  for (Patch& patch : tile.patches) transfer(patch, bytes, addresses);
-  bytes.vector(tile.records);
+  std::vector<Patch> own;
+  std::vector<VisibilityRecord> records;
+  if (!bytes.reads()) {
+    patches(index, own);
+    const auto kept = tiles_[index].records();
+    records.assign(kept.begin(), kept.end());
+  }
+  bytes.resize(own);
+  for (Patch& patch : own) transfer(patch, bytes, addresses);
+  bytes.vector(records);
+  if (bytes.reads()) tiles_[index] = Tile(own, records, shared_);
 }
 
 void TileKnowledge::transfer_learned(int index, SharedBytes& bytes) {
-  Tile& tile = tiles_[index];
-  for (Patch& patch : tile.patches) transfer_plan(patch, bytes);
+  std::vector<Patch> own;
+  patches(index, own);
+  for (size_t p = 0; p < own.size(); ++p) {
+    kinome::transfer_learned(own[p], bytes);
+    if (bytes.reads()) tiles_[index].patches()[p].set_learned(own[p]);
+  }
   if (bytes.reads() && remembers()) learned_[index].clear();
 }
 
@@ -115,8 +164,9 @@ void TileKnowledge::learn_from_around(int index, const Patch& patch, VisibilityL
     if (x < 0 || y < 0 || x >= grid_.tiles_x() || y >= grid_.tiles_y()) continue;
     if (own == Own::kLeftOut && nearby.dx == 0 && nearby.dy == 0) continue;
     const Tile& tile = tiles_[static_cast<size_t>(y) * grid_.tiles_x() + x];
-    for (size_t p = 0; p < tile.patches.size(); ++p) {
-      const Patch& source = tile.patches[p];
+    const auto sources = tile.patches();
+    for (size_t p = 0; p < sources.size(); ++p) {
+      const StoredPatch& source = sources[p];
       if (source.bsdf != patch.bsdf || glm::dot(source.normal, patch.normal) < kLearnCosine ||
           std::abs(glm::dot(source.position - patch.position, patch.normal)) >
               kLearnPlanes * patch.tolerance) {
@@ -133,10 +183,11 @@ void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibilit
   if (!checks_sigma()) return;
   if (hash_words(static_cast<uint64_t>(index)) % kTilesPerCheck != 0) return;
   const Tile& tile = tiles_[index];
-  for (size_t p = 0; p < tile.patches.size(); ++p) {
+  const auto patches = tile.patches();
+  for (size_t p = 0; p < patches.size(); ++p) {
     const auto own = tile.records_of(p);
     if (own.empty()) continue;
-    learn_from_around(index, tile.patches[p], learner, scratch, Own::kLeftOut);
+    learn_from_around(index, patches[p].restored(shared_), learner, scratch, Own::kLeftOut);
     for (const VisibilityRecord record : own) {
       const uint32_t cell = record.cell();
       sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], record.value());
@@ -144,9 +195,9 @@ void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibilit
   }
 }
 
-void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner, Visibility& out) {
+void TileKnowledge::learn_patch(int index, size_t p, Patch& patch, VisibilityLearner& learner,
+                                Visibility& out) {
   Tile& tile = tiles_[index];
-  Patch& patch = tile.patches[p];
   learn_from_around(index, patch, learner, out);
   if (remembers()) {
     uint8_t* const kept = &learned_[index][p * 2 * padded_cells_];
@@ -158,6 +209,7 @@ void TileKnowledge::learn_patch(int index, size_t p, VisibilityLearner& learner,
   }
   if (has_local_ || any(patch.bsdf->lobes() & Lobe::kGlossy)) {
     find_trust(tile.records_of(p), patch, out);
+    tile.patches()[p].set_learned(patch);
   }
 }
 
@@ -192,12 +244,12 @@ void TileKnowledge::find_trust(std::span<const VisibilityRecord> own, Patch& pat
 void TileKnowledge::recall(int index, size_t p, Patch& patch, VisibilityLearner& learner,
                            Visibility& out) const {
   const Tile& tile = tiles_[index];
-  if (p >= tile.patches.size()) {
+  if (p >= tile.patches().size()) {
     learn_from_around(index, patch, learner, out);
     patch.trust = !is_sharp(patch);
   } else if (learned_.empty() || learned_[index].empty()) {
     // Learn from the pilot's patch, because later points may have widened the cone of `patch`.
-    learn_from_around(index, tile.patches[p], learner, out);
+    learn_from_around(index, tile.patches()[p].restored(shared_), learner, out);
     for (size_t c = 0; c < padded_cells_; ++c) Learned::of(out, c).restore(out, c);
   } else {
     const uint8_t* const kept = &learned_[index][p * 2 * padded_cells_];

@@ -149,13 +149,15 @@ void note_form(const TilePrimaries& primaries, size_t i, Patch& patch) {
 
 }  // namespace
 
-simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si,
-                                 const std::optional<BsdfForm>& form) {
+simd::HalfVectorLobe microfacet_lobe(const BsdfForm& form) {
   // Wider lobes make no difference to a proposal, and the squares of the widest would overflow.
   constexpr float kMaxAlpha = 1e3f;
-  if (form && is_microfacet(*form)) {
-    return {std::min(form->alpha_u, kMaxAlpha), std::min(form->alpha_v, kMaxAlpha)};
-  }
+  return {std::min(form.alpha_u, kMaxAlpha), std::min(form.alpha_v, kMaxAlpha)};
+}
+
+simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si,
+                                 const std::optional<BsdfForm>& form) {
+  if (form && is_microfacet(*form)) return microfacet_lobe(*form);
   return probe_lobe(si.shape->bsdf(), si);
 }
 
@@ -178,7 +180,6 @@ void assign_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
 void make_patches(TilePrimaries& primaries, std::vector<Patch>& patches) {
   patches.clear();
   assign_patches(primaries, patches);
-  patches.shrink_to_fit();
   // Replace the values of the first points by means.
   for (Patch& patch : patches) {
     patch.normal = patch.position = patch.viewer = Vec3(0.f);

@@ -39,7 +39,7 @@ struct Patch {
   simd::HalfVectorLobe lobe{1, 1};
   float alpha2() const { return lobe.alpha_u * lobe.alpha_v; }
   uint32_t count = 0;  ///< number of the pilot's points
-  uint32_t records_end = 0;  ///< TileKnowledge: end of the patch's records among those of its tile
+  uint32_t records_end = 0;  ///< of TileKnowledge: end of the patch's records in those of its tile
 
   // Results of the plan, for one primary:
   float uncertainty = 0;      ///< sum over strata of the weights by which rays are distributed
@@ -83,6 +83,8 @@ inline bool is_sharp(const Patch& patch) {
   return patch.alpha2() < 0.01f && !any(patch.bsdf->lobes() & Lobe::kDiffuse);
 }
 
+/// Returns the roughness of the lobe of a form for which is_microfacet() is true.
+simd::HalfVectorLobe microfacet_lobe(const BsdfForm& form);
 /// Returns the roughness of the glossy lobe at a point. `form` is the point's form, if it has one.
 simd::HalfVectorLobe glossy_lobe(const SurfaceInteraction& si, const std::optional<BsdfForm>& form);
 
