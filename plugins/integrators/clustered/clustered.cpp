@@ -46,8 +46,8 @@ constexpr Parameter kParameters[] = {
               "criteria of the thesis, for light points: 'joint' (light, BRDF and form factor), "
               "'luminance' or 'brdf'. 'product' becomes 'joint' if an emitter lacks functions that "
               "'product' requires (Kinome's own have all), if indirect emitters are restricted to "
-              "some emitters, or with max_geometry_term. It becomes 'volpath' if the scene has "
-              "media; the others ignore media."),
+              "some emitters, or with max_geometry_term. It renders scenes with media, the "
+              "others ignore media."),
     {"rays_per_pixel", ParameterType::kFloat, "0",
      "'product': mean number of rays of all kinds per pixel; 0: three for each of the sampler's "
      "samples, as 'direct' takes."},
@@ -74,7 +74,8 @@ constexpr Parameter kParameters[] = {
     {"light_guide", ParameterType::kBoolean, "true",
      "'product': draw light points where they contribute to the image."},
     {"trial", ParameterType::kBoolean, "true",
-     "'product': render with 'path' if a trial on some tiles finds that it takes less work for the "
+     "'product': render with 'path' (with media, 'volpath') if a trial on some tiles finds that it "
+     "takes less work for the "
      "same error, or if the render is short. Never if 'path' can't find some of the light."},
     {"rr_depth", ParameterType::kInteger, "5",
      "'product': Russian roulette ends paths from the camera from this many surface points on."},
@@ -195,7 +196,8 @@ class Clustered final : public Integrator {
                                                 bool is_progressive = false) const {
     if (has_media(scene)) {
       return std::make_unique<MediaMethod>(
-          PathSettings{product_->sampling.length, product_->sampling.hide_emitters});
+          PathSettings{product_->sampling.length, product_->sampling.hide_emitters},
+          product_->sampling.trial);
     }
     if (product_ && points_.options.max_depth >= 2) {
       auto product = ProductMethod::make(*product_, scene, sensor, context, is_progressive);

@@ -4,13 +4,15 @@
 #include <memory>
 
 #include "clustered/media/fog_block.h"
+#include "clustered/media/media_trial.h"
 #include "kinome/error.h"
 #include "kinome/stats.h"
 #include "transport/blocks_of_tile.h"
 
 namespace kinome {
 
-MediaMethod::MediaMethod(const PathSettings& settings) : settings_(settings), paths_(settings) {}
+MediaMethod::MediaMethod(const PathSettings& settings, bool has_trial)
+    : settings_(settings), has_trial_(has_trial), paths_(settings) {}
 
 void MediaMethod::render(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
   const transport::MediaTable media(scene, sensor);
@@ -26,6 +28,10 @@ void MediaMethod::render(const Scene& scene, const Sensor& sensor, RenderContext
     const double rays = pixels * sensor.sampler().sample_count();
     sources = std::make_unique<const FogSources>(scene, rays, hash_words(seed, 0x666f67),
                                                  context.scheduler);
+  }
+  if (has_trial_ && prefers_paths(table, media, *sources, sensor, settings_, context)) {
+    context.job.skip("product", "paths from the camera alone do as well in the media for less");
+    return paths_.render(scene, sensor, context);
   }
   transport::render_tiles<FogBlock>(
       sensor, context, 0,

@@ -10,7 +10,8 @@ namespace kinome {
 /// medium varies are rendered as by `volpath`.
 class MediaMethod final : public ClusteredMethod {
  public:
-  explicit MediaMethod(const PathSettings& settings);
+  /// `has_trial`: render as by `volpath` if a trial finds that it takes less work.
+  MediaMethod(const PathSettings& settings, bool has_trial);
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override;
   /// Always throws: there is nothing to inspect.
@@ -19,6 +20,7 @@ class MediaMethod final : public ClusteredMethod {
 
  private:
   PathSettings settings_;
+  bool has_trial_;
   transport::VolumeIntegrator paths_;
 };
 

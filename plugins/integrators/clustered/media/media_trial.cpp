@@ -1,0 +1,142 @@
+#include "clustered/media/media_trial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "clustered/media/fog_block.h"
+#include "kinome/log.h"
+#include "kinome/stats.h"
+#include "transport/blocks_of_tile.h"
+
+namespace kinome {
+namespace {
+
+using transport::kBlockSamples;
+
+/// Size of a block of the trial, and its samples per pixel: as many samples as blocks of a render
+/// have, because FogBlock learns in each block.
+constexpr uint32_t kWidth = 16, kHeight = 8, kSamples = 16;
+constexpr size_t kPixels = kWidth * kHeight;
+static_assert(kPixels * kSamples == kBlockSamples);
+/// Bounds on the number of blocks, and the share of the render's samples for the trial.
+constexpr double kMinBlocks = 4, kMaxBlocks = 24, kTrialShare = 0.05;
+/// Maximum `max_depth` at which FogBlock renders without a trial.
+constexpr uint32_t kMaxDepthUntried = 3;
+/// Time of a camera sample without rays, relative to that of a ray.
+constexpr double kCostOfPath = 1.5, kCostOfFog = 4;
+constexpr uint64_t kTrialSeed = 0x666f6774;
+
+/// Renders blocks by path tracing. One per thread.
+class PathBlock {
+ public:
+  PathBlock(const transport::SceneTable& scene, const transport::MediaTable& media,
+            const Sensor& sensor, const PathSettings& settings)
+      : camera_(scene, sensor, kBlockSamples, false),
+        paths_(scene, media, sensor.sampler(), settings, kBlockSamples),
+        arena_(kBlockSamples),
+        radiance_(arena_.three()),
+        alpha_(arena_.floats()) {}
+
+  void trace(const PixelSamples& samples, RenderCounters& counters) {
+    camera_.make_rays(samples);
+    for (float* const column : {radiance_.x, radiance_.y, radiance_.z}) {
+      std::fill_n(column, padded(samples.count()), 0.f);
+    }
+    paths_.trace(samples, camera_.rays(), radiance_, alpha_, counters);
+  }
+  const Columns3& radiance() const { return radiance_; }
+
+ private:
+  transport::Camera camera_;
+  transport::VolumePaths paths_;
+  transport::Arena arena_;
+  Columns3 radiance_;
+  float* alpha_;
+};
+
+/// Results of one method in one block.
+struct Measured {
+  std::array<double, kPixels> mean{}, variance{};
+  double cost = 0;
+};
+
+template <class Block>
+Measured measure(Block& block, const PixelSamples& samples, double cost_of_sample) {
+  RenderCounters counters;
+  block.trace(samples, counters);
+  Measured result;
+  for (size_t p = 0; p < kPixels; ++p) {
+    double sum = 0, squares = 0;
+    for (size_t k = 0; k < kSamples; ++k) {
+      const double value = mean_of(block.radiance().at(p * kSamples + k));
+      sum += value;
+      squares += value * value;
+    }
+    result.mean[p] = sum / kSamples;
+    result.variance[p] = std::max(0., squares / kSamples - result.mean[p] * result.mean[p]);
+  }
+  double rays = 0;
+  for (const RayKind kind : {RayKind::kCamera, RayKind::kShadow, RayKind::kBsdf}) {
+    rays += static_cast<double>(counters[kind]);
+  }
+  result.cost = rays + cost_of_sample * kBlockSamples;
+  return result;
+}
+
+}  // namespace
+
+bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTable& media,
+                   const FogSources& sources, const Sensor& sensor, const PathSettings& settings,
+                   RenderContext& context) {
+  const Rect crop = sensor.film().crop();
+  const double samples = static_cast<double>(crop.area()) * sensor.sampler().sample_count();
+  const double share = samples * kTrialShare / (2 * kBlockSamples);
+  if (share < kMinBlocks) return settings.length.max_depth > kMaxDepthUntried;
+  const StageTimer timer(context.job.stats().counters.stage_seconds["pilot"]);
+  const auto count = static_cast<size_t>(std::min(share, kMaxBlocks));
+  const uint64_t seed = hash_words(key_seed(context.job, sensor.sampler()), kTrialSeed);
+  std::vector<std::array<Measured, 2>> measured(count);
+  transport::Workers<FogBlock> fog_blocks;
+  transport::Workers<PathBlock> path_blocks;
+  context.scheduler.parallel_for(count, [&](size_t i) {
+    const uint64_t bits = hash_words(seed, i);
+    const auto place = [&](uint32_t random, int begin, int size, uint32_t part) {
+      const auto room = static_cast<float>(std::max(1, size - static_cast<int>(part)));
+      return static_cast<uint32_t>(begin) + static_cast<uint32_t>(to_unit_float(random) * room);
+    };
+    const uint32_t x0 = place(static_cast<uint32_t>(bits), crop.x0, crop.width(), kWidth);
+    const uint32_t y0 = place(static_cast<uint32_t>(bits >> 32), crop.y0, crop.height(), kHeight);
+    std::array<uint32_t, kPixels> x, y;
+    for (uint32_t p = 0; p < kPixels; ++p) x[p] = x0 + p % kWidth, y[p] = y0 + p / kWidth;
+    const PixelSamples block{x.data(), y.data(), kPixels, 0, kSamples, seed};
+    fog_blocks.with_one(
+        [&] { return std::make_unique<FogBlock>(scene, media, sources, sensor, settings); },
+        [&](FogBlock& fog) { measured[i][0] = measure(fog, block, kCostOfFog); });
+    path_blocks.with_one(
+        [&] { return std::make_unique<PathBlock>(scene, media, sensor, settings); },
+        [&](PathBlock& paths) { measured[i][1] = measure(paths, block, kCostOfPath); });
+  });
+  double mean = 0;
+  for (const auto& both : measured) {
+    for (size_t p = 0; p < kPixels; ++p) mean += both[0].mean[p] + both[1].mean[p];
+  }
+  mean /= 2. * static_cast<double>(count) * kPixels;
+  std::array<double, 2> error{}, cost{};
+  for (const auto& both : measured) {
+    for (size_t p = 0; p < kPixels; ++p) {
+      const double value = 0.5 * (both[0].mean[p] + both[1].mean[p]);
+      const double scale = value * value + 0.01 * mean * mean;
+      for (size_t k = 0; k < 2 && scale > 0; ++k) error[k] += both[k].variance[p] / scale;
+    }
+    for (size_t k = 0; k < 2; ++k) cost[k] += both[k].cost;
+  }
+  const double fog = error[0] * cost[0], paths = error[1] * cost[1];
+  log_debug(fmt::format("trial: work to the same error by candidates in media 1, by volpath {:.3g}",
+                        paths / fog));
+  return paths < fog;
+}
+
+}  // namespace kinome
