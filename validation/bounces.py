@@ -81,6 +81,7 @@ class Bounces:
 
     size = SIZE
     samplers = SAMPLERS  # of Mitsuba
+    enough = ENOUGH
 
     def __init__(self, kinome, mitsuba, store, folder, options, log):
         self.kinome, self.mitsuba, self.store, self.log = kinome, mitsuba, store, log
@@ -187,12 +188,11 @@ class Bounces:
                     self.stop_at_enough(runs[side], last, side)
         return self.entry(rows, runs)
 
-    @staticmethod
-    def stop_at_enough(runs, last, side):
-        """Limits our sample counts to the first one with an error below ENOUGH."""
+    def stop_at_enough(self, runs, last, side):
+        """Limits our sample counts to the first one with an error below `enough`."""
         for samples, made in sorted(runs.items()):
             images = [run["image"] for run in made]
-            if errors(images, np.mean(images, axis=0))["relmse"] < ENOUGH:
+            if errors(images, np.mean(images, axis=0))["relmse"] < self.enough:
                 last[side] = samples
                 break
 

@@ -37,8 +37,11 @@ def speed_ups(entry, error="relmse"):
 
 
 def nanoseconds(curve, size):
-    """Returns the processor time per sample: the slope between the smallest and the largest count."""
-    first, last = (curve[0], curve[-1])
+    """Returns the processor time per sample: the slope between the smallest and the largest count, or the
+    mean if there is only one."""
+    first, last = curve[0], curve[-1]
+    if len(curve) == 1:
+        return 1e9 * statistics.median(last["processor"]) / (size[0] * size[1] * last["samples"])
     spent = statistics.median(last["processor"]) - statistics.median(first["processor"])
     return 1e9 * spent / (size[0] * size[1] * (last["samples"] - first["samples"]))
 

@@ -1,8 +1,6 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
-#include <algorithm>
-
 #include "panels/panel.h"
 #include "panels/parameter_widgets.h"
 
@@ -10,29 +8,6 @@ namespace kinome::viewer {
 namespace {
 
 constexpr int kMaxMaterials = 200;
-
-/// Returns the paths of the selected materials, including objects added to them since the
-/// selection.
-std::vector<std::string> materials_now(const SceneInfo& info, const Pick& pick) {
-  std::vector<std::string> paths;
-  const auto add = [&](const std::string& path) {
-    const bool is_known = std::find(paths.begin(), paths.end(), path) != paths.end();
-    if (!is_known && info.find_object(path)) paths.push_back(path);
-  };
-  for (const std::string& material : pick.materials) {
-    add(material);
-    for (const SceneObject& object : info.objects) {
-      if (object.path.starts_with(material + ".")) add(object.path);
-    }
-  }
-  // Adds textures with ids of their own, whose paths don't start with the material's.
-  for (size_t i = 0; i < paths.size(); ++i) {
-    for (const SceneParameter& parameter : info.textured) {
-      if (object_of(parameter.path) == paths[i]) add(parameter.texture);
-    }
-  }
-  return paths;
-}
 
 /// All parameters of the selected surface: of its material, shape and emitter.
 class MaterialPanel final : public Panel {
@@ -50,7 +25,7 @@ class MaterialPanel final : public Panel {
     const Pick& pick = *frame.selection;
     ImGui::SameLine();
     ImGui::TextDisabled("   selected: %.3g, %.3g, %.3g", pick.point.x, pick.point.y, pick.point.z);
-    if (!widgets_.draw_all(frame.session, *frame.info, materials_now(*frame.info, pick))) {
+    if (!widgets_.draw_all(frame.session, *frame.info, with_parts(*frame.info, pick.materials))) {
       ImGui::TextDisabled("The scene has no material for this shape.");
     }
     if (!pick.emitter.empty()) widgets_.draw_all(frame.session, *frame.info, {pick.emitter});

@@ -64,6 +64,7 @@ std::unique_ptr<Panel> make_environment_panel();
 std::unique_ptr<Panel> make_inspector_panel();
 std::unique_ptr<Panel> make_lamp_panel();
 std::unique_ptr<Panel> make_material_panel();
+std::unique_ptr<Panel> make_medium_panel();
 std::unique_ptr<Panel> make_message_panel();
 std::unique_ptr<Panel> make_parameter_panel();
 std::unique_ptr<Panel> make_render_panel();

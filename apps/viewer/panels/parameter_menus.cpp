@@ -74,7 +74,8 @@ void ParameterWidgets::draw_menu(RenderSession& session, const SceneParameter& p
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("texture, default, ...");
   ImGui::SameLine();
   if (!ImGui::BeginPopup("menu")) return;
-  const bool takes = parameter.kind && takes_texture(*parameter.kind);
+  const bool takes = parameter.kind && takes_texture(*parameter.kind) &&
+                     parameter.kind != ParameterType::kVolume;
   if (takes) {
     const auto file = choose_image("texture from a file");
     const bool is_raw = parameter.kind == ParameterType::kUnitlessTexture;

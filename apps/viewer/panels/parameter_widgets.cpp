@@ -82,6 +82,28 @@ std::string object_of(const std::string& path) {
   return dot == std::string::npos ? "" : whole.substr(0, dot);
 }
 
+std::vector<std::string> with_parts(const SceneInfo& info,
+                                    const std::vector<std::string>& objects) {
+  std::vector<std::string> paths;
+  const auto add = [&](const std::string& path) {
+    const bool is_known = std::find(paths.begin(), paths.end(), path) != paths.end();
+    if (!is_known && info.find_object(path)) paths.push_back(path);
+  };
+  for (const std::string& object : objects) {
+    add(object);
+    for (const SceneObject& other : info.objects) {
+      if (other.path.starts_with(object + ".")) add(other.path);
+    }
+  }
+  // Textures with ids of their own have paths that don't start with the object's.
+  for (size_t i = 0; i < paths.size(); ++i) {
+    for (const SceneParameter& parameter : info.textured) {
+      if (object_of(parameter.path) == paths[i]) add(parameter.texture);
+    }
+  }
+  return paths;
+}
+
 bool is_image(const std::string& file) {
   const std::string ending = fs::path(file).extension().string();
   return ending == ".exr" || ending == ".hdr" || ending == ".pfm" || ending == ".png" ||

@@ -12,6 +12,10 @@ namespace kinome::viewer {
 /// Returns the path of the object that has the parameter with this path.
 std::string object_of(const std::string& path);
 
+/// Returns the paths of objects, followed by those of the objects that are nested in them now, of
+/// their textures and their volumes. Leaves out paths of objects that don't exist any more.
+std::vector<std::string> with_parts(const SceneInfo& info, const std::vector<std::string>& objects);
+
 /// Returns the files in the folder of `file` with its extension, including `file`, sorted by name.
 /// For all but .ply files, also returns images. Paths are relative to the folder of `scene`, the
 /// scene file.

@@ -21,7 +21,9 @@ constexpr double kInitialScale = 0.18;
 constexpr double kMinScale = 1. / 16;
 constexpr size_t kMaxMessages = 200;
 
+/// Integrators of previews, for scenes without media and with media.
 constexpr const char* kPreviewIntegrator = "path";
+constexpr const char* kMediaPreviewIntegrator = "volpath";
 
 /// Returns true if an integrator has a preparation stage, such as learning, before the camera rays.
 /// Such a stage takes too long for a preview.
@@ -225,15 +227,16 @@ std::shared_ptr<const Scene> RenderSession::with_integrator(SceneEditor& editor,
   return editor.scene_with(description);
 }
 
-/// Returns the scene for previews. Its integrator is `path`, with the same number of bounces, if
-/// the scene's integrator is slow to begin.
+/// Returns the scene for previews. Its integrator is `path` or `volpath`, with the same number of
+/// bounces, if the scene's integrator is slow to begin.
 const Scene& RenderSession::preview_scene() {
   const Integrator& own = scene_->integrator();
   if (!is_slow_to_begin(own)) return *scene_;
   if (preview_scene_) return *preview_scene_;
   ObjectDescription description;
   description.tag = "integrator";
-  description.type = kPreviewIntegrator;
+  const bool has_media = own.traces_media() && !scene_->media().empty();
+  description.type = has_media ? kMediaPreviewIntegrator : kPreviewIntegrator;
   description.where = Location{"preview"};
   const std::string path = editor_->path_of(own);
   for (const char* const name : {"max_depth", "hide_emitters"}) {
