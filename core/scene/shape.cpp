@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "kinome/bsdf_medium.h"
 #include "kinome/texture.h"
 #include "kinome/wide/surface_point.h"
 
@@ -14,6 +15,14 @@ std::shared_ptr<const Medium> medium_of(const Properties& props, const char* nam
   return props.has(name) ? props.object<Medium>(name) : nullptr;
 }
 
+std::shared_ptr<const Medium> medium_behind(const Bsdf& bsdf, const Properties& props) {
+  try {
+    return interior_of(bsdf);
+  } catch (const Error& error) {
+    throw Error(props.where(), error.what());
+  }
+}
+
 }  // namespace
 
 Shape::Shape(const Properties& props)
@@ -22,6 +31,14 @@ Shape::Shape(const Properties& props)
       sensor_(props.object<Sensor>()),
       interior_(medium_of(props, "interior")),
       exterior_(medium_of(props, "exterior")) {
+  if (auto medium = bsdf_ ? medium_behind(*bsdf_, props) : nullptr) {
+    if (interior_) {
+      throw Error(props.where(),
+                  "the shape has an interior medium, but its BSDF defines another one: remove one "
+                  "of them");
+    }
+    interior_ = std::move(medium);
+  }
   if (sensor_) {
     if (!sensor_->is_surface()) {
       throw Error(props.where(),

@@ -3,8 +3,9 @@
 
 #include <algorithm>
 
-#include "kinome/shape_group.h"
 #include "editor/edits.h"
+#include "kinome/bsdf_medium.h"
+#include "kinome/shape_group.h"
 
 namespace kinome::loader {
 
@@ -59,7 +60,8 @@ std::function<void()> refit(Shape& shape, const Node& node, Builder& builder) {
   auto interior = nested_medium(shape, shape.interior());
   auto exterior = nested_medium(shape, shape.exterior());
   const auto put_back = [&shape, bsdf = shape.bsdf_pointer(), emitter = shape.emitter_pointer(),
-                         interior, exterior, plugin = shape.plugin(), nested = shape.nested()] {
+                         interior = interior ? interior : interior_of(shape.bsdf()), exterior,
+                         plugin = shape.plugin(), nested = shape.nested()] {
     shape.set_bsdf(bsdf);
     shape.set_emitter(emitter);
     shape.set_media(interior, exterior);
@@ -77,11 +79,14 @@ std::function<void()> refit(Shape& shape, const Node& node, Builder& builder) {
       (child.value("name") == "interior" ? interior : exterior) = medium;
     }
   }
-  shape.set_media(interior, exterior);
+  const auto of_bsdf = interior_of(shape.bsdf());
+  shape.set_media(of_bsdf ? of_bsdf : interior, exterior);
   shape.set_origin(shape.plugin(), std::move(nested));
+  const bool has_one_interior = !of_bsdf || !interior;
   const std::vector<std::string> wanted = shape.wanted_attributes();
-  if (std::all_of(wanted.begin(), wanted.end(),
-                  [&](const std::string& name) { return shape.attribute(name).has_value(); })) {
+  if (has_one_interior && std::all_of(wanted.begin(), wanted.end(), [&](const std::string& name) {
+        return shape.attribute(name).has_value();
+      })) {
     return put_back;
   }
   put_back();

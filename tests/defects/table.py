@@ -92,13 +92,13 @@ DEFECTS = [Defect(*row) for row in (
     ("sheen_of_disneys_on_metal", "plugins/bsdfs/principled.cpp",
      "at_.sheen * (1.f - at_.metallic)", "at_.sheen",
      "bsdf", "Principled.MatchesMitsuba"),
-    ("rough_glass_chosen_without_its_probability", "plugins/bsdfs/roughdielectric.cpp",
+    ("rough_glass_chosen_without_its_probability", "plugins/bsdfs/rough_dielectric.h",
      "share * v.pdf", "v.pdf",
      "bsdf", "RoughDielectric.DensityIsTheInverseJacobian*"),
 
     # Media.
-    ("phase_drawn_with_another_g", "plugins/phases/hg.cpp",
-     "wide::sample_henyey_greenstein(F(g_), u)", "wide::sample_henyey_greenstein(F(0.98f * g_), u)",
+    ("phase_drawn_with_another_g", "core/include/kinome/wide/phase.h",
+     "sample_henyey_greenstein(F(g_), u)", "sample_henyey_greenstein(F(0.98f * g_), u)",
      "media", "Phase.MeanCosineOfHenyeyGreensteinIsG"),
     ("phase_value_off_by_one_percent", "plugins/phases/rayleigh.cpp",
      "F(3 * kInvPi / 16)", "F(3.03f * kInvPi / 16)",

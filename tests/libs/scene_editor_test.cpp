@@ -265,6 +265,26 @@ TEST_F(SceneEdits, OfMediaKeepTheirShapes) {
   EXPECT_EQ(extinction(), 7);
 }
 
+/// The interior of a shape is that of its BSDF after an edit, too, and only one of the two exists.
+TEST_F(SceneEdits, OfSubsurfaceLightSetTheInterior) {
+  const std::string text =
+      "<scene version='3.0.0'><integrator type='path'/><sensor type='perspective'/><bsdf "
+      "type='subsurface' id='wax'><float name='radius' value='0.5'/></bsdf><shape type='sphere'>"
+      "<ref id='wax'/></shape></scene>";
+  SceneEditor editor(text, folder_.path("x.xml"), {}, registry());
+  const auto extinction = [&] {
+    return editor.scene()->shapes()[0]->interior()->coefficients({}, Vec3(0, 0, 1)).extinction.x;
+  };
+  EXPECT_EQ(extinction(), 2);
+  editor.set("wax.radius.value", 0.25);
+  const SceneChanges changes = editor.update();
+  EXPECT_EQ(changes.made, (Names{"bsdf/subsurface"}));
+  EXPECT_EQ(changes.refitted, 1u);
+  EXPECT_EQ(extinction(), 4);
+  EXPECT_EQ(editor.scene()->media().size(), 1u);
+  EXPECT_EQ(editor.scene()->media()[0], editor.scene()->shapes()[0]->interior());
+}
+
 TEST_F(SceneEdits, AddUp) {
   const auto editor = open();
   editor->set("sensor.fov", 55.0);

@@ -100,5 +100,26 @@ class DeflectionPhase : public Phase {
   const Self& self() const { return static_cast<const Self&>(*this); }
 };
 
+/// The phase function henyey_greenstein().
+class HenyeyGreensteinPhase : public DeflectionPhase<HenyeyGreensteinPhase> {
+ public:
+  /// Requires |g| < 1.
+  explicit HenyeyGreensteinPhase(float g) : g_(g) {}
+
+  template <class F>
+  F value(const Deflection<F>& at) const {
+    return henyey_greenstein(F(g_), at);
+  }
+  template <class F>
+  Deflection<F> draw(const F& u) const {
+    return sample_henyey_greenstein(F(g_), u);
+  }
+
+  std::array<HgLobe, 2> lobes() const override { return {HgLobe{g_, 1}, HgLobe{g_, 0}}; }
+
+ private:
+  float g_;
+};
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kinome::wide
