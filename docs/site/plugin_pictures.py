@@ -81,6 +81,9 @@ def file_shape(plugin, file):
 
 # In place of the example of the page.
 INSTEAD = {
+    ("bsdf", "subsurface"): scene(FLOOR + BALL % """<bsdf type="subsurface">
+      <rgb name="color" value="0.9, 0.75, 0.5"/> <rgb name="radius" value="0.1, 0.05, 0.02"/>
+      <float name="alpha" value="0.3"/> </bsdf>""", spp=256),
     ("bsdf", "hair"): scene(FLOOR + """<shape type="bsplinecurve"> <string name="filename" value="hair.txt"/>
       <bsdf type="hair"> <float name="eumelanin" value="0.2"/> </bsdf> </shape>"""),
     ("emitter", "area"): scene(FLOOR + GROUP + """<shape type="rectangle"> <transform name="to_world">
