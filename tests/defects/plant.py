@@ -8,10 +8,11 @@ import sys
 
 from table import DEFECTS
 
-# Kernels include themselves once for each instruction set.
+# Kernels include themselves once for each instruction set, and a file and its header may both have
+# defects.
 SWITCHES = """\
-#ifndef KINOME_DEFECTS_{guard}
-#define KINOME_DEFECTS_{guard}
+#ifndef KINOME_DEFECTS
+#define KINOME_DEFECTS
 #include <cstdlib>
 #include <string_view>
 namespace kinome_defects {{
@@ -19,6 +20,11 @@ inline bool is_planted(std::string_view name) {{
   const char* const planted = std::getenv("KINOME_DEFECT");
   return planted && name == planted;
 }}
+}}  // namespace kinome_defects
+#endif
+#ifndef KINOME_DEFECTS_{guard}
+#define KINOME_DEFECTS_{guard}
+namespace kinome_defects {{
 {switches}
 }}  // namespace kinome_defects
 #endif

@@ -97,8 +97,10 @@ DEFECTS = [Defect(*row) for row in (
      "bsdf", "RoughDielectric.DensityIsTheInverseJacobian*"),
 
     # Media.
-    ("phase_drawn_with_another_g", "core/include/kinome/wide/phase.h",
-     "sample_henyey_greenstein(F(g_), u)", "sample_henyey_greenstein(F(0.98f * g_), u)",
+    ("phase_of_another_g", "plugins/phases/hg.cpp",
+     'props.real("g", "must be greater than -1 and less than 1",'
+     " [](float g) { return std::abs(g) < 1; })",
+     '0.98f * props.real("g")',
      "media", "Phase.MeanCosineOfHenyeyGreensteinIsG"),
     ("phase_value_off_by_one_percent", "plugins/phases/rayleigh.cpp",
      "F(3 * kInvPi / 16)", "F(3.03f * kInvPi / 16)",
@@ -106,6 +108,15 @@ DEFECTS = [Defect(*row) for row in (
     ("light_passes_media_with_the_wrong_sign", MEDIA + "medium_shadows.cpp",
      "exp(-extinction.y * travelled)", "exp(extinction.y * travelled)",
      "volume_paths", "VolumePaths.ShadowRaysAreExactInHomogeneousMedia"),
+    ("too_few_collisions_sample_the_sun", MEDIA + "walks.cpp",
+     "u.y < share", "u.y < 0.5f * share",
+     "volume_paths", "Walks.FindTheSunThroughAHole"),
+    ("walks_survive_without_weight", MEDIA + "walks.cpp",
+     "throughput / survival", "throughput",
+     "volume_paths", "Walks.AgreeWithPathsThatSampleEmitters"),
+    ("wax_of_another_color", "plugins/bsdfs/subsurface.cpp",
+     "4.20863f", "4.15f",
+     "volume_paths", "Subsurface.DeepBodiesHaveTheirColor"),
     ("majorants_too_small", MEDIA + "majorant_grid.cpp",
      "medium.extremes(blocks_, lo_.data(), hi_.data());",
      "medium.extremes(blocks_, lo_.data(), hi_.data());"
@@ -117,7 +128,7 @@ DEFECTS = [Defect(*row) for row in (
     ("grids_scatter_as_much_as_they_absorb", MEDIA + "tracking.cpp",
      "scattering_.at(i) * (sum / real)", "extinction * (sum / real)",
      "volume_paths", "VolumePaths.EqualVoxelsAreHomogeneous"),
-    ("collisions_weighted_by_the_sampled_channel", MEDIA + "segments.cpp",
+    ("collisions_weighted_by_the_sampled_channel", MEDIA + "channels.h",
      "sum / dot(throughput, density)", "1.f / component(density, channel)",
      "volume_paths", "VolumePaths.ChannelsAreThoseOfGreyMedia"),
     ("roulette_without_its_weight_in_media", MEDIA + "volume_paths.cpp",
@@ -127,7 +138,7 @@ DEFECTS = [Defect(*row) for row in (
      "select(cosine > 0.f, outside, inside)", "select(cosine > 0.f, inside, outside)",
      "volume_paths", "MediaEdges.RefractedRaysEnterTheMedium"),
     ("light_samples_in_media_without_their_weight", MEDIA + "volume_paths.cpp",
-     "weight_against(pdf, Float::load(answer_.pdf + i))", "Float(1.f)",
+     "weight_against(weight_pdf, Float::load(answer_.pdf + i))", "Float(1.f)",
      "volume_paths", "VolumePaths.MediaWithoutAbsorptionVanishInAnEvenLight"),
 
     # Code that integrators share.
