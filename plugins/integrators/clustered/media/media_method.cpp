@@ -10,15 +10,31 @@
 #include "transport/blocks_of_tile.h"
 
 namespace kinome {
+namespace {
+
+/// True if some medium varies.
+bool has_grids(const Scene& scene) {
+  return std::any_of(scene.media().begin(), scene.media().end(),
+                     [](const Medium* medium) { return !medium->is_uniform(); });
+}
+
+}  // namespace
 
 MediaMethod::MediaMethod(const PathSettings& settings, bool has_trial)
     : settings_(settings), has_trial_(has_trial), paths_(settings) {}
 
+std::unique_ptr<Passes> MediaMethod::begin(const Scene& scene, const Sensor& sensor,
+                                           RenderContext& context, double seconds) const {
+  const bool has_light = settings_.length.max_depth > 0 && !scene.emitters().empty();
+  // With media and light, the result doesn't refer to paths_, which it may outlive.
+  return has_grids(scene) && has_light ? paths_.begin(scene, sensor, context, seconds) : nullptr;
+}
+
 void MediaMethod::render(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
-  const transport::MediaTable media(scene, sensor);
-  if (media.has_grids() || settings_.length.max_depth < 2 || scene.emitters().empty()) {
+  if (has_grids(scene) || settings_.length.max_depth < 2 || scene.emitters().empty()) {
     return paths_.render(scene, sensor, context);
   }
+  const transport::MediaTable media(scene, sensor);
   const transport::SceneTable table(scene, media.phases());
   const uint64_t seed = key_seed(context.job, sensor.sampler());
   std::unique_ptr<const FogSources> sources;
