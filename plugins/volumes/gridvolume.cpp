@@ -27,7 +27,8 @@ constexpr Parameter kParameters[] = {
     {"data", ParameterType::kImage, nullptr,
      "values from a program, instead of the file: an image of the rows of all slices, from the "
      "lowest z and y on"},
-    {"slices", ParameterType::kInteger, "1", "number of slices along z in `data`; ignored for files"},
+    {"slices", ParameterType::kInteger, "1",
+     "number of slices along z in `data`; ignored for files"},
     {"grid", ParameterType::kString, "",
      "name of the grid in an OpenVDB file; default: 'density', or else the first by name"},
     {"to_world", ParameterType::kTransform, "identity",
@@ -65,19 +66,18 @@ ReadVdbFunction vdb_reader(const Properties& props) {
 /// Converts `data` to a grid.
 VoxelGrid grid_of(const Image& image, int slices, const Properties& props) {
   if (image.height % slices != 0) {
-    throw props.error("slices", "must divide the number of rows of `data`, " +
-                                    std::to_string(image.height));
+    throw props.error("slices",
+                      "must divide the number of rows of `data`, " + std::to_string(image.height));
   }
   VoxelGrid grid;
   grid.size = {image.width, image.height / slices, slices};
   grid.channels = static_cast<uint32_t>(image.channel_count());
   if (grid.channels != 1 && grid.channels != 3 && grid.channels != 6) {
-    throw props.error("data",
-                      "must have 1, 3 or 6 channels, got " + std::to_string(grid.channels));
+    throw props.error("data", "must have 1, 3 or 6 channels, got " + std::to_string(grid.channels));
   }
   if (image.data.empty() || image.data.size() >= kMaxVoxelValues) {
-    throw props.error("data", "must have 1 to 2147483647 values, got " +
-                                  std::to_string(image.data.size()));
+    throw props.error("data",
+                      "must have 1 to 2147483647 values, got " + std::to_string(image.data.size()));
   }
   grid.values = image.data;
   find_range(grid, props.error("data", "").where());

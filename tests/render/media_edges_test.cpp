@@ -31,11 +31,10 @@ std::string layer_xml(float low, float high, const std::string& extinction) {
 /// Image of a white floor at z = -3 under a sun, which shines through `media`. Each value is the
 /// transmittance divided by pi.
 Image sunlit_floor(const std::string& media) {
-  return render_scene(
-      *scene_from(media + kSun + volpath_xml(2) +
-                  shape_xml("rectangle", "<scale value=\"9\"/><translate z=\"-3\"/>",
-                            diffuse_xml("1 1 1")) +
-                  sensor_xml("perspective", look_at("0 0 -2", "0 0 -3", "0 1 0"), 4, 4)));
+  return render_scene(*scene_from(
+      media + kSun + volpath_xml(2) +
+      shape_xml("rectangle", "<scale value=\"9\"/><translate z=\"-3\"/>", diffuse_xml("1 1 1")) +
+      sensor_xml("perspective", look_at("0 0 -2", "0 0 -3", "0 1 0"), 4, 4)));
 }
 
 /// Chandrasekhar's H function at mu = 1 for isotropic scattering, by iteration of its integral
@@ -58,9 +57,9 @@ double h_function_at_1(double albedo) {
 }
 
 TEST(MediaEdges, WithoutExtinctionMediaAreEmpty) {
-  const Image image = render_scene(*scene_from(fog_cube_xml(fog_xml("0 0 0", "1 1 1")) +
-                                               constant_xml("0.5 1 2") + volpath_xml() +
-                                               parallel_view(0.9, 4, 16)));
+  const Image image =
+      render_scene(*scene_from(fog_cube_xml(fog_xml("0 0 0", "1 1 1")) + constant_xml("0.5 1 2") +
+                               volpath_xml() + parallel_view(0.9, 4, 16)));
   const Rgb expected(0.5, 1, 2);
   for (size_t i = 0; i < image.data.size(); ++i) {
     EXPECT_FLOAT_EQ(image.data[i], expected[static_cast<int>(i % 3)]);
@@ -80,9 +79,8 @@ TEST(MediaEdges, OpaqueMediaReflectAtTheirSurface) {
 }
 
 TEST(MediaEdges, AlbedoOneWithoutALimitOfDepthKeepsTheLight) {
-  const auto scene = scene_from(
-      fog_cube_xml(fog_xml("4 4 4", "1 1 1")) + constant_xml("1 1 1") + volpath_xml() +
-      parallel_view(0.9, 2, 128));
+  const auto scene = scene_from(fog_cube_xml(fog_xml("4 4 4", "1 1 1")) + constant_xml("1 1 1") +
+                                volpath_xml() + parallel_view(0.9, 2, 128));
   expect_equal(estimate_pixels(*scene, kRenders), exactly(grey(1), 4), kAlpha, "white");
 }
 
@@ -94,8 +92,8 @@ TEST(MediaEdges, CamerasOnABoundaryAreInTheirMedium) {
   const std::string cube =
       shape_xml("cube", "", std::string(kBoundary) + "<ref name=\"interior\" id=\"fog\"/>");
   std::string sensor =
-      sensor_xml("orthographic", "<scale x=\"0.001\" y=\"0.001\"/>" +
-                                     look_at("0 0 1", "0 0 0", "0 1 0"), 1, 4096);
+      sensor_xml("orthographic",
+                 "<scale x=\"0.001\" y=\"0.001\"/>" + look_at("0 0 1", "0 0 0", "0 1 0"), 1, 4096);
   sensor.replace(sensor.rfind("</sensor>"), 9, "<ref id=\"fog\"/></sensor>");
   const auto scene = scene_from(fog + cube + constant_xml("1 1 1") + volpath_xml() + sensor);
   expect_equal(estimate_pixels(*scene, kRenders), exactly(grey(std::exp(-1.4)), 1), kAlpha,
@@ -108,9 +106,8 @@ TEST(MediaEdges, RefractedRaysEnterTheMedium) {
   const std::string glass =
       "<bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1\"/><float name=\"ext_ior\" "
       "value=\"1\"/></bsdf>";
-  const auto scene =
-      scene_from(shape_xml("cube", "", glass + fog_xml("0.2 0.4 0.8", "0 0 0")) +
-                 constant_xml("1 1 1") + volpath_xml() + parallel_view(0.9, 2, 256));
+  const auto scene = scene_from(shape_xml("cube", "", glass + fog_xml("0.2 0.4 0.8", "0 0 0")) +
+                                constant_xml("1 1 1") + volpath_xml() + parallel_view(0.9, 2, 256));
   const Rgb expected(std::exp(-0.4f), std::exp(-0.8f), std::exp(-1.6f));
   expect_equal(estimate_pixels(*scene, kRenders), exactly(expected, 4), kAlpha, "glass");
 }
@@ -172,28 +169,31 @@ std::string sensor_in(const std::string& medium) {
 TEST(MediaWarnings, NameTheMediumInWhichTheSensorStarts) {
   const std::string ball =
       "<shape type=\"sphere\"><bsdf type=\"null\"/><ref name=\"interior\" id=\"fog\"/></shape>";
-  const std::string start = kFog + "<medium type=\"homogeneous\" id=\"smoke\"/>" + ball +
-                            point_xml("0 0 0.5", "1 1 1");
+  const std::string start =
+      kFog + "<medium type=\"homogeneous\" id=\"smoke\"/>" + ball + point_xml("0 0 0.5", "1 1 1");
   expect_warning(start + sensor_in(""), "the sensor is in a medium but has none itself");
   expect_warning(start + sensor_in("smoke"), "the sensor's medium isn't that of the shape around");
   expect_warning(start + sensor_in("fog"), "");
-  const std::string outside =
-      "<sensor type=\"perspective\"><transform name=\"to_world\">" +
-      look_at("0 0 9", "0 0 0", "0 1 0") + "</transform></sensor>";
+  const std::string outside = "<sensor type=\"perspective\"><transform name=\"to_world\">" +
+                              look_at("0 0 9", "0 0 0", "0 1 0") + "</transform></sensor>";
   expect_warning(start + outside, "");
 }
 
 TEST(MediaWarnings, SayWhereEndlessMediaEnd) {
   const std::string endless = "a medium without a boundary surrounds the scene";
-  const std::string ball = "<shape type=\"sphere\"><transform name=\"to_world\"><translate "
-                           "z=\"5\"/></transform></shape>";
+  const std::string ball =
+      "<shape type=\"sphere\"><transform name=\"to_world\"><translate "
+      "z=\"5\"/></transform></shape>";
   const std::string scene = kFog + ball + sensor_in("fog");
   expect_warning(scene + constant_xml("1 1 1"), endless);
   expect_warning(scene + kSun, endless);
   expect_warning(scene + point_xml("0 1 0", "1 1 1"), "");
   // A boundary ends the medium.
-  expect_warning(kFog + "<shape type=\"sphere\"><bsdf type=\"null\"/><ref name=\"interior\" "
-                        "id=\"fog\"/></shape>" + sensor_in("fog") + constant_xml("1 1 1"), "");
+  expect_warning(kFog +
+                     "<shape type=\"sphere\"><bsdf type=\"null\"/><ref name=\"interior\" "
+                     "id=\"fog\"/></shape>" +
+                     sensor_in("fog") + constant_xml("1 1 1"),
+                 "");
 }
 
 }  // namespace
