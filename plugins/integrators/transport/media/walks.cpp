@@ -77,7 +77,7 @@ Walks::Walks(const SceneTable& scene, const MediaTable& media, const PathLength&
       channel_(arena_.indices()),
       rays_(arena_.ray_hits()) {}
 
-void Walks::walk(RayHit16* rays, size_t count, const PathState& state, const Paths& paths,
+void Walks::walk(RayHit16* rays, size_t count, const PathState& state, const PathColumns& paths,
                  const RandomSeeds& seeds, RenderCounters& counters) {
   for (uint32_t medium = 1; medium < media_.size(); ++medium) {
     if (!media_.is_walked(medium)) continue;
@@ -92,7 +92,7 @@ void Walks::walk(RayHit16* rays, size_t count, const PathState& state, const Pat
 
 /// Takes over the paths that collide in a medium. They count as ended until they leave().
 void Walks::begin(uint32_t medium, RayHit16* rays, size_t count, const PathState& state,
-                  const Paths& paths, const RandomSeeds& seeds) {
+                  const PathColumns& paths, const RandomSeeds& seeds) {
   const uint32_t collision = media_.collision_shape(medium);
   count_ = 0;
   for (size_t i = 0; i < count; ++i) {
@@ -120,7 +120,7 @@ void Walks::begin(uint32_t medium, RayHit16* rays, size_t count, const PathState
 
 /// Ends walks at collisions: by length, by roulette, or because they must sample emitters.
 void Walks::collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathState& state,
-                    const Paths& paths) {
+                    const PathColumns& paths) {
   const Float max_depth = static_cast<float>(length_.max_depth);
   const Float rr_depth = static_cast<float>(length_.rr_depth);
   const float share = media_.delta_share(medium);
@@ -180,7 +180,7 @@ void Walks::scatter(uint32_t medium, uint32_t step) {
 }
 
 /// Traces the walks to the next collision or surface. Those that reach a surface leave().
-void Walks::trace(uint32_t medium, RayHit16* rays, const PathState& state, const Paths& paths,
+void Walks::trace(uint32_t medium, RayHit16* rays, const PathState& state, const PathColumns& paths,
                   RenderCounters& counters) {
   const wide::Rgb extinction(media_.extinction().at(medium));
   const wide::Rgb albedo(media_.albedo().at(medium));
@@ -227,7 +227,7 @@ void Walks::trace(uint32_t medium, RayHit16* rays, const PathState& state, const
 }
 
 /// Gives the path of walk i back.
-void Walks::leave(size_t i, const PathState& state, const Paths& paths) const {
+void Walks::leave(size_t i, const PathState& state, const PathColumns& paths) const {
   const uint32_t k = path_[i];
   state.throughput.set(k, throughput_.at(i));
   state.scatterings[k] = scatterings_[i];

@@ -19,7 +19,7 @@ class Walks {
   Walks(const SceneTable& scene, const MediaTable& media, const PathLength& length, size_t rays);
 
   /// Columns of the paths that walks read or change in addition to PathState.
-  struct Paths {
+  struct PathColumns {
     const float* scale;  ///< see VolumePaths::State
     Columns3 from;
     float* pdf;
@@ -28,20 +28,20 @@ class Walks {
   /// Continues the paths whose rays end at collisions in such media. Afterwards, such a ray ends at
   /// a surface, or leaves the scene, or ends at a collision where a delta emitter must be sampled
   /// (MediaTable::delta_share). The throughput of paths that have ended is 0.
-  void walk(RayHit16* rays, size_t count, const PathState& state, const Paths& paths,
+  void walk(RayHit16* rays, size_t count, const PathState& state, const PathColumns& paths,
             const RandomSeeds& seeds, RenderCounters& counters);
 
  private:
-  void walk_in(uint32_t medium, RayHit16* rays, const PathState& state, const Paths& paths,
+  void walk_in(uint32_t medium, RayHit16* rays, const PathState& state, const PathColumns& paths,
                RenderCounters& counters);
   void begin(uint32_t medium, RayHit16* rays, size_t count, const PathState& state,
-             const Paths& paths, const RandomSeeds& seeds);
+             const PathColumns& paths, const RandomSeeds& seeds);
   void collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathState& state,
-               const Paths& paths);
+               const PathColumns& paths);
   void scatter(uint32_t medium, uint32_t step);
-  void trace(uint32_t medium, RayHit16* rays, const PathState& state, const Paths& paths,
+  void trace(uint32_t medium, RayHit16* rays, const PathState& state, const PathColumns& paths,
              RenderCounters& counters);
-  void leave(size_t i, const PathState& state, const Paths& paths) const;
+  void leave(size_t i, const PathState& state, const PathColumns& paths) const;
   void compact();
 
   const SceneTable& scene_;
