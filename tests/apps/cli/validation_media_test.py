@@ -41,8 +41,9 @@ class Page(unittest.TestCase):
         for name, goal in tables.MEDIA_GOALS.items():
             self.assertIn(f"| {name} | volpathmis, independent | 0.04 | 8 | 2 | 4 | 4 | <1 | ~8 | ~8 | "
                           f"{goal or ''} |", text)
-        self.assertIn("| `clustered`, lanterns | 20 | 8 | not met |", text)
-        self.assertIn("| `volpath`, geometric mean | 1.5 | 4 | met |", text)
+        self.assertIn("| lanterns | 0.01 | 4 | 32 | 8 | 8 |", text)
+        self.assertIn("| `clustered`, lanterns | 20 | 8 | 8 | not met |", text)
+        self.assertIn("| `volpath`, geometric mean | 1.5 | 4 |  | met |", text)
         self.assertIn("0.5 to 0.5 of the 2 cores", text)
         self.assertEqual(len(media_page.measurements(scenes).splitlines()), 1 + 3 * 2 * 3 * len(scenes))
         self.assertTrue(media_page.plot(scenes).startswith(b"\x89PNG"))
