@@ -113,6 +113,14 @@ TEST(FogLight, IsTheSameOnAnyNumberOfThreadsAndFinite) {
   }
 }
 
+/// The trial's result doesn't depend on the number of threads.
+TEST(FogLight, IsTriedTheSameOnAnyNumberOfThreads) {
+  const auto scene =
+      scene_from(fog_cube_xml(kFog) + kPoint + integrator_xml("clustered", 4) +
+                 sensor_xml("perspective", look_at("0.5 0.4 4", "0 -0.1 0", "0 1 0"), 144, 16));
+  EXPECT_EQ(render_scene(*scene, 3, 1).data, render_scene(*scene, 3, 2).data);
+}
+
 /// The integral of the density is its inverse.
 TEST(FogLight, DistancesHaveTheirDensity) {
   const auto check = [](const auto& distances, float length) {

@@ -36,6 +36,14 @@ float sum_of(const Rgb& c) {
   return c.x + c.y + c.z;
 }
 
+/// True if emitter samples may find light in all media.
+bool are_open(const transport::MediaTable& media) {
+  for (uint32_t m = 1; m < media.size(); ++m) {
+    if (media.emitter_weight(m) != 1) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTable& media,
@@ -46,21 +54,25 @@ FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTab
       needs_collisions_(settings.length.max_depth > 2 || sources.have_surfaces()),
       sees_sky_(scene.scene().environment() && !settings.hide_emitters),
       share_(needs_collisions_ ? FogLight::kShare : kInfinity),
+      finds_later_(needs_collisions_ && sources.distant().empty() && are_open(media)),
+      max_depth_(static_cast<float>(settings.length.max_depth)),
       camera_(scene, sensor, kBlockSamples, false),
-      segments_(scene, media, settings.hide_emitters, kBlockSamples),
+      segments_(scene, media, settings.hide_emitters, 2 * kBlockSamples),
       light_choice_(sources),
       paths_(scene, media, sensor.sampler(), settings, 2 * kBlockSamples, &light_choice_),
       fog_(scene, media, sources, sensor.sampler(), share_, kBlockSamples),
       film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
             sensor.film().has_powers(0)),
-      numbers_(kBlockSamples),
+      numbers_(2 * kBlockSamples),
       arena_(kBlockSamples + kBlockLanes),  // see FilmSamples::add
+      per_path_(2 * kBlockSamples),
       radiance_(arena_.three()),
       alpha_(arena_.floats()),
-      u_(arena_.floats()),
-      u_distance_(arena_.floats()),
-      total_(arena_.floats()),
-      left_(arena_.floats()),
+      u_(per_path_.floats()),
+      u_distance_(per_path_.floats()),
+      before_(per_path_.floats()),
+      total_(per_path_.floats()),
+      left_(per_path_.floats()),
       values_{radiance_.x, radiance_.y, radiance_.z} {
   if (sensor.film().has_alpha()) values_.push_back(alpha_);
 }
@@ -95,7 +107,56 @@ void FogBlock::trace(const PixelSamples& samples, RenderCounters& counters) {
   const size_t collisions = needs_collisions_ ? add_collisions(samples, first) : 0;
   const auto emitters = static_cast<float>(scene_.scene().emitters().size());
   paths_.trace_from(samples, count + collisions, share_ * emitters,
-                    kFogDimension + kCandidates * FogLight::kDimensions, radiance_, counters);
+                    kFogDimension + kCandidates * FogLight::kDimensions, radiance_, counters,
+                    finds_later_ ? this : nullptr);
+}
+
+/// Traces later edges: like camera rays, but goes on from a collision or from the surface, each
+/// with the probability of its part of the light. Absorption ends paths.
+void FogBlock::trace(const PixelSamples& samples, const FirstEdges& edges, size_t count,
+                     uint32_t dimension, const Columns3& radiance, RenderCounters& counters) {
+  legs_.clear();
+  for (size_t i = 0; i < count; ++i) before_[i] = sum_of(edges.throughput.at(i));
+  const transport::PathState state{
+      edges.owner, edges.medium, edges.throughput, nullptr, nullptr, edges.scatterings, &legs_};
+  segments_.trace(edges.rays, count, state, transport::RandomSeeds(samples, dimension),
+                  RayKind::kBsdf, counters);
+  if (legs_.empty()) return;
+  numbers_.fill_1d(sampler_, samples, dimension, edges.owner, count, u_);
+  numbers_.fill_1d(sampler_, samples, dimension + 1, edges.owner, count, u_distance_);
+  lit_legs_.clear();
+  for (const MediumLeg& leg : legs_) {
+    if (edges.scatterings[leg.path] < max_depth_ - 1) lit_legs_.push_back(leg);
+  }
+  fog_.add_later(samples, lit_legs_, edges.owner, dimension, radiance, counters);
+  std::fill_n(total_, count, 0.f);
+  sum_scattered();
+  for (size_t i = 0; i < count; ++i) {
+    const float surface = sum_of(edges.throughput.at(i)), scattered = total_[i];
+    total_[i] = before_[i];
+    left_[i] = total_[i] * u_[i];
+    if (left_[i] < scattered) continue;
+    const bool is_absorbed = left_[i] >= scattered + surface;
+    edges.throughput.set(i,
+                         is_absorbed ? Rgb(0.f) : edges.throughput.at(i) * (total_[i] / surface));
+    if (is_absorbed) edges.rays[i / kBlockLanes].shape[i % kBlockLanes] = kNoHit;
+  }
+  for (size_t k = 0; k < legs_.size(); ++k) {
+    const uint32_t path = legs_[k].path;
+    float& left = left_[path];
+    const float weight = sum_of(scattered_[k]);
+    if (left >= 0 && left < weight) add_collision(edges, path, k, left, u_distance_[path]);
+    left -= weight;
+  }
+}
+
+/// Sets the light that each leg scatters, and adds its sum over channels to the path's total.
+void FogBlock::sum_scattered() {
+  scattered_.clear();
+  for (const MediumLeg& leg : legs_) {
+    scattered_.push_back(scattered_on(leg, media_));
+    total_[leg.path] += sum_of(scattered_.back());
+  }
 }
 
 /// Sets alpha to the probability that `volpath` sets it to 1.
@@ -113,11 +174,7 @@ size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& f
   numbers_.fill_1d(sampler_, samples, kCollisionDimension, first.owner, count, u_);
   numbers_.fill_1d(sampler_, samples, kCollisionDimension + 1, first.owner, count, u_distance_);
   std::fill_n(total_, count, 0.f);
-  scattered_.clear();
-  for (const MediumLeg& leg : legs_) {
-    scattered_.push_back(scattered_on(leg, media_));
-    total_[leg.path] += sum_of(scattered_.back());
-  }
+  sum_scattered();
   // A leg's probability is proportional to its weight. The total weight is at most 3, since
   // throughputs begin with 1.
   for (size_t i = 0; i < count; ++i) {
@@ -130,6 +187,7 @@ size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& f
     float& left = left_[sample];
     const float weight = sum_of(scattered_[k]);
     if (left >= 0 && left < weight) {
+      first.owner[count + added] = sample;
       add_collision(first, count + added++, k, left, u_distance_[sample]);
     }
     left -= weight;
@@ -165,7 +223,6 @@ void FogBlock::add_collision(const FirstEdges& first, size_t path, size_t k, flo
   const size_t lane = path % kBlockLanes;
   set_ray(rays.ray, lane, Ray(leg.o, leg.d, 0, t));
   rays.shape[lane] = static_cast<uint32_t>(scene_.scene().shapes().size()) + leg.medium - 1;
-  first.owner[path] = leg.path;
   first.medium[path] = leg.medium;
   first.throughput.set(path, throughput);
 }

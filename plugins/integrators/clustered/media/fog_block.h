@@ -15,7 +15,7 @@ namespace kinome {
 /// surface, attenuated, and all light that is scattered in front of it. FogLight finds the light
 /// that is scattered once. A second path continues from a random collision; it gets no emitter
 /// samples there. One per thread.
-class FogBlock {
+class FogBlock : private transport::VolumePaths::EdgeTracer {
  public:
   FogBlock(const transport::SceneTable& scene, const transport::MediaTable& media,
            const FogSources& sources, const Sensor& sensor, const PathSettings& settings);
@@ -26,6 +26,10 @@ class FogBlock {
   const Columns3& radiance() const { return radiance_; }
 
  private:
+  void trace(const PixelSamples& samples, const transport::VolumePaths::FirstEdges& edges,
+             size_t count, uint32_t dimension, const Columns3& radiance,
+             RenderCounters& counters) override;
+  void sum_scattered();
   void set_alpha(const transport::VolumePaths::FirstEdges& first, size_t count);
   size_t add_collisions(const PixelSamples& samples,
                         const transport::VolumePaths::FirstEdges& first);
@@ -39,6 +43,9 @@ class FogBlock {
   const bool needs_collisions_;
   const bool sees_sky_;
   const float share_;  ///< see FogLight
+  /// True if FogLight finds the light of all collisions, not only on camera rays.
+  const bool finds_later_;
+  const float max_depth_;
   transport::Camera camera_;
   transport::Segments segments_;
   PointLightChoice light_choice_;
@@ -47,11 +54,13 @@ class FogBlock {
   transport::FilmSamples film_;
   transport::Numbers numbers_;
   transport::Arena arena_;
+  transport::Arena per_path_;
   Columns3 radiance_;
   float *alpha_, *u_, *u_distance_;
+  float* before_;         ///< sum of the channels of a path's throughput before its edge
   float *total_, *left_;  ///< weights of the legs of a sample; see add_collisions()
   std::vector<float*> values_;
-  std::vector<transport::MediumLeg> legs_;
+  std::vector<transport::MediumLeg> legs_, lit_legs_;
   std::vector<Rgb> scattered_;  ///< of each leg; see add_collisions()
 };
 

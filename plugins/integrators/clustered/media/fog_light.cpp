@@ -29,6 +29,7 @@ FogLight::FogLight(const transport::SceneTable& scene, const transport::MediaTab
       sampler_(sampler),
       share_(share),
       table_(sources, media),
+      later_table_(sources, media),
       numbers_(rays),
       shadows_(scene, media, rays, rays),
       choices_(rays),
@@ -46,19 +47,14 @@ FogLight::FogLight(const transport::SceneTable& scene, const transport::MediaTab
   points_.p = arena_.three();
   points_.n = arena_.three();
   points_.p_error = arena_.floats();
+  later_table_.begin_undirected();
 }
 
 void FogLight::add(const PixelSamples& samples, std::span<const MediumLeg> legs, uint32_t dimension,
                    uint32_t candidates, const Columns3& radiance, RenderCounters& counters) {
-  legs_ = legs;
-  pilot_.clear(), rest_.clear();
-  for (uint32_t i = 0; i < legs.size(); ++i) {
-    const Rgb scattering = media_.extinction().at(legs[i].medium) *
-                           media_.albedo().at(legs[i].medium) * legs[i].throughput;
-    if (media_.emitter_weight(legs[i].medium) != 1) continue;
-    if (is_black(scattering) || !(legs[i].length > 0)) continue;
-    (legs[i].path % kPilotStep == 0 ? pilot_ : rest_).push_back(i);
-  }
+  current_ = &table_;
+  owners_ = nullptr;
+  list_lit(legs, kPilotStep);
   if (pilot_.empty() && rest_.empty()) return;
   std::vector<MediumLeg> typical;
   for (const uint32_t i : pilot_.empty() ? rest_ : pilot_) typical.push_back(legs[i]);
@@ -74,6 +70,30 @@ void FogLight::add(const PixelSamples& samples, std::span<const MediumLeg> legs,
   }
 }
 
+void FogLight::add_later(const PixelSamples& samples, std::span<const MediumLeg> legs,
+                         const uint32_t* owner, uint32_t dimension, const Columns3& radiance,
+                         RenderCounters& counters) {
+  current_ = &later_table_;
+  owners_ = owner;
+  list_lit(legs, 0);
+  weight_ = 1;
+  render(samples, rest_, dimension, Numbers::kOwn, radiance, counters);
+}
+
+/// Divides the legs from which light may be scattered into those of the pilot, every `step`th path,
+/// and the rest. 0: no pilot.
+void FogLight::list_lit(std::span<const MediumLeg> legs, uint32_t step) {
+  legs_ = legs;
+  pilot_.clear(), rest_.clear();
+  for (uint32_t i = 0; i < legs.size(); ++i) {
+    const Rgb scattering = media_.extinction().at(legs[i].medium) *
+                           media_.albedo().at(legs[i].medium) * legs[i].throughput;
+    if (media_.emitter_weight(legs[i].medium) != 1) continue;
+    if (is_black(scattering) || !(legs[i].length > 0)) continue;
+    (step > 0 && legs[i].path % step == 0 ? pilot_ : rest_).push_back(i);
+  }
+}
+
 void FogLight::render(const PixelSamples& samples, std::span<const uint32_t> legs,
                       uint32_t dimension, Numbers numbers, const Columns3& radiance,
                       RenderCounters& counters) {
@@ -82,7 +102,10 @@ void FogLight::render(const PixelSamples& samples, std::span<const uint32_t> leg
   for (size_t first = 0; first < legs.size(); first += most) {
     const size_t count = std::min(most, legs.size() - first);
     const auto part = legs.subspan(first, count);
-    for (size_t i = 0; i < count; ++i) owner_[i] = legs_[part[i]].path;
+    for (size_t i = 0; i < count; ++i) {
+      const uint32_t path = legs_[part[i]].path;
+      owner_[i] = owners_ ? owners_[path] : path;
+    }
     for (size_t i = count; i < padded(count); ++i) owner_[i] = owner_[count - 1];
     make_numbers(samples, count, dimension, numbers);
     for (size_t i = 0; i < count; ++i) make_candidate(i, legs_[part[i]]);
@@ -93,7 +116,7 @@ void FogLight::render(const PixelSamples& samples, std::span<const uint32_t> leg
     });
     const transport::RandomSeeds seeds(samples, kShadowUse + dimension);
     shadows_.trace(rays_, count, medium_, distance_, owner_, seeds, counters);
-    const bool learns = numbers == Numbers::kOwn;
+    const bool learns = numbers == Numbers::kOwn && !owners_;
     for (size_t i = 0; i < count; ++i) {
       kinome::Rgb light(0.f);
       if (on_[i] > 0) light = light_.at(i) * shadows_.transmittance().at(i);
@@ -128,8 +151,8 @@ void FogLight::make_numbers(const PixelSamples& samples, size_t count, uint32_t 
 void FogLight::make_candidate(size_t i, const MediumLeg& leg) {
   on_[i] = 0;
   medium_[i] = leg.medium;
-  table_.set_leg(leg);
-  choices_[i] = table_.choose(u_source_[i], u_distance_[i]);
+  current_->set_leg(leg);
+  choices_[i] = current_->choose(u_source_[i], u_distance_[i]);
   const FogTable::Choice& choice = choices_[i];
   if (!(choice.density > 0)) return;
   const kinome::Vec3 p = leg.o + leg.d * choice.t;

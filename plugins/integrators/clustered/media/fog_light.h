@@ -32,9 +32,15 @@ class FogLight {
   void add(const PixelSamples& samples, std::span<const transport::MediumLeg> legs,
            uint32_t dimension, uint32_t candidates, const Columns3& radiance,
            RenderCounters& counters);
+  /// Adds the light of legs of paths, without learning. Near sources alone; their importances are
+  /// those of point lights without attenuation. `owner`: sample of each path.
+  void add_later(const PixelSamples& samples, std::span<const transport::MediumLeg> legs,
+                 const uint32_t* owner, uint32_t dimension, const Columns3& radiance,
+                 RenderCounters& counters);
 
  private:
   enum class Numbers { kSampler, kOwn };
+  void list_lit(std::span<const transport::MediumLeg> legs, uint32_t step);
   void render(const PixelSamples& samples, std::span<const uint32_t> legs, uint32_t dimension,
               Numbers numbers, const Columns3& radiance, RenderCounters& counters);
   void make_numbers(const PixelSamples& samples, size_t count, uint32_t dimension, Numbers numbers);
@@ -44,7 +50,9 @@ class FogLight {
   const FogSources& sources_;
   const Sampler& sampler_;
   const float share_;
-  FogTable table_;
+  FogTable table_, later_table_;
+  FogTable* current_ = &table_;
+  const uint32_t* owners_ = nullptr;  ///< of the paths; nullptr if paths are samples
   transport::Numbers numbers_;
   transport::MediumShadows shadows_;
   std::span<const transport::MediumLeg> legs_;

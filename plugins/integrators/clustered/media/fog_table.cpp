@@ -110,6 +110,19 @@ void FogTable::begin(std::span<const MediumLeg> legs) {
   set_distant_probabilities();
 }
 
+void FogTable::begin_undirected() {
+  std::fill(near_records_.begin(), near_records_.end(), Record());
+  float highest = 0;
+  for (const auto& source : sources_.near()) highest = std::max(highest, source.intensity);
+  for (size_t s = 0; s < expected_.size(); ++s) {
+    expected_[s].fill(1.f / kBins);
+    expected_weight_[s] =
+        highest > 0 ? std::max(sources_.near()[s].intensity, kMinImportance * highest) : 1;
+  }
+  set_near_probabilities();
+  distant_sum_.clear();
+}
+
 /// Adds the light of a near source that a ray's bins scatter, relative to the integral of 1/r².
 void FogTable::add_expected(const MediumLeg& leg, uint32_t near) {
   const FogSources::Near& source = sources_.near()[near];

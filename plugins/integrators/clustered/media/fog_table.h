@@ -27,6 +27,9 @@ class FogTable {
   /// Computes importances that assume that nothing is in the light's way.
   void begin(std::span<const transport::MediumLeg> legs);
 
+  /// Sets importances that don't depend on the rays' directions, for near sources alone.
+  void begin_undirected();
+
   /// Position and source of a candidate.
   struct Choice {
     uint32_t source;

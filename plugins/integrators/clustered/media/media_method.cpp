@@ -35,6 +35,9 @@ void MediaMethod::render(const Scene& scene, const Sensor& sensor, RenderContext
     return paths_.render(scene, sensor, context);
   }
   const transport::MediaTable media(scene, sensor);
+  const bool starts_enclosed =
+      media.start() != transport::MediaTable::kVacuum && media.emitter_weight(media.start()) != 1;
+  if (starts_enclosed) return paths_.render(scene, sensor, context);
   const transport::SceneTable table(scene, media.phases());
   const uint64_t seed = key_seed(context.job, sensor.sampler());
   std::unique_ptr<const FogSources> sources;

@@ -78,12 +78,14 @@ void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays
   std::fill_n(alpha, samples.count(), sees_sky ? 1.f : 0.f);
   begin(samples, camera_rays);
   first_share_ = 0;
+  later_ = nullptr;
   trace_on(samples, kCameraDimensions, radiance, alpha, counters);
 }
 
 void VolumePaths::trace_from(const PixelSamples& samples, size_t count, float share,
-                             uint32_t dimension, const Columns3& radiance,
-                             RenderCounters& counters) {
+                             uint32_t dimension, const Columns3& radiance, RenderCounters& counters,
+                             EdgeTracer* later) {
+  later_ = later;
   count_ = count;
   for_lanes(count_, [&](size_t i) {
     Float(0.f).store(along_.scatterings + i);
@@ -102,7 +104,11 @@ void VolumePaths::trace_on(const PixelSamples& samples, uint32_t dimension,
     {
       const StageTimer timer(
           counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
-      if (first_share_ == 0) {
+      if (later_ && kind != RayKind::kCamera) {
+        const FirstEdges edges{rays_, along_.owner, along_.medium, along_.throughput,
+                               along_.scatterings};
+        later_->trace(samples, edges, count_, first, radiance, counters);
+      } else if (first_share_ == 0) {
         trace_edges(samples, first, kind, counters);
         walk(RandomSeeds(samples, first), alpha, counters);
       }
@@ -121,7 +127,7 @@ void VolumePaths::trace_on(const PixelSamples& samples, uint32_t dimension,
     const StageTimer timer(counters.stage_seconds["shade"]);
     scatter(samples, emitter + EmitterSamples::kDimensions, alpha);
     sort_rays();
-    first_share_ = 0;
+    if (!later_) first_share_ = 0;
   }
 }
 

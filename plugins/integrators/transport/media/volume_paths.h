@@ -49,6 +49,14 @@ class VolumePaths {
     Columns3 throughput;
     float* scatterings;
   };
+  /// Traces edges of paths: sets the rays' hits, media and throughputs, and adds the light that is
+  /// scattered once on the way. One per thread.
+  class EdgeTracer {
+   public:
+    virtual ~EdgeTracer() = default;
+    virtual void trace(const PixelSamples& samples, const FirstEdges& edges, size_t count,
+                       uint32_t dimension, const Columns3& radiance, RenderCounters& counters) = 0;
+  };
   /// Sets the rays to the camera rays, which are not traced yet, one path for each sample. The
   /// result is valid until trace_from().
   FirstEdges begin(const PixelSamples& samples, const RayHit16* camera_rays);
@@ -56,8 +64,10 @@ class VolumePaths {
   /// owners are equal. The first points in media whose MediaTable::emitter_weight() is 1 get no
   /// emitter samples, because the caller finds that light with a density of `share` times that of
   /// emitter samples. `dimension`: first dimension of the sampler that is used.
+  /// `later`: traces all later edges; their collisions get no emitter samples, either. nullptr:
+  /// only the first edges are the caller's.
   void trace_from(const PixelSamples& samples, size_t count, float share, uint32_t dimension,
-                  const Columns3& radiance, RenderCounters& counters);
+                  const Columns3& radiance, RenderCounters& counters, EdgeTracer* later = nullptr);
 
  private:
   /// Dimensions of the sampler for a step: the distance and its channel, an emitter sample, a BSDF
@@ -138,6 +148,7 @@ class VolumePaths {
   float* relative_index2_;  ///< squared relative index of each point's surface
   /// In the first step of trace_from(), its argument `share`; else 0.
   float first_share_ = 0;
+  EdgeTracer* later_ = nullptr;  ///< argument of trace_from()
   Columns3 wo_, d_, light_, carried_;
   float *u1_, *pdf_, *distance_;
   Columns2 u2_;
