@@ -137,7 +137,7 @@ DEFECTS = [Defect(*row) for row in (
     ("scattered_rays_in_the_medium_of_the_other_side", MEDIA + "volume_paths.cpp",
      "select(cosine > 0.f, outside, inside)", "select(cosine > 0.f, inside, outside)",
      "volume_paths", "MediaEdges.RefractedRaysEnterTheMedium"),
-    ("light_samples_in_media_without_their_weight", MEDIA + "volume_paths.cpp",
+    ("light_samples_in_media_without_their_weight", MEDIA + "volume_paths_light.cpp",
      "weight_against(weight_pdf, Float::load(answer_.pdf + i))", "Float(1.f)",
      "volume_paths", "VolumePaths.MediaWithoutAbsorptionVanishInAnEvenLight"),
 
