@@ -94,14 +94,15 @@ void VolumePaths::trace_on(const PixelSamples& samples, uint32_t dimension,
     {
       const StageTimer timer(
           counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
-      if (later_ && kind != RayKind::kCamera) {
+      const bool is_later = later_ && kind != RayKind::kCamera;
+      if (is_later) {
         const FirstEdges edges{rays_, along_.owner, along_.medium, along_.throughput,
                                along_.scatterings};
         later_->trace(samples, edges, count_, first, radiance, counters);
       } else if (first_share_ == 0) {
         trace_edges(samples, first, kind, counters);
-        walk(RandomSeeds(samples, first), alpha, counters);
       }
+      if (is_later || first_share_ == 0) walk(RandomSeeds(samples, first), alpha, counters);
       find_points();
       add_emission(radiance);
       add_environment(radiance);
