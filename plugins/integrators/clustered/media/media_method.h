@@ -5,7 +5,7 @@
 
 namespace kinome {
 
-/// Renders scenes with media. Light that media scatter once toward the camera is found by
+/// Renders scenes with media. Light that uniform media scatter once toward the camera is found by
 /// candidates (FogLight); all other light by path tracing, as in `volpath`. Scenes in which some
 /// medium varies are rendered as by `volpath`.
 class MediaMethod final : public ClusteredMethod {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <vector>
 
 #include "clustered/media/fog_block.h"
@@ -16,11 +17,10 @@ namespace {
 
 using transport::kBlockSamples;
 
-/// Size of a block of the trial, and its samples per pixel: as many samples as blocks of a render
-/// have, because FogBlock learns in each block.
-constexpr uint32_t kWidth = 16, kHeight = 8, kSamples = 16;
-constexpr size_t kPixels = kWidth * kHeight;
-static_assert(kPixels * kSamples == kBlockSamples);
+/// Bounds on the samples per pixel of a block of the trial, powers of two. Blocks are about as
+/// large as those of the render, because FogBlock learns in each block.
+constexpr uint32_t kMinSamples = 16, kMaxSamples = 128;
+constexpr size_t kMaxPixels = kBlockSamples / kMinSamples;
 /// Bounds on the number of blocks, and the share of the render's samples for the trial.
 constexpr double kMinBlocks = 4, kMaxBlocks = 24, kTrialShare = 0.05;
 /// Maximum `max_depth` at which FogBlock renders without a trial.
@@ -59,7 +59,7 @@ class PathBlock {
 
 /// Results of one method in one block.
 struct Measured {
-  std::array<double, kPixels> mean{}, variance{};
+  std::array<double, kMaxPixels> mean{}, variance{};
   double cost = 0;
 };
 
@@ -68,15 +68,15 @@ Measured measure(Block& block, const PixelSamples& samples, double cost_of_sampl
   RenderCounters counters;
   block.trace(samples, counters);
   Measured result;
-  for (size_t p = 0; p < kPixels; ++p) {
+  for (size_t p = 0; p < samples.pixels; ++p) {
     double sum = 0, squares = 0;
-    for (size_t k = 0; k < kSamples; ++k) {
-      const double value = mean_of(block.radiance().at(p * kSamples + k));
+    for (size_t k = 0; k < samples.samples; ++k) {
+      const double value = mean_of(block.radiance().at(p * samples.samples + k));
       sum += value;
       squares += value * value;
     }
-    result.mean[p] = sum / kSamples;
-    result.variance[p] = std::max(0., squares / kSamples - result.mean[p] * result.mean[p]);
+    result.mean[p] = sum / samples.samples;
+    result.variance[p] = std::max(0., squares / samples.samples - result.mean[p] * result.mean[p]);
   }
   double rays = 0;
   for (const RayKind kind : {RayKind::kCamera, RayKind::kShadow, RayKind::kBsdf}) {
@@ -95,6 +95,10 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
   const double samples = static_cast<double>(crop.area()) * sensor.sampler().sample_count();
   const double share = samples * kTrialShare / (2 * kBlockSamples);
   if (share < kMinBlocks) return settings.length.max_depth > kMaxDepthUntried;
+  const uint32_t per_pixel =
+      std::clamp(std::bit_floor(sensor.sampler().sample_count()), kMinSamples, kMaxSamples);
+  const uint32_t pixels = kBlockSamples / per_pixel;
+  const uint32_t width = 1u << std::bit_width(pixels) / 2, height = pixels / width;
   const StageTimer timer(context.job.stats().counters.stage_seconds["pilot"]);
   const auto count = static_cast<size_t>(std::min(share, kMaxBlocks));
   const uint64_t seed = hash_words(key_seed(context.job, sensor.sampler()), kTrialSeed);
@@ -107,11 +111,11 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
       const auto room = static_cast<float>(std::max(1, size - static_cast<int>(part)));
       return static_cast<uint32_t>(begin) + static_cast<uint32_t>(to_unit_float(random) * room);
     };
-    const uint32_t x0 = place(static_cast<uint32_t>(bits), crop.x0, crop.width(), kWidth);
-    const uint32_t y0 = place(static_cast<uint32_t>(bits >> 32), crop.y0, crop.height(), kHeight);
-    std::array<uint32_t, kPixels> x, y;
-    for (uint32_t p = 0; p < kPixels; ++p) x[p] = x0 + p % kWidth, y[p] = y0 + p / kWidth;
-    const PixelSamples block{x.data(), y.data(), kPixels, 0, kSamples, seed};
+    const uint32_t x0 = place(static_cast<uint32_t>(bits), crop.x0, crop.width(), width);
+    const uint32_t y0 = place(static_cast<uint32_t>(bits >> 32), crop.y0, crop.height(), height);
+    std::array<uint32_t, kMaxPixels> x, y;
+    for (uint32_t p = 0; p < pixels; ++p) x[p] = x0 + p % width, y[p] = y0 + p / width;
+    const PixelSamples block{x.data(), y.data(), pixels, 0, per_pixel, seed};
     fog_blocks.with_one(
         [&] { return std::make_unique<FogBlock>(scene, media, sources, sensor, settings); },
         [&](FogBlock& fog) { measured[i][0] = measure(fog, block, kCostOfFog); });
@@ -121,12 +125,12 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
   });
   double mean = 0;
   for (const auto& both : measured) {
-    for (size_t p = 0; p < kPixels; ++p) mean += both[0].mean[p] + both[1].mean[p];
+    for (size_t p = 0; p < pixels; ++p) mean += both[0].mean[p] + both[1].mean[p];
   }
-  mean /= 2. * static_cast<double>(count) * kPixels;
+  mean /= 2. * static_cast<double>(count) * pixels;
   std::array<double, 2> error{}, cost{};
   for (const auto& both : measured) {
-    for (size_t p = 0; p < kPixels; ++p) {
+    for (size_t p = 0; p < pixels; ++p) {
       const double value = 0.5 * (both[0].mean[p] + both[1].mean[p]);
       const double scale = value * value + 0.01 * mean * mean;
       for (size_t k = 0; k < 2 && scale > 0; ++k) error[k] += both[k].variance[p] / scale;
