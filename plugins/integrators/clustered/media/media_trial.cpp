@@ -130,10 +130,12 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
   mean /= 2. * static_cast<double>(count) * pixels;
   std::array<double, 2> error{}, cost{};
   for (const auto& both : measured) {
-    for (size_t p = 0; p < pixels; ++p) {
-      const double value = 0.5 * (both[0].mean[p] + both[1].mean[p]);
-      const double scale = value * value + 0.01 * mean * mean;
-      for (size_t k = 0; k < 2 && scale > 0; ++k) error[k] += both[k].variance[p] / scale;
+    // Relative to the brightness of the block: single dark pixels would decide otherwise.
+    double value = 0;
+    for (size_t p = 0; p < pixels; ++p) value += 0.5 * (both[0].mean[p] + both[1].mean[p]) / pixels;
+    const double scale = value * value + 0.01 * mean * mean;
+    for (size_t p = 0; p < pixels && scale > 0; ++p) {
+      for (size_t k = 0; k < 2; ++k) error[k] += both[k].variance[p] / scale;
     }
     for (size_t k = 0; k < 2; ++k) cost[k] += both[k].cost;
   }
