@@ -49,11 +49,15 @@ set(CMAKE_CXX_VISIBILITY_PRESET hidden)
 set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 
-# kinome_unite(TARGET): with sanitizers, compiles several files of a library as one (unity build). It
-# takes little more than half the time, because all files contain the same instrumented templates of
-# the standard library. Sanitizer builds are rarely incremental, so larger units don't hurt.
+# kinome_unite(TARGET): compiles several files of a library as one (unity build), which takes about
+# half of the time. Files with the property UNITY_GROUP form a unit for each group; without groups,
+# eight files do.
 function(kinome_unite target)
-  if(KINOME_SANITIZER)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  get_target_property(sources ${target} SOURCES)
+  list(GET sources 0 first)
+  get_source_file_property(group "${first}" UNITY_GROUP)
+  if(group)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
   endif()
 endfunction()

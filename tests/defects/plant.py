@@ -8,8 +8,8 @@ import sys
 
 from table import DEFECTS
 
-# Kernels include themselves once for each instruction set, and a file and its header may both have
-# defects.
+# Kernels include themselves once for each instruction set, a file and its header may both have
+# defects, and several copies may form one unit.
 SWITCHES = """\
 #ifndef KINOME_DEFECTS
 #define KINOME_DEFECTS

@@ -15,7 +15,6 @@
 namespace kinome {
 namespace {
 
-constexpr double kPiD = std::numbers::pi;
 
 }  // namespace
 
@@ -81,7 +80,7 @@ void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> 
     const double upper = row_cosines_[r.y0 + y], lower = row_cosines_[r.y0 + y + 1];
     const double cosine = upper + (lower - upper) * share_y;
     const double sine = std::sqrt(std::max(0., 1 - cosine * cosine));
-    const double phi = (x + share_x + grid_.first_column) * 2 * kPiD / grid_.columns;
+    const double phi = (x + share_x + grid_.first_column) * 2 * std::numbers::pi / grid_.columns;
     const Vec3 local(static_cast<float>(sine * std::sin(phi)), static_cast<float>(cosine),
                      static_cast<float>(-sine * std::cos(phi)));
     directions[i] = glm::normalize(grid_.to_world * local);

@@ -15,7 +15,6 @@
 namespace kinome {
 namespace {
 
-constexpr double kPiD = std::numbers::pi;
 /// Gauss-Legendre nodes of order 2 in [0, 1].
 constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.28867513459481288};
 /// Minimum importance as a share of the mean, so that directions keep a density where a photograph
@@ -78,7 +77,8 @@ Vec3 DistantCells::direction(double column, double row) const {
 }
 
 float DistantCells::quad_solid_angle(int row) const {
-  return static_cast<float>((row_cosines_[row] - row_cosines_[row + 1]) * 2 * kPiD / grid_.columns);
+  return static_cast<float>((row_cosines_[row] - row_cosines_[row + 1]) * 2 * std::numbers::pi /
+                            grid_.columns);
 }
 
 bool DistantCells::eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const {
@@ -96,7 +96,7 @@ void DistantCells::find_gauss_points(int row, int x0, int x1, GaussPoints& point
   points.radiance.resize(count);
   double sines[2];
   for (int g = 0; g < 2; ++g) {
-    const double theta = (row + kGauss[g]) * kPiD / grid_.rows;
+    const double theta = (row + kGauss[g]) * std::numbers::pi / grid_.rows;
     const double cosine = std::cos(theta);
     sines[g] = std::sin(theta);
     for (int i = 2 * x0; i < 2 * x1; ++i) {
@@ -184,9 +184,10 @@ double DistantCells::tabulate(const Scheduler& scheduler) {
   const int columns = grid_.columns, rows = grid_.rows;
   importance_ = std::make_shared<QuadImportance>(columns, rows);
   row_cosines_.resize(rows + 1);
-  for (int y = 0; y <= rows; ++y) row_cosines_[y] = std::cos(kPiD * y / rows);
+  for (int y = 0; y <= rows; ++y) row_cosines_[y] = std::cos(std::numbers::pi * y / rows);
   for (int i = 0; i < 2 * columns; ++i) {
-    const double phi = (i / 2 + kGauss[i % 2] + grid_.first_column) * 2 * kPiD / columns;
+    const double column = i / 2 + kGauss[i % 2] + grid_.first_column;
+    const double phi = column * 2 * std::numbers::pi / columns;
     column_sines_.push_back(std::sin(phi));
     column_cosines_.push_back(std::cos(phi));
   }
@@ -211,14 +212,14 @@ double DistantCells::tabulate(const Scheduler& scheduler) {
   }
   double total = 0;
   for (const double mean : row_means) total += mean;
-  const auto least = static_cast<float>(kFloor * total / (4 * kPiD));
+  const auto least = static_cast<float>(kFloor * total / (4 * std::numbers::pi));
   scheduler.parallel_for(rows, [&](size_t y) { importance_->sum_row(static_cast<int>(y), least); });
   return total;
 }
 
 void DistantCells::divide(uint32_t count) {
   const int columns = grid_.columns, rows = grid_.rows;
-  const double turn = 2 * kPiD / columns;
+  const double turn = 2 * std::numbers::pi / columns;
   const auto solid_angle = [&](const Candidate& c) {
     return (row_cosines_[c.y0] - row_cosines_[c.y1]) * turn * (c.x1 - c.x0);
   };
@@ -252,9 +253,9 @@ void DistantCells::divide(uint32_t count) {
     const Candidate c = queue.top();
     queue.pop();
     const int width = c.x1 - c.x0, height = c.y1 - c.y0;
-    const double middle = (c.y0 + c.y1) * 0.5 * kPiD / rows;
+    const double middle = (c.y0 + c.y1) * 0.5 * std::numbers::pi / rows;
     const double wide = width * turn * std::max(0.05, std::sin(middle));
-    const double high = height * kPiD / rows;
+    const double high = height * std::numbers::pi / rows;
     Candidate a = c, b = c;
     if (height <= 1 || width > widest || (width > 1 && wide >= high)) {
       a.x1 = b.x0 = c.x0 + width / 2;
@@ -386,9 +387,10 @@ void DistantCells::describe(uint32_t cell, const GridIntegrals& integrals) {
     }
   }
   radius_[cell] = std::acos(std::clamp(least, -1.f, 1.f));
-  const double turn = 2 * kPiD / grid_.columns;
+  const double turn = 2 * std::numbers::pi / grid_.columns;
   const double phi[2] = {(r.x0 + grid_.first_column) * turn, (r.x1 + grid_.first_column) * turn};
-  const double theta[2] = {r.y0 * kPiD / grid_.rows, r.y1 * kPiD / grid_.rows};
+  const double theta[2] = {r.y0 * std::numbers::pi / grid_.rows,
+                           r.y1 * std::numbers::pi / grid_.rows};
   for (int k = 0; k < 2; ++k) {
     edges_[2 * k][cell] = static_cast<float>(std::sin(phi[k]));
     edges_[2 * k + 1][cell] = static_cast<float>(std::cos(phi[k]));

@@ -12,35 +12,32 @@
 #include "transport/camera.h"
 
 namespace kinome {
-namespace {
-
-/// Memory that a thread reuses from block to block.
-struct Scratch {
-  Scratch(uint32_t draws, const Sampler* lobe_sampler)
-      : arena(draws), numbers(arena.two()), u(draws) {
-    if (lobe_sampler) lobes.emplace(*lobe_sampler);
-  }
-
-  /// A point whose lobe samples haven't been drawn yet.
-  struct Waiting {
-    size_t i;
-    const Bsdf* bsdf;
-    LightCut::Point point;
-    std::optional<size_t> lobe;  ///< number of the point in `lobes`
-  };
-  std::vector<Waiting> waiting;
-  std::optional<LobeSamples> lobes;
-  ClusterPmf pmf;
-  PointSelection selection;
-  transport::Arena arena;
-  Columns2 numbers;     ///< random numbers that choose light points
-  std::vector<Vec2> u;  ///< the same numbers
-};
-
-}  // namespace
 
 /// Chooses light points for shading points. Shared by all threads.
 class ClusterChooser {
+  /// Memory that a thread reuses from block to block.
+  struct Scratch {
+    Scratch(uint32_t draws, const Sampler* lobe_sampler)
+        : arena(draws), numbers(arena.two()), u(draws) {
+      if (lobe_sampler) lobes.emplace(*lobe_sampler);
+    }
+
+    /// A point whose lobe samples haven't been drawn yet.
+    struct Waiting {
+      size_t i;
+      const Bsdf* bsdf;
+      LightCut::Point point;
+      std::optional<size_t> lobe;  ///< number of the point in `lobes`
+    };
+    std::vector<Waiting> waiting;
+    std::optional<LobeSamples> lobes;
+    ClusterPmf pmf;
+    PointSelection selection;
+    transport::Arena arena;
+    Columns2 numbers;     ///< random numbers that choose light points
+    std::vector<Vec2> u;  ///< the same numbers
+  };
+
  public:
   ClusterChooser(std::shared_ptr<const LightCut> cut, std::unique_ptr<ClusterImportance> importance,
                  std::shared_ptr<Sampler> light_sampler, std::shared_ptr<Sampler> lobe_sampler)

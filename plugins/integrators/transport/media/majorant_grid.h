@@ -20,14 +20,14 @@ class MajorantGrid {
   bool is_bounded() const { return is_bounded_; }
   const glm::uvec3& size() const { return blocks_.size; }
   /// Blocks per unit of length along each axis.
-  const Vec3& density() const { return density_; }
+  const kinome::Vec3& density() const { return density_; }
   float lo(size_t block) const { return lo_[block]; }
   float hi(size_t block) const { return hi_[block]; }
 
  private:
   BlockGrid blocks_;
   bool is_bounded_;
-  Vec3 density_{0.f};
+  kinome::Vec3 density_{0.f};
   std::vector<float> lo_, hi_;
 };
 
@@ -36,7 +36,8 @@ class MajorantGrid {
 class BlockWalk {
  public:
   /// `length` may be infinite only if the grid is bounded. `random`: seed of the random numbers.
-  BlockWalk(const MajorantGrid& grid, const Vec3& o, const Vec3& d, float length, uint64_t random);
+  BlockWalk(const MajorantGrid& grid, const kinome::Vec3& o, const kinome::Vec3& d, float length,
+            uint64_t random);
 
   /// Goes on until `left`, the optical depth to the next event, is used up. `rate(lo, hi)` returns
   /// the rate of events in a block, and `passes(lo, hi, length)` is called for each part of a block
@@ -45,8 +46,8 @@ class BlockWalk {
   bool advance(const MajorantGrid& grid, float& left, const Rate& rate, const Passes& passes);
 
   float t() const { return t_; }
-  Vec3 p() const { return o_ + d_ * t_; }
-  const Vec3& d() const { return d_; }
+  kinome::Vec3 p() const { return o_ + d_ * t_; }
+  const kinome::Vec3& d() const { return d_; }
   /// Returns a random number in [0, 1).
   float random() {
     random_ += 0x9e3779b97f4a7c15u;
@@ -57,12 +58,12 @@ class BlockWalk {
 
  private:
   void enter(const MajorantGrid& grid);
-  Vec3 o_, d_;
+  kinome::Vec3 o_, d_;
   float t_ = 0, end_;
   glm::ivec3 at_{0};      ///< block
   glm::ivec3 step_{0};    ///< 1 or -1 along each axis
-  Vec3 next_{kInfinity};  ///< distance of the next face along each axis
-  Vec3 per_block_{0.f};   ///< distance between two faces
+  kinome::Vec3 next_{kInfinity};  ///< distance of the next face along each axis
+  kinome::Vec3 per_block_{0.f};   ///< distance between two faces
   uint64_t random_;
 };
 

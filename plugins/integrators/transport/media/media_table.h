@@ -20,7 +20,7 @@ inline constexpr uint32_t kMaxLegs = 1024;
 /// surface. Distances are those from the surface, so that no part of a medium is left out. Returns
 /// the distance of the point from the old origin.
 inline float go_on_behind(const SurfaceBlock& points, size_t i, Ray& ray) {
-  const Vec3 p = points.p.at(i);
+  const kinome::Vec3 p = points.p.at(i);
   const float distance = glm::dot(p - ray.o, ray.d);
   ray.tmin = distance_behind(ray, p, points.n.at(i), points.p_error[i]) - distance;
   ray.o += distance * ray.d;
@@ -87,7 +87,8 @@ class MediaTable {
   uint32_t exterior(uint32_t shape) const { return exterior_[shape]; }
   /// Returns the medium of a ray that leaves a shape of geometric normal n toward d. `before` is
   /// that of the ray toward the shape.
-  uint32_t behind(uint32_t shape, const Vec3& n, const Vec3& d, uint32_t before) const {
+  uint32_t behind(uint32_t shape, const kinome::Vec3& n, const kinome::Vec3& d,
+                  uint32_t before) const {
     const uint32_t medium = glm::dot(n, d) > 0 ? exterior_[shape] : interior_[shape];
     return medium == kUnchanged ? before : medium;
   }
@@ -137,7 +138,7 @@ class MediaTable {
   std::vector<bool> is_enclosed_;
   bool has_walks_ = false;
   bool has_deltas_ = false;  ///< emitters that no ray can hit
-  Vec3 centre_{0.f};
+  kinome::Vec3 centre_{0.f};
   float radius_ = 0;
 };
 

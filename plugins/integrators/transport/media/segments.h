@@ -13,9 +13,9 @@ namespace kinome::transport {
 struct MediumLeg {
   uint32_t path;
   uint32_t medium;          ///< number in MediaTable
-  Vec3 o{0.f}, d{0, 0, 1};  ///< d is a unit vector
+  kinome::Vec3 o{0.f}, d{0, 0, 1};  ///< d is a unit vector
   float length = 0;
-  Rgb throughput{0.f};  ///< at o
+  kinome::Rgb throughput{0.f};  ///< at o
 };
 
 /// Columns of paths whose next edges are traced.

@@ -16,8 +16,8 @@ class Tracking {
   Tracking(const MediaTable& media, size_t rays);
 
   /// Adds a segment of a ray to the next call below. `random`: seed of its random numbers.
-  void add(uint32_t medium, const Vec3& o, const Vec3& d, float length, uint64_t random,
-           uint32_t index);
+  void add(uint32_t medium, const kinome::Vec3& o, const kinome::Vec3& d, float length,
+           uint64_t random, uint32_t index);
   bool is_empty() const { return count_ == 0; }
 
   struct Collision {
@@ -45,11 +45,11 @@ class Tracking {
     float majorant = 0;  ///< of the current block
     float minorant = 0;
     float passed = 0;  ///< optical depth of the minorants on the way
-    Rgb transmittance{1.f};
+    kinome::Rgb transmittance{1.f};
   };
   void evaluate(const Medium& medium, const std::vector<Walk>& walks);
   bool is_real(Walk& walk, size_t i, const Columns3& throughput);
-  static bool attenuate(Walk& walk, const Rgb& extinction);
+  static bool attenuate(Walk& walk, const kinome::Rgb& extinction);
 
   const MediaTable& media_;
   std::vector<std::vector<Walk>> walks_;  ///< for each medium

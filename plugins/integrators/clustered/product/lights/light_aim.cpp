@@ -15,7 +15,7 @@ constexpr std::array<double, kMaxAimSpheres> kEnclosed = {0.5, 0.8, 0.95, 0.995}
 /// A sphere is used if its radius is below this ratio of that of the next larger one.
 constexpr float kMaxRadiusRatio = 0.6f;
 /// Factor of the radii of spheres, so that rounding doesn't exclude positions.
-constexpr float kMargin = 1.001f;
+constexpr float kRadiusMargin = 1.001f;
 /// Minimum distance from a sphere's centre at which cones are used, in radii.
 constexpr float kMinDistance = 1.25f;
 /// Maximum density of a disk relative to that of the emitter's own disk: 1 / 3000 of its radius.
@@ -23,7 +23,7 @@ constexpr float kMinDistance = 1.25f;
 /// rounding.
 constexpr float kMaxGainOfDisk = 1e7f;
 constexpr uint32_t kRaysOfPlace = 2;
-enum Number : uint32_t { kLobe, kDirection, kOfRay = kDirection + 2 };
+enum ProbeNumber : uint32_t { kProbeLobe, kProbeDirection, kNumbersOfRay = kProbeDirection + 2 };
 
 /// Returns the smallest value up to which the values have the given share of the weight. Each pair
 /// is (value, weight).
@@ -45,11 +45,11 @@ std::vector<EyePoint> next_points(const Scene& scene, std::span<const EyePoint> 
   std::vector<RayHit> rays;
   for (const EyePoint& point : points) {
     for (uint32_t k = 0; k < rays_of_each; ++k) {
-      const uint32_t first = k * kOfRay;
+      const uint32_t first = k * kNumbersOfRay;
       const auto sample = point.si.shape->bsdf().sample(
-          point.si, Lobe::kAll, random_float(point.seed, first + kLobe),
-          {random_float(point.seed, first + kDirection),
-           random_float(point.seed, first + kDirection + 1)});
+          point.si, Lobe::kAll, random_float(point.seed, first + kProbeLobe),
+          {random_float(point.seed, first + kProbeDirection),
+           random_float(point.seed, first + kProbeDirection + 1)});
       if (!sample) continue;
       const float weight = point.weight * mean_of(glm::abs(sample->weight));
       if (!(weight > 0) || !std::isfinite(weight)) continue;
@@ -91,7 +91,7 @@ std::vector<AimSphere> aim_spheres(std::vector<WeightedPosition> positions) {
   std::vector<AimSphere> spheres;
   for (size_t k = kEnclosed.size(); k-- > 0;) {
     const float radius =
-        kMargin * quantile_of([&](const Vec3& p) { return glm::length(p - centre); }, kEnclosed[k]);
+        kRadiusMargin * quantile_of([&](const Vec3& p) { return glm::length(p - centre); }, kEnclosed[k]);
     if (!(radius > 0)) break;
     if (spheres.empty() || radius < kMaxRadiusRatio * spheres.back().radius) {
       spheres.push_back({centre, radius});

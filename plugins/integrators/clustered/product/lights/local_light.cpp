@@ -33,7 +33,7 @@ constexpr double kMinFlux = 1e-3;
 /// Maximum flux of all sources. Above it, powers of points (flux / density) could overflow single
 /// precision.
 constexpr double kMaxFlux = 1e34;
-enum Seed : uint64_t { kSeedOfCells = 0x63656c6c, kSeedOfFlux = 0x666c7578 };
+enum LightSeed : uint64_t { kSeedOfCells = 0x63656c6c, kSeedOfFlux = 0x666c7578 };
 
 float importance_of(const Rgb& c) {
   return mean_of(glm::abs(c));

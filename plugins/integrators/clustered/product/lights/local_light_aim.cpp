@@ -20,8 +20,8 @@ constexpr size_t kMinLit = 16;
 /// Number of seen positions whose surroundings a thread explores together.
 constexpr size_t kPlacesOfPart = 64;
 /// Random numbers of an eye point, after those of its rays.
-enum Number : uint32_t { kSource = 16, kPlace };
-enum Seed : uint64_t { kSeedOfRegion = 0x72656769, kSeedOfFlux = 0x61696d66 };
+enum AimNumber : uint32_t { kSource = 16, kPlace };
+enum AimSeed : uint64_t { kSeedOfRegion = 0x72656769, kSeedOfAimedFlux = 0x61696d66 };
 
 bool meets(const AimSphere& sphere, const Vec3& o, const Vec3& d) {
   const Vec3 to = sphere.centre - o;
@@ -58,7 +58,7 @@ void LocalLight::aim_sources(std::span<const SurfaceInteraction> seen, uint64_t 
   for (const Source& source : sources_) {
     all += source.flux;
     all_aimed +=
-        aimed.emplace_back(flux_to_aims(source, hash_words(seed, kSeedOfFlux, aimed.size())));
+        aimed.emplace_back(flux_to_aims(source, hash_words(seed, kSeedOfAimedFlux, aimed.size())));
   }
   if (!(all > 0) || !std::isfinite(all_aimed)) return;
   aimed_share_ = std::min(1., all_aimed / all);

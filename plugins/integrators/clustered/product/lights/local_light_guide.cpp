@@ -28,7 +28,7 @@ constexpr uint64_t kMaxRounds = 5;
 constexpr uint32_t kLooks = 64, kRays = 4;
 constexpr size_t kViewsOfChunk = 64;
 constexpr uint32_t kViewsOfPart = 256;
-enum Seed : uint64_t {
+enum GuideSeed : uint64_t {
   kSeedOfPlaces = 0x7365656e,
   kSeedOfRounds = 0x726f756e,
   kSeedOfLooks = 0x6c6f6f6b

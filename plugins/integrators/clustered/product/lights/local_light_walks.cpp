@@ -22,7 +22,7 @@ constexpr uint64_t kSeedOfWalks = 0x77616c6b;
 /// Number of light points, or walks, that a thread draws together.
 constexpr uint32_t kChunk = 1024;
 /// Random numbers of a walk at a surface.
-enum Number : uint32_t { kLobe, kDirection, kSurvival = kDirection + 2 };
+enum WalkNumber : uint32_t { kLobe, kDirection, kSurvival = kDirection + 2 };
 /// Maximum survival probability of roulette, so that lossless paths end.
 constexpr float kMaxSurvival = 0.95f;
 

@@ -13,7 +13,7 @@ namespace {
 constexpr float kFluxShare = 0.25f;
 /// Margin that is added to cosines, because other parts of a source may be higher above the surface
 /// than the sampled one.
-constexpr float kMargin = 0.05f;
+constexpr float kCosineMargin = 0.05f;
 
 }  // namespace
 
@@ -39,7 +39,7 @@ float SourceChoice::light_at(uint32_t source, const Vec3& place, const Vec3& nor
   if (sources_[source]->is_environment()) return skies_[source];
   const auto lit = sources_[source]->sample_direct(place, Vec2(0.5f));
   if (!lit || !(lit->pdf > 0)) return 0;
-  const float cosine = std::clamp(glm::dot(normal, lit->d) + kMargin, 0.f, 1.f);
+  const float cosine = std::clamp(glm::dot(normal, lit->d) + kCosineMargin, 0.f, 1.f);
   const float light = mean_of(glm::abs(lit->radiance)) * cosine / lit->pdf;
   return std::isfinite(light) ? light : 0;
 }

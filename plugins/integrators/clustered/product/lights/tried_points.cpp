@@ -10,7 +10,7 @@ namespace {
 
 /// Share of the takes that depends on cells' rates alone. It bounds the weight of a point that is
 /// more important than estimated.
-constexpr double kDefensive = 0.25;
+constexpr double kShareByRate = 0.25;
 
 }  // namespace
 
@@ -119,8 +119,8 @@ void TriedPoints::take(double max_takes, double offset, std::vector<Take>& out) 
     wanted += rates_[i];
     important += static_cast<double>(importance_[i]);
   }
-  const double by_rate = important > 0 ? kDefensive : 1;
-  const double by_importance = important > 0 ? (1 - kDefensive) * wanted / important : 0;
+  const double by_rate = important > 0 ? kShareByRate : 1;
+  const double by_importance = important > 0 ? (1 - kShareByRate) * wanted / important : 0;
   double left = 1 - offset;
   for (size_t i = 0; i < size; ++i) {
     const double share = by_rate * rates_[i] + by_importance * static_cast<double>(importance_[i]);

@@ -11,9 +11,9 @@ namespace {
 
 constexpr uint16_t kPilotPrimaries = 4;
 /// Number of rays that the pilot sends from 5x5 tiles, from which a patch learns.
-constexpr uint32_t kPilotRays = 25 * kTileSide * kTileSide * 3 * kPilotPrimaries;
+constexpr uint32_t kInspectionRays = 25 * kTileSide * kTileSide * 3 * kPilotPrimaries;
 /// Weight of each ray, in sixteenths. It is limited because all rays may belong to one patch.
-constexpr uint32_t kRecordWeight = std::min(16u, VisibilityLearner::kMaxWeight / kPilotRays);
+constexpr uint32_t kRecordWeight = std::min(16u, VisibilityLearner::kMaxWeight / kInspectionRays);
 constexpr uint16_t kPrimaries = 16;
 /// Number of teeth of the comb that measures each cell's share of the rays.
 constexpr uint32_t kShares = 1u << 16;
@@ -122,7 +122,7 @@ std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor&
     estimator.flush();
     return records;
   };
-  const Records pilot = probe(kPilotRays, 2);
+  const Records pilot = probe(kInspectionRays, 2);
   CellNeighbours neighbours;
   if (cells.size() > 0) neighbours = find_neighbours(cells, context.scheduler);
   VisibilityLearner learner(padded, &neighbours);

@@ -15,7 +15,7 @@ namespace {
 /// Paths of one call to Embree.
 constexpr uint32_t kBatch = 1024;
 /// Random numbers of one path, in addition to those of its source.
-enum Number : uint32_t { kLobe, kLobeX, kLobeY, kLensX, kLensY, kSurvival };
+enum CausticNumber : uint32_t { kLobe, kLobeX, kLobeY, kLensX, kLensY, kCausticSurvival };
 /// Bounds of the number of paths of a learning round. It is half the number of light points, which
 /// depends on the budget.
 constexpr uint32_t kMinPathsPerRound = 512, kMaxPathsPerRound = 8192;
@@ -214,7 +214,7 @@ void Caustics::go_on(uint64_t seed, Paths& paths) const {
     if (!path.is_chain || path.edges >= std::min(light_.length().rr_depth, kMaxSureEdges)) {
       const float survival = std::min(
           kMaxSurvival, max_component(path.power * sample->weight) / max_component(path.power));
-      if (!(random_float(own, kSurvival) < survival)) continue;
+      if (!(random_float(own, kCausticSurvival) < survival)) continue;
       path.power /= survival;
     }
     path.power *= sample->weight;

@@ -9,7 +9,7 @@ namespace kinome {
 namespace {
 
 /// Random numbers of one edge.
-enum Number : uint32_t { kLobe, kLobeX, kLobeY, kSurvival };
+enum ChainNumber : uint32_t { kChainLobe, kChainLobeX, kChainLobeY, kChainSurvival };
 
 }  // namespace
 
@@ -19,8 +19,8 @@ void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drop
   const uint32_t edges = begin.edges;
   const uint64_t own = hash_words(begin.seed, edges);
   const auto sample =
-      y.shape->bsdf().sample(y, Lobe::kDelta, random_float(own, kLobe),
-                             {random_float(own, kLobeX), random_float(own, kLobeY)});
+      y.shape->bsdf().sample(y, Lobe::kDelta, random_float(own, kChainLobe),
+                             {random_float(own, kChainLobeX), random_float(own, kChainLobeY)});
   if (!sample || is_black(sample->weight)) return;
   if (drops_straight && any(sample->lobe & Lobe::kNull)) return;
   Begin next = begin;
@@ -28,7 +28,7 @@ void EyeChains::go_on(const SurfaceInteraction& y, const Begin& begin, bool drop
   next.weight *= sample->weight;
   if (edges >= std::min(light_.local->length().rr_depth, Caustics::kMaxSureEdges)) {
     const float survival = survival_probability(next.weight);
-    if (!(random_float(own, kSurvival) < survival)) return;
+    if (!(random_float(own, kChainSurvival) < survival)) return;
     next.weight /= survival;
   }
   rays_.push_back({y.spawn_ray(y.frame.to_world(sample->wo)), Hit{}});

@@ -15,7 +15,7 @@ constexpr GlossyStrata::Counts kPilotCounts = {7, 64}, kPilotSharpCounts = {5, 1
 /// Shares of candidates from the cells among which the pilot selects.
 constexpr float kCellShares[] = {0.05f, 0.2f, 0.4f, 0.6f, 0.8f, 0.93f};
 /// Distance of prefetching, in rays. Surface points don't all fit into the nearest cache.
-constexpr size_t kAhead = 8;
+constexpr size_t kPrefetchDistance = 8;
 
 }  // namespace
 
@@ -183,8 +183,8 @@ void GlossyStrata::shoot(const GroupView& group, const SegmentHits& segment, con
   const std::span<const Comb::Hit> hits = segment.hits;
   const size_t first = segment.segment.first;
   for (size_t j = 0; j < hits.size(); ++j) {
-    if (j + kAhead < hits.size()) {
-      const size_t later = first + hits[j + kAhead].stratum;
+    if (j + kPrefetchDistance < hits.size()) {
+      const size_t later = first + hits[j + kPrefetchDistance].stratum;
       group.primaries.prefetch(group.primary(candidates_.member[later]));
     }
     const uint32_t stratum = hits[j].stratum;

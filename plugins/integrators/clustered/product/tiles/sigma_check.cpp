@@ -15,15 +15,15 @@ namespace {
 /// v is hidden below this margin, and visible above 1 minus it.
 constexpr float kMargin = 0.01f;
 /// Scale of the integer sums.
-constexpr double kUnit = 4294967296;
+constexpr double kFixedPointUnit = 4294967296;
 /// Weight of the prior: this much squared error is assumed to agree with its expectation, so that
 /// few rays change little.
 constexpr double kPriorWeight = 2;
 /// Number of neighbouring steps on each side that count, too. Their weights halve with each step.
-constexpr int kWindow = 2;
+constexpr int kStepWindow = 2;
 constexpr double kMinFactor = 0.02;
 /// Minimum of sigma² by which rays are distributed.
-constexpr float kMinVariance = 1e-6f;
+constexpr float kMinCheckVariance = 1e-6f;
 
 /// Right shift of a float's bits that leaves the exponent and the first binary digit: half octaves.
 /// The result is kOne for 1, and smaller for smaller values.
@@ -43,7 +43,7 @@ void SigmaCheck::tell(float v, float sigma, float visible) {
   const int side = v < kMargin ? kHidden : v > 1 - kMargin ? kVisible : kNeither;
   Sums& sums = sums_[side * kSteps + step];
   const auto add = [](std::atomic<uint64_t>& sum, double value) {
-    sum.fetch_add(static_cast<uint64_t>(value * kUnit), std::memory_order_relaxed);
+    sum.fetch_add(static_cast<uint64_t>(value * kFixedPointUnit), std::memory_order_relaxed);
   };
   add(sums.expected, variance);
   add(sums.found, double{off} * off);
@@ -63,9 +63,9 @@ void SigmaCheck::finish() {
   for (int side = 0; side < kSides; ++side) {
     for (int step = 0; step < kSteps; ++step) {
       double expected = 0, found = 0;
-      for (int k = std::max(step - kWindow, 0); k <= std::min(step + kWindow, kSteps - 1); ++k) {
+      for (int k = std::max(step - kStepWindow, 0); k <= std::min(step + kStepWindow, kSteps - 1); ++k) {
         const Sums& sums = sums_[side * kSteps + k];
-        const double share = std::exp2(-std::abs(k - step)) / kUnit;
+        const double share = std::exp2(-std::abs(k - step)) / kFixedPointUnit;
         expected += share * static_cast<double>(sums.expected);
         found += share * static_cast<double>(sums.found);
       }
@@ -91,7 +91,7 @@ void SigmaCheck::correct(Visibility& visibility) const {
     const Int side =
         select(v < kMargin, Int(kHidden), select(v > 1 - kMargin, Int(kVisible), Int(kNeither)));
     const Float factor = gather(factor_.data(), side * Int(kSteps) + step);
-    sqrt(max(variance * factor, Float(kMinVariance))).store(&visibility.sigma[c]);
+    sqrt(max(variance * factor, Float(kMinCheckVariance))).store(&visibility.sigma[c]);
   });
 }
 
