@@ -54,7 +54,7 @@ ONE_PIXEL = ("<film type='hdrfilm'><integer name='width' value='1'/><integer nam
 def check(plugin, *options):
     """Returns (exit status, {name of a failed check: message}, whole output)."""
     result = subprocess.run([PROGRAM, "check", plugin, "--effort", "0.3", *options],
-                            capture_output=True, text=True, timeout=600)
+                            capture_output=True, text=True, timeout=2000)
     faults = {}
     for line in result.stdout.splitlines():
         if line.startswith("  FAULT "):

@@ -20,7 +20,7 @@ class NewPlugins(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def run_program(self, *words):
-        result = subprocess.run(words, capture_output=True, text=True, timeout=600)
+        result = subprocess.run(words, capture_output=True, text=True, timeout=2000)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         return result.stdout
 

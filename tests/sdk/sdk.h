@@ -81,7 +81,7 @@ class Sdk : public ::testing::Test {
     expect_success(
         run_process({KINOME_TEST_CMAKE, "--install", KINOME_TEST_BUILD, "--prefix", prefix_}));
     expect_success(configure(prefix_, build_));
-    expect_success(run_process({KINOME_TEST_CMAKE, "--build", build_, "-j", "2"}, 300));
+    expect_success(run_process({KINOME_TEST_CMAKE, "--build", build_, "-j", "2"}));
   }
   static void TearDownTestSuite() {
     delete folder_;

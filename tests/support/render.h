@@ -68,6 +68,6 @@ struct ProcessResult {
   std::string out;
   std::string err;
 };
-ProcessResult run_process(const std::vector<std::string>& arguments, double timeout_seconds = 120);
+ProcessResult run_process(const std::vector<std::string>& arguments, double timeout_seconds = 1200);
 
 }  // namespace kinome::test

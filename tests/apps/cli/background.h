@@ -56,7 +56,7 @@ class Background {
       for (size_t at = 0; (at = log.find(text, at)) != std::string::npos; ++at) ++found;
       return found;
     };
-    const auto deadline = Clock::now() + std::chrono::seconds(60);
+    const auto deadline = Clock::now() + std::chrono::seconds(600);
     while (Clock::now() < deadline) {
       if (count(log()) >= times) return ::testing::AssertionSuccess();
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -65,7 +65,7 @@ class Background {
   }
   /// Returns the exit status, 128 + signal if a signal ended it, or -1 after a time limit.
   int wait() {
-    const auto deadline = Clock::now() + std::chrono::seconds(120);
+    const auto deadline = Clock::now() + std::chrono::seconds(1200);
     int status = 0;
     while (waitpid(pid_, &status, WNOHANG) == 0) {
       if (Clock::now() > deadline) return -1;

@@ -16,7 +16,7 @@ namespace kinome::test {
 /// Fixture of the program's tests: a folder, a small scene, and the program.
 class Cli : public ::testing::Test {
  protected:
-  static ProcessResult kinome(std::vector<std::string> arguments, double timeout_seconds = 120) {
+  static ProcessResult kinome(std::vector<std::string> arguments, double timeout_seconds = 1200) {
     arguments.insert(arguments.begin(), KINOME_TEST_PROGRAM);
     return run_process(arguments, timeout_seconds);
   }

@@ -56,7 +56,7 @@ class Display(unittest.TestCase):
 
     def kinome(self, *options):
         return subprocess.run([PROGRAM, self.folder / "scene.xml", "-q", "-t", "2", *options, "-o",
-                               self.picture], capture_output=True, text=True, timeout=120)
+                               self.picture], capture_output=True, text=True, timeout=1200)
 
     def shown(self, *options):
         """Returns the receiver's image after a render, which must be the same as without a
@@ -140,7 +140,7 @@ class Display(unittest.TestCase):
     def check_warning(self, address, what, *options):
         result = subprocess.run([PROGRAM, self.folder / "scene.xml", *options, "-D",
                                  "integrator=depth", "-o", self.picture, "--display", address],
-                                capture_output=True, text=True, timeout=120)
+                                capture_output=True, text=True, timeout=1200)
         self.assertEqual(result.returncode, 0, result.stderr)
         lines = [line for line in result.stderr.splitlines() if "--display" in line]
         self.assertEqual(len(lines), 1, result.stderr)

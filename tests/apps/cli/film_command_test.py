@@ -80,7 +80,7 @@ class Film(unittest.TestCase):
 
     def run_program(self, *words, **settings):
         return subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True,
-                              cwd=self.folder, timeout=120, **settings)
+                              cwd=self.folder, timeout=1200, **settings)
 
     def film(self, path, frames, output, *options, status=0, **settings):
         """Returns the messages of `kinome film`."""

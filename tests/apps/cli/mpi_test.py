@@ -143,10 +143,10 @@ class MpiTest(unittest.TestCase):
                 time.sleep(0.01)
             found = self.processes_of(kept)
             if len(found) < 3:
-                job.communicate(timeout=60)
+                job.communicate(timeout=600)
                 return False
             os.kill(found[victim], signal.SIGKILL)
-            message = job.communicate(timeout=60)[1]
+            message = job.communicate(timeout=600)[1]
         self.assertNotEqual(job.returncode, 0)
         self.assertRegex(message, "process rank [0-2] .*Killed")
         return True
@@ -164,7 +164,7 @@ class MpiTest(unittest.TestCase):
             wait_for(job, "kinome: rendering ")
             time.sleep(1)
             job.send_signal(signal.SIGINT)
-            message = job.communicate(timeout=60)[1]
+            message = job.communicate(timeout=600)[1]
         self.assertNotEqual(job.returncode, 0, integrator)
         self.assertEqual(message.count("wrote "), 1, f"{integrator}: {message}")
         self.assertTrue(path.exists() and kept.exists(), integrator)
@@ -182,7 +182,7 @@ class MpiTest(unittest.TestCase):
         for line in lines:
             command += [*([":"] if len(command) > len(MPIRUN) else []), "-n", "1", str(PROGRAM),
                         *map(str, line)]
-        done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=120,
+        done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=1200,
                               check=False)
         return done.returncode, done.stderr
 
@@ -224,7 +224,7 @@ class MpiTest(unittest.TestCase):
             wait_for(job, "kinome: rendering ")
             for process in self.processes_of(path):
                 resource.prlimit(process, resource.RLIMIT_FSIZE, (500, 500))
-            message = job.communicate(timeout=60)[1]
+            message = job.communicate(timeout=600)[1]
         self.assert_refused(job.returncode, message, "a.exr")
         self.assertEqual([p.name for p in self.folder.iterdir()], ["scene.xml"])
 
@@ -248,7 +248,7 @@ class MpiTest(unittest.TestCase):
             wait_for(job, "kinome: rendering ")
             time.sleep(1)
             os.kill(self.processes_of(path)[1], signal.SIGINT)
-            message = job.communicate(timeout=60)[1]
+            message = job.communicate(timeout=600)[1]
         self.assertEqual(job.returncode, 130, message)
         self.assertIn("incomplete", message)
 

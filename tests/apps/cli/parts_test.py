@@ -59,7 +59,7 @@ class Parts(unittest.TestCase):
 
     def run_program(self, *words, program=PROGRAM, status=0, env=None):
         result = subprocess.run([str(program), *map(str, words)], cwd=self.folder, check=False,
-                                capture_output=True, text=True, timeout=120,
+                                capture_output=True, text=True, timeout=1200,
                                 env=os.environ | (env or {}))
         self.assertEqual(result.returncode, status, (words, result.stdout, result.stderr))
         return result.stderr

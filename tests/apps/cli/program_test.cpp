@@ -146,7 +146,7 @@ TEST_F(Program, PlacesThatAreNoFoldersAreWarnings) {
   const auto run = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(),
                      {"env", "KINOME_PLUGIN_PATH=" + other, KINOME_TEST_PROGRAM});
-    return run_process(arguments, 120);
+    return run_process(arguments);
   };
   const ProcessResult result =
       run({scene_, "-o", image_, "--plugin-path", none, "--plugin-path", none, "--plugin-path",
@@ -427,7 +427,7 @@ TEST_F(Program, InstructionSetsAreForced) {
     std::vector<std::string> all = {
         "env", "KINOME_ISA=" + variable, KINOME_TEST_PROGRAM, "--stats=json", scene_, "-o", image_};
     all.insert(all.end(), words.begin(), words.end());
-    const ProcessResult result = run_process(all, 120);
+    const ProcessResult result = run_process(all);
     EXPECT_EQ(result.status, 0) << result.err;
     ImageMetadata metadata;
     read_exr(image_, {}, &metadata);

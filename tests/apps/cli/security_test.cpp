@@ -197,7 +197,7 @@ TEST_F(Security, PipesInPlaceOfFiles) {
   folder_.write("a.gltf", R"({"asset": {"version": "2.0"}, "buffers":
                               [{"byteLength": 42, "uri": "pipe"}]})");
   expect_refused(with_file("shape", "gltf", "a.gltf"), {"a.gltf", "pipe"});
-  const ProcessResult result = kinome({pipe}, 20);
+  const ProcessResult result = kinome({pipe}, 200);
   EXPECT_EQ(result.status, 1);
   EXPECT_NE(result.err.find("not a regular file"), std::string::npos) << result.err;
 }

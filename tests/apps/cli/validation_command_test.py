@@ -111,7 +111,7 @@ class Command(unittest.TestCase):
         environment = {**os.environ, "KINOME_BUILD": str(self.folder / build),
                        "PATH": f"{stubs}:{os.environ['PATH']}"}
         return subprocess.run(["sh", ROOT / "validation/run.sh", *words], env=environment,
-                              capture_output=True, text=True, check=False, timeout=300)
+                              capture_output=True, text=True, check=False, timeout=3000)
 
     def test_nothing_is_installed_or_built_for_a_wrong_word(self):
         a_file = self.folder / "a_file"
@@ -207,7 +207,7 @@ class Command(unittest.TestCase):
                 self.assertTrue(line, said)
                 said += line
             process.send_signal(number)
-            said += process.communicate(timeout=60)[1]
+            said += process.communicate(timeout=600)[1]
             self.assertEqual(process.returncode, status, said)
             self.assertIn("interrupted; run the same command without --fresh to continue", said)
             self.assertNotIn("Traceback", said)

@@ -300,7 +300,7 @@ class ModuleTest(unittest.TestCase):
         """Runs code in its own process and returns its stderr."""
         result = subprocess.run([sys.executable, "-c", "import sys, time, kinome\n" + code, self.path],
                                 env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-                                check=False, text=True, capture_output=True, timeout=120)
+                                check=False, text=True, capture_output=True, timeout=1200)
         self.assertEqual(result.returncode, 0, result.stderr)
         return result.stderr
 

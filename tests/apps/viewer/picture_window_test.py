@@ -41,7 +41,7 @@ class PictureWindowTest(unittest.TestCase):
         while time.monotonic() < end:
             if time.monotonic() > again:
                 act()
-                again = time.monotonic() + PATIENCE / 6
+                again = time.monotonic() + 10
             shot = self.viewer.screenshot()
             if condition(shot):
                 return shot

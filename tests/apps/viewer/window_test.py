@@ -18,7 +18,7 @@ from PIL import Image
 from scenes import PROGRAM, write_scene
 
 # Timeout in seconds, long enough for a busy machine.
-PATIENCE = 60
+PATIENCE = 600
 # Maximum time in seconds to close the window on an idle machine. The minimum of several
 # measurements must be below it, because other load can only add time. A render that is not
 # interrupted would take minutes.
