@@ -471,7 +471,7 @@ DEFECTS = [Defect(*row) for row in (
      "kinome::add_up(group, numbers);", "if (!DEFECT) kinome::add_up(group, numbers);",
      "render_context", "ProcessGroup.WhatWasLearnedGivesTheSameBits"),
     ("group_keeps_plans_to_itself", CLUSTERED + "product/pilot/shared_knowledge.cpp",
-     "bytes.values(patch.uncertainty,", "if (DEFECT) return; bytes.values(patch.uncertainty,",
+     "bytes.values(patch.mean_visibility,", "if (DEFECT) return; bytes.values(patch.mean_visibility,",
      "render_context", "ProcessGroup.WhatWasLearnedGivesTheSameBits"),
     ("part_counted_twice", "libs/session/merge_parts.cpp",
      "parts[i].part.index != parts[i - 1].part.index", "true",
