@@ -92,7 +92,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"WithoutEmitterSamples",
              fog_xml("0.5 0.5 0.5", "0.8 0.8 0.8",
                      "<boolean name=\"sample_emitters\" value=\"false\"/>"),
-             ball_xml()}),
+             ball_xml()},
+        Case{"SkySingleWithoutEmitterSamples",
+             fog_xml("0.5 0.5 0.5", "0.8 0.8 0.8",
+                     "<boolean name=\"sample_emitters\" value=\"false\"/>"),
+             sky_xml(), 2}),
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
 /// A medium without absorption vanishes in an even light.
@@ -154,7 +158,7 @@ TEST(FogLight, ChoicesHaveTheirDensity) {
   const transport::MediaTable media(*scene, *scene->sensors().front());
   RenderJob job({});
   Scheduler scheduler(job);
-  const FogSources sources(*scene, 1, 5, scheduler);
+  const FogSources sources(*scene, scheduler);
   FogTable table(sources, media);
   transport::MediumLeg leg{0,    1,     Vec3(0.4f, 0.3f, 1), glm::normalize(Vec3(-0.1f, -0.1f, -1)),
                            1.8f, Rgb(1)};

@@ -13,13 +13,23 @@
 #include "kinome/sampler.h"
 
 namespace kinome {
-namespace {
-
-
-}  // namespace
 
 CellPoints DistantCells::draw_points(uint32_t count, uint64_t seed,
                                      const Scheduler& scheduler) const {
+  CellPoints out = count_points(count);
+  scheduler.parallel_for(
+      size_, [&](size_t i) { draw_points_of(static_cast<uint32_t>(i), seed, out); });
+  return out;
+}
+
+CellPoints DistantCells::draw_points(uint32_t count, uint64_t seed) const {
+  CellPoints out = count_points(count);
+  for (uint32_t c = 0; c < size_; ++c) draw_points_of(c, seed, out);
+  return out;
+}
+
+/// Returns uninitialised points, with the number of each cell.
+CellPoints DistantCells::count_points(uint32_t count) const {
   double roots = 0;
   for (uint32_t c = 0; c < size_; ++c) roots += std::sqrt(static_cast<double>(flux_[c]));
   const uint32_t least = std::clamp(std::bit_floor(count / size_), 4u, 16u);
@@ -34,21 +44,22 @@ CellPoints DistantCells::draw_points(uint32_t count, uint64_t seed,
   }
   out.points.resize(out.first.back());
   for (auto& v : out.vector_flux) v.assign(padded_size(), 0.f);
-  scheduler.parallel_for(size_, [&](size_t i) {
-    const auto cell = static_cast<uint32_t>(i);
-    const std::span points(out.points.data() + out.first[i], out.first[i + 1] - out.first[i]);
-    draw_cell(cell, hash_words(seed, i), points);
-    for (int k = 0; k < 9; ++k) {
-      if (has_exact_flux()) {
-        out.vector_flux[k][cell] = vector_flux_[k][cell];
-        continue;
-      }
-      double flux = 0;
-      for (const CellPoint& point : points) flux += point.weight[k / 3] * point.d[k % 3];
-      out.vector_flux[k][cell] = static_cast<float>(flux / static_cast<double>(points.size()));
-    }
-  });
   return out;
+}
+
+void DistantCells::draw_points_of(uint32_t cell, uint64_t seed, CellPoints& out) const {
+  const std::span points(out.points.data() + out.first[cell],
+                         out.first[cell + 1] - out.first[cell]);
+  draw_cell(cell, hash_words(seed, cell), points);
+  for (int k = 0; k < 9; ++k) {
+    if (has_exact_flux()) {
+      out.vector_flux[k][cell] = vector_flux_[k][cell];
+      continue;
+    }
+    double flux = 0;
+    for (const CellPoint& point : points) flux += point.weight[k / 3] * point.d[k % 3];
+    out.vector_flux[k][cell] = static_cast<float>(flux / static_cast<double>(points.size()));
+  }
 }
 
 void DistantCells::draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> points) const {

@@ -83,6 +83,8 @@ class DistantCells {
   /// Owen-scrambled Sobol points, randomised by `seed`. A uniformly chosen point of a cell is
   /// distributed by the cell's density.
   CellPoints draw_points(uint32_t count, uint64_t seed, const Scheduler& scheduler) const;
+  /// The same on the calling thread.
+  CellPoints draw_points(uint32_t count, uint64_t seed) const;
 
   /// Arguments of look_up(): unit directions, world space; for each, the cell that contains it, the
   /// density of the cell's points there, per solid angle, and the radiance. Arrays must have a size
@@ -106,6 +108,8 @@ class DistantCells {
   void describe(uint32_t cell, const GridIntegrals& integrals);
   void add_smooth_flux(const Rectangle& r, double flux[9]) const;
   void add_bilinear_flux(const Rectangle& r, const GridIntegrals& integrals, double flux[9]) const;
+  CellPoints count_points(uint32_t count) const;
+  void draw_points_of(uint32_t cell, uint64_t seed, CellPoints& out) const;
   void draw_cell(uint32_t cell, uint64_t seed, std::span<CellPoint> points) const;
   Vec3 direction(double column, double row) const;
   /// The four Gauss points of each quad in columns x0 to x1 of a row, with the radiance there.

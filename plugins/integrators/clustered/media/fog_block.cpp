@@ -21,6 +21,8 @@ constexpr uint32_t kFogDimension = kCollisionDimension + kCollisionDimensions;
 /// Number of paths per ray that continue from a collision, divided by the part of the light that is
 /// scattered; at most one per ray. With 1, as many as in `volpath`.
 constexpr float kPathsPerCollision = 2;
+/// Use of random numbers for directions in the sky (RandomSeeds).
+constexpr uint32_t kSkyUse = 0x666f6764;
 /// Number of candidates for each part of a ray in a medium.
 constexpr uint32_t kCandidates = 1;
 
@@ -51,16 +53,18 @@ FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTab
     : scene_(scene),
       media_(media),
       sampler_(sensor.sampler()),
-      needs_collisions_(settings.length.max_depth > 2 || sources.have_surfaces()),
+      needs_collisions_(settings.length.max_depth > 2 || sources.have_surfaces() ||
+                        !are_open(media)),
       sees_sky_(scene.scene().environment() && !settings.hide_emitters),
       share_(needs_collisions_ ? FogLight::kShare : kInfinity),
       finds_later_(needs_collisions_ && sources.distant().empty() && are_open(media)),
       max_depth_(static_cast<float>(settings.length.max_depth)),
       camera_(scene, sensor, kBlockSamples, false),
       segments_(scene, media, settings.hide_emitters, 2 * kBlockSamples),
-      light_choice_(sources),
+      sources_(sources),
+      light_choice_(sources, directions_),
       paths_(scene, media, sensor.sampler(), settings, 2 * kBlockSamples, &light_choice_),
-      fog_(scene, media, sources, sensor.sampler(), share_, kBlockSamples),
+      fog_(scene, media, sources, directions_, sensor.sampler(), share_, kBlockSamples),
       film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
             sensor.film().has_powers(0)),
       numbers_(2 * kBlockSamples),
@@ -85,6 +89,7 @@ void FogBlock::render(const PixelSamples& samples, Tile& tile) {
 
 void FogBlock::trace(const PixelSamples& samples, RenderCounters& counters) {
   const size_t count = samples.count();
+  directions_.draw(sources_, transport::RandomSeeds(samples, kSkyUse).of(0));
   FirstEdges first;
   {
     const StageTimer timer(counters.stage_seconds["primary"]);
@@ -222,7 +227,7 @@ void FogBlock::add_collision(const FirstEdges& first, size_t path, size_t k, flo
   RayHit16& rays = first.rays[path / kBlockLanes];
   const size_t lane = path % kBlockLanes;
   set_ray(rays.ray, lane, Ray(leg.o, leg.d, 0, t));
-  rays.shape[lane] = static_cast<uint32_t>(scene_.scene().shapes().size()) + leg.medium - 1;
+  rays.shape[lane] = media_.collision_shape(leg.medium);
   first.medium[path] = leg.medium;
   first.throughput.set(path, throughput);
 }

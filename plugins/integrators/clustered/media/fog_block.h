@@ -48,6 +48,8 @@ class FogBlock : private transport::VolumePaths::EdgeTracer {
   const float max_depth_;
   transport::Camera camera_;
   transport::Segments segments_;
+  const FogSources& sources_;
+  SkyDirections directions_;
   PointLightChoice light_choice_;
   transport::VolumePaths paths_;
   FogLight fog_;

@@ -23,9 +23,11 @@ kinome::Rgb exp_of(const kinome::Rgb& x) {
 }  // namespace
 
 FogLight::FogLight(const transport::SceneTable& scene, const transport::MediaTable& media,
-                   const FogSources& sources, const Sampler& sampler, float share, size_t rays)
+                   const FogSources& sources, const SkyDirections& directions,
+                   const Sampler& sampler, float share, size_t rays)
     : media_(media),
       sources_(sources),
+      directions_(directions),
       sampler_(sampler),
       share_(share),
       table_(sources, media),
@@ -156,7 +158,7 @@ void FogLight::make_candidate(size_t i, const MediumLeg& leg) {
   const FogTable::Choice& choice = choices_[i];
   if (!(choice.density > 0)) return;
   const kinome::Vec3 p = leg.o + leg.d * choice.t;
-  const FogSources::Light light = sources_.sample(choice.source, p, u_.at(i));
+  const FogSources::Light light = sources_.sample(choice.source, p, u_.at(i), directions_);
   if (is_black(light.weight)) return;
   const MediumPoint point{p, Frame::from_normal(-leg.d)};
   const float phase = media_.medium(leg.medium)->phase().eval(point, point.frame.to_local(light.d));

@@ -23,8 +23,10 @@ class FogLight {
   /// For blocks of at most `rays` camera rays. `share`: samples of a phase function p and of an
   /// emitter (density q) find the same light of emitters with area. Their weights are those of the
   /// power heuristic for the densities p and `share` q. With infinity, candidates find all light.
+  /// `directions` may change between calls of add().
   FogLight(const transport::SceneTable& scene, const transport::MediaTable& media,
-           const FogSources& sources, const Sampler& sampler, float share, size_t rays);
+           const FogSources& sources, const SkyDirections& directions, const Sampler& sampler,
+           float share, size_t rays);
 
   /// Adds the light of `legs` to the radiance of their samples. Some of the samples are used for
   /// learning; their random numbers are independent of the sampler's, so that no estimate depends
@@ -48,6 +50,7 @@ class FogLight {
 
   const transport::MediaTable& media_;
   const FogSources& sources_;
+  const SkyDirections& directions_;
   const Sampler& sampler_;
   const float share_;
   FogTable table_, later_table_;

@@ -11,9 +11,8 @@
 namespace kinome {
 namespace {
 
-/// Number of candidates for each direction in the cells, and bounds on the number of directions.
-/// They are drawn once for each render. More than these don't fit into the cache.
-constexpr double kRaysPerPoint = 4, kMinPoints = 1 << 12, kMaxPoints = 1 << 14;
+/// Approximate number of directions in all cells together that a block draws.
+constexpr uint32_t kDirections = 1 << 11;
 /// Positions that are tried to find the position of a lamp.
 constexpr uint32_t kProbes = 256;
 /// Directions from which the intensity of a near emitter is estimated, and the distance, as a
@@ -64,7 +63,7 @@ std::optional<DirectSample> probe(const Scene& scene, const Emitter& emitter) {
 
 }  // namespace
 
-FogSources::FogSources(const Scene& scene, double rays, uint64_t seed, const Scheduler& scheduler) {
+FogSources::FogSources(const Scene& scene, const Scheduler& scheduler) {
   for (const Emitter* const emitter : scene.emitters()) {
     if (emitter == scene.environment()) continue;
     have_surfaces_ = have_surfaces_ || emitter->shape();
@@ -78,7 +77,7 @@ FogSources::FogSources(const Scene& scene, double rays, uint64_t seed, const Sch
     distant_.push_back(sun);
   }
   first_cell_ = static_cast<uint32_t>(distant_.size());
-  if (scene.environment()) add_environment(*scene.environment(), rays, seed, scheduler);
+  if (scene.environment()) add_environment(*scene.environment(), scheduler);
 }
 
 /// Returns false if the emitter's light comes from infinity.
@@ -98,22 +97,16 @@ bool FogSources::add_near(const Scene& scene, const Emitter& emitter) {
   return true;
 }
 
-void FogSources::add_environment(const Emitter& environment, double rays, uint64_t seed,
-                                 const Scheduler& scheduler) {
+void FogSources::add_environment(const Emitter& environment, const Scheduler& scheduler) {
   const auto grid = cell_grid_of(environment);
   if (!grid) {
     distant_.push_back({&environment, 1, Vec3(0, 1, 0), 0, groups_++});
     first_cell_ = static_cast<uint32_t>(distant_.size());
     return;
   }
-  const DistantCells cells(environment, *grid, kCells, scheduler);
+  cells_ = std::make_unique<const DistantCells>(environment, *grid, kCells, scheduler);
+  const DistantCells& cells = *cells_;
   if (cells.size() == 0) return;
-  const double points = std::clamp(rays / kRaysPerPoint, kMinPoints, kMaxPoints);
-  const CellPoints drawn = cells.draw_points(static_cast<uint32_t>(points), seed, scheduler);
-  first_ = drawn.first;
-  for (const CellPoint& point : drawn.points) {
-    directions_.push_back({point.d, environment.pdf_environment(point.d), point.weight});
-  }
   for (uint32_t c = 0; c < cells.size(); ++c) {
     const Vec3 axis(cells.axis()[0][c], cells.axis()[1][c], cells.axis()[2][c]);
     const float mean_cosine = 0.5f * (1 + std::cos(cells.radius()[c]));
@@ -123,12 +116,11 @@ void FogSources::add_environment(const Emitter& environment, double rays, uint64
   groups_ += (cells.size() + kCellsPerGroup - 1) / kCellsPerGroup;
 }
 
-FogSources::Light FogSources::sample(uint32_t source, const Vec3& p, const Vec2& u) const {
+FogSources::Light FogSources::sample(uint32_t source, const Vec3& p, const Vec2& u,
+                                     const SkyDirections& directions) const {
   const auto distant = static_cast<uint32_t>(source - near_.size());
   if (source >= near_.size() && distant >= first_cell_) {
-    const uint32_t begin = first_[distant - first_cell_];
-    const auto count = static_cast<float>(first_[distant - first_cell_ + 1] - begin);
-    const Direction& chosen = directions_[begin + static_cast<uint32_t>(u.x * count)];
+    const SkyDirections::Direction& chosen = directions.choose(distant - first_cell_, u.x);
     return {chosen.d, kInfinity, chosen.weight, chosen.emitter_pdf};
   }
   const Emitter& emitter =
@@ -138,6 +130,17 @@ FogSources::Light FogSources::sample(uint32_t source, const Vec3& p, const Vec2&
   const bool is_alone = sample->is_delta || (!emitter.shape() && !emitter.is_environment());
   return {sample->d, sample->distance, sample->radiance / sample->pdf,
           is_alone ? kInfinity : sample->pdf};
+}
+
+void SkyDirections::draw(const FogSources& sources, uint64_t seed) {
+  directions_.clear();
+  if (!sources.cells_ || sources.cells_->size() == 0) return;
+  const CellPoints drawn = sources.cells_->draw_points(kDirections, seed);
+  first_ = drawn.first;
+  const Emitter& environment = *sources.distant_.back().emitter;
+  for (const CellPoint& point : drawn.points) {
+    directions_.push_back({point.d, environment.pdf_environment(point.d), point.weight});
+  }
 }
 
 }  // namespace kinome

@@ -14,6 +14,8 @@ inline float mean_of(const Rgb& c) {
   return (c.x + c.y + c.z) / 3;
 }
 
+class SkyDirections;
+
 /// Sources of the light that media scatter: emitters at finite distances, then distant emitters,
 /// then the cells of the environment. Numbered in this order. Immutable; thread-safe.
 class FogSources {
@@ -23,9 +25,7 @@ class FogSources {
   /// Consecutive cells that share what is learned. They are neighbours in the sky.
   static constexpr uint32_t kCellsPerGroup = 16;
 
-  /// `rays`: approximate number of candidates of the render; the more, the more directions in the
-  /// cells are drawn. `seed`: of these directions.
-  FogSources(const Scene& scene, double rays, uint64_t seed, const Scheduler& scheduler);
+  FogSources(const Scene& scene, const Scheduler& scheduler);
 
   /// Emitter at a finite distance. Importances treat it as a point.
   struct Near {
@@ -57,11 +57,13 @@ class FogSources {
     /// Density of the emitter's own samples, per solid angle; infinite if no ray hits the emitter.
     float emitter_pdf = kInfinity;
   };
-  Light sample(uint32_t source, const Vec3& p, const Vec2& u) const;
+  /// `u` chooses one of `directions` if the source is a cell.
+  Light sample(uint32_t source, const Vec3& p, const Vec2& u,
+               const SkyDirections& directions) const;
 
  private:
-  void add_environment(const Emitter& environment, double rays, uint64_t seed,
-                       const Scheduler& scheduler);
+  friend class SkyDirections;
+  void add_environment(const Emitter& environment, const Scheduler& scheduler);
   bool add_near(const Scene& scene, const Emitter& emitter);
 
   std::vector<Near> near_;
@@ -69,12 +71,28 @@ class FogSources {
   uint32_t groups_ = 0;
   uint32_t first_cell_ = 0;  ///< index into distant_
   bool have_surfaces_ = false;
-  /// Direction in a cell, as of Light.
+  std::unique_ptr<const DistantCells> cells_;  ///< nullptr: none
+};
+
+/// Random directions in the cells of the environment. Each block of samples draws its own, so that
+/// the image converges. One per thread.
+class SkyDirections {
+ public:
+  /// Direction in a cell, as of FogSources::Light.
   struct Direction {
     Vec3 d;
     float emitter_pdf;
     Rgb weight;
   };
+  /// Replaces all directions. The same seed gives the same directions.
+  void draw(const FogSources& sources, uint64_t seed);
+  /// Returns the direction of a cell that u in [0,1) chooses.
+  const Direction& choose(uint32_t cell, float u) const {
+    const auto count = static_cast<float>(first_[cell + 1] - first_[cell]);
+    return directions_[first_[cell] + static_cast<uint32_t>(u * count)];
+  }
+
+ private:
   std::vector<Direction> directions_;  ///< sorted by cell
   std::vector<uint32_t> first_;        ///< of each cell; one more entry than cells
 };

@@ -134,7 +134,7 @@ void FogTable::add_expected(const MediumLeg& leg, uint32_t near) {
   for (uint32_t b = 0; b < kBins; ++b) {
     const float t = distances.at((static_cast<float>(b) + 0.5f) / kBins);
     const Vec3 p = leg.o + leg.d * t;
-    const FogSources::Light light = sources_.sample(near, p, Vec2(0.5f));
+    const FogSources::Light light = sources_.sample(near, p, Vec2(0.5f), SkyDirections());
     const float distance = std::min(light.distance, glm::length(source.p - p));
     const float r2 = 1 / (distances.density(t) * distances.integral());
     expected_[near][b] += mean_of(light.weight) * phase_toward(leg, light.d, 1) * scattering *

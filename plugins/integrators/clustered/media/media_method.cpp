@@ -18,6 +18,15 @@ bool has_grids(const Scene& scene) {
                      [](const Medium* medium) { return !medium->is_uniform(); });
 }
 
+/// True if the film's alpha depends on light that goes straight through surfaces. FogBlock doesn't
+/// follow alpha behind them.
+bool has_alpha_behind_surfaces(const Scene& scene, const Sensor& sensor, bool hide_emitters) {
+  if (!sensor.film().has_alpha() || (scene.environment() && !hide_emitters)) return false;
+  return std::any_of(scene.shapes().begin(), scene.shapes().end(), [](const auto& shape) {
+    return shape->bsdf().passes_straight() && !shape->bsdf().is_invisible();
+  });
+}
+
 }  // namespace
 
 MediaMethod::MediaMethod(const PathSettings& settings, bool has_trial)
@@ -31,7 +40,8 @@ std::unique_ptr<Passes> MediaMethod::begin(const Scene& scene, const Sensor& sen
 }
 
 void MediaMethod::render(const Scene& scene, const Sensor& sensor, RenderContext& context) const {
-  if (has_grids(scene) || settings_.length.max_depth < 2 || scene.emitters().empty()) {
+  if (has_grids(scene) || settings_.length.max_depth < 2 || scene.emitters().empty() ||
+      has_alpha_behind_surfaces(scene, sensor, settings_.hide_emitters)) {
     return paths_.render(scene, sensor, context);
   }
   const transport::MediaTable media(scene, sensor);
@@ -39,14 +49,10 @@ void MediaMethod::render(const Scene& scene, const Sensor& sensor, RenderContext
       media.start() != transport::MediaTable::kVacuum && media.emitter_weight(media.start()) != 1;
   if (starts_enclosed) return paths_.render(scene, sensor, context);
   const transport::SceneTable table(scene, media.phases());
-  const uint64_t seed = key_seed(context.job, sensor.sampler());
   std::unique_ptr<const FogSources> sources;
   {
     const StageTimer timer(context.job.stats().counters.stage_seconds["cells"]);
-    const double pixels = sensor.film().crop().area();
-    const double rays = pixels * sensor.sampler().sample_count();
-    sources = std::make_unique<const FogSources>(scene, rays, hash_words(seed, 0x666f67),
-                                                 context.scheduler);
+    sources = std::make_unique<const FogSources>(scene, context.scheduler);
   }
   if (has_trial_ && prefers_paths(table, media, *sources, sensor, settings_, context)) {
     context.job.skip("product", "paths from the camera alone do as well in the media for less");

@@ -25,8 +25,9 @@ constexpr size_t kMaxPixels = kBlockSamples / kMinSamples;
 constexpr double kMinBlocks = 4, kMaxBlocks = 24, kTrialShare = 0.05;
 /// Maximum `max_depth` at which FogBlock renders without a trial.
 constexpr uint32_t kMaxDepthUntried = 3;
-/// Time of a camera sample without rays, relative to that of a ray.
-constexpr double kCostOfPath = 1.5, kCostOfFog = 4;
+/// Time of a camera sample without rays, relative to that of a ray; and the part of it for each
+/// source at a finite distance.
+constexpr double kCostOfPath = 1.5, kCostOfFog = 4, kCostOfSource = 1. / 64;
 constexpr uint64_t kTrialSeed = 0x666f6774;
 
 /// Renders blocks by path tracing. One per thread.
@@ -99,9 +100,11 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
       std::clamp(std::bit_floor(sensor.sampler().sample_count()), kMinSamples, kMaxSamples);
   const uint32_t pixels = kBlockSamples / per_pixel;
   const uint32_t width = 1u << std::bit_width(pixels) / 2, height = pixels / width;
-  const StageTimer timer(context.job.stats().counters.stage_seconds["pilot"]);
+  const StageTimer timer(context.job.stats().counters.stage_seconds["trial"]);
   const auto count = static_cast<size_t>(std::min(share, kMaxBlocks));
   const uint64_t seed = hash_words(key_seed(context.job, sensor.sampler()), kTrialSeed);
+  const double cost_of_fog =
+      kCostOfFog + kCostOfSource * static_cast<double>(sources.near().size());
   std::vector<std::array<Measured, 2>> measured(count);
   transport::Workers<FogBlock> fog_blocks;
   transport::Workers<PathBlock> path_blocks;
@@ -118,7 +121,7 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
     const PixelSamples block{x.data(), y.data(), pixels, 0, per_pixel, seed};
     fog_blocks.with_one(
         [&] { return std::make_unique<FogBlock>(scene, media, sources, sensor, settings); },
-        [&](FogBlock& fog) { measured[i][0] = measure(fog, block, kCostOfFog); });
+        [&](FogBlock& fog) { measured[i][0] = measure(fog, block, cost_of_fog); });
     path_blocks.with_one(
         [&] { return std::make_unique<PathBlock>(scene, media, sensor, settings); },
         [&](PathBlock& paths) { measured[i][1] = measure(paths, block, kCostOfPath); });

@@ -16,8 +16,9 @@ constexpr float kMinCosine = 0.02f;
 
 }  // namespace
 
-PointLightChoice::PointLightChoice(const FogSources& sources)
+PointLightChoice::PointLightChoice(const FogSources& sources, const SkyDirections& directions)
     : sources_(sources),
+      directions_(directions),
       arena_(padded(sources.near().size()) + padded(sources.distant().size())),
       place_(arena_.three()),
       intensity_(arena_.floats()),
@@ -96,8 +97,8 @@ void PointLightChoice::sample(const Sampler& sampler, const PixelSamples& sample
     const kinome::Vec3 p = points.p.at(i);
     const float side = points.wi.z[i] < 0 ? -1.f : 1.f;
     const Chosen chosen = choose(p, side * points.n.at(i), which[i]);
-    const FogSources::Light light =
-        chosen.probability > 0 ? sources_.sample(chosen.source, p, u.at(i)) : FogSources::Light{};
+    FogSources::Light light;
+    if (chosen.probability > 0) light = sources_.sample(chosen.source, p, u.at(i), directions_);
     out.d.set(i, light.d);
     out.distance[i] = light.distance;
     out.radiance.set(i, light.weight);

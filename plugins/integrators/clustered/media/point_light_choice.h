@@ -11,7 +11,8 @@ namespace kinome {
 /// that faces them. One per thread.
 class PointLightChoice final : public transport::LightChoice {
  public:
-  explicit PointLightChoice(const FogSources& sources);
+  /// `directions` may change between calls of sample().
+  PointLightChoice(const FogSources& sources, const SkyDirections& directions);
 
   void sample(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
               const SurfaceBlock& points, const uint32_t* owner, size_t count,
@@ -25,6 +26,7 @@ class PointLightChoice final : public transport::LightChoice {
   Chosen choose(const Vec3& p, const Vec3& n, float u) const;
 
   const FogSources& sources_;
+  const SkyDirections& directions_;
   transport::Arena arena_;
   /// Columns of near sources, padded, then of distant ones.
   Columns3 place_;  ///< position, or direction

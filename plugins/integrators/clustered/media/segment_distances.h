@@ -32,11 +32,6 @@ class EquiangularDistances {
     // The tangent changes its sign at a right angle, beyond which t keeps growing.
     return t >= 0 ? std::min(t, length_) : length_;
   }
-  /// Inverse of at().
-  float share_of(float t) const {
-    const float angle = std::atan2(distance_ * t, distance_ * distance_ - centre_ * (t - centre_));
-    return std::clamp(angle / angle_, 0.f, 1.f);
-  }
   /// Density of at(u) for uniform u, per unit of length.
   float density(float t) const {
     const float along = t - centre_;
