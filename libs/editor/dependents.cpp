@@ -79,7 +79,14 @@ std::function<void()> refit(Shape& shape, const Node& node, Builder& builder) {
       (child.value("name") == "interior" ? interior : exterior) = medium;
     }
   }
-  const auto of_bsdf = interior_of(shape.bsdf());
+  std::shared_ptr<const Medium> of_bsdf;
+  try {
+    of_bsdf = interior_of(shape.bsdf());
+  } catch (const Error&) {
+    // The scene is built anew, which reports the error with its position.
+    put_back();
+    return nullptr;
+  }
   shape.set_media(of_bsdf ? of_bsdf : interior, exterior);
   shape.set_origin(shape.plugin(), std::move(nested));
   const bool has_one_interior = !of_bsdf || !interior;

@@ -122,9 +122,10 @@ void Walks::begin(uint32_t medium, RayHit16* rays, size_t count, const PathState
 void Walks::collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathState& state,
                     const PathColumns& paths) {
   const Float max_depth = static_cast<float>(length_.max_depth);
-  const Float rr_depth = static_cast<float>(length_.rr_depth);
+  // Long walks always play, because nothing else may end them.
+  const Float rr_depth = step < kLongWalk ? static_cast<float>(length_.rr_depth) : -1.f;
   const float share = media_.delta_share(medium);
-  const float most = step < kLongWalk ? 1.f : kLongWalkSurvival;
+  const float max_survival = step < kLongWalk ? 1.f : kLongWalkSurvival;
   for_lanes(count_, [&](size_t i) {
     const FourNumbers u = random_numbers(Uint::load(low_ + i), Uint::load(high_ + i), step, 0);
     u.x.store(u1_ + i);
@@ -136,7 +137,7 @@ void Walks::collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathSt
     const Float scatterings =
         Float::load(scatterings_ + i) + select(goes_on == kGoesOn, Float(1.f));
     const wide::Rgb throughput = wide::Rgb::load(throughput_, i);
-    const Float survival = min(max_component(throughput) * Float::load(scale_ + i), Float(most));
+    const Float survival = min(max_component(throughput) * Float::load(scale_ + i), Float(max_survival));
     const Mask plays = (scatterings > rr_depth) & (goes_on == kGoesOn);
     // Weights of black paths would be 0 / 0.
     const Mask ends = is_black(throughput) | (plays & !(u.z < survival)) |
@@ -191,7 +192,9 @@ void Walks::trace(uint32_t medium, RayHit16* rays, const PathState& state, const
     wide::Vec3::load(p_, i).store({ray.ox, ray.oy, ray.oz}, lane);
     wide::Vec3::load(d_, i).store({ray.dx, ray.dy, ray.dz}, lane);
     const Float rate = is_coloured ? component(extinction, Int::load(channel_ + i)) : extinction.x;
-    (-log(1.f - Float::load(u_distance_ + i)) / rate).store(ray.tmax + lane);
+    // A channel without extinction never collides.
+    const Float distance = -log(1.f - Float::load(u_distance_ + i)) / rate;
+    select(rate > 0.f, distance, Float(kInfinity)).store(ray.tmax + lane);
   });
   disable_padding(rays_, count_);
   clear_hits(rays_, count_);

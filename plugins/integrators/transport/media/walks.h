@@ -32,8 +32,6 @@ class Walks {
             const RandomSeeds& seeds, RenderCounters& counters);
 
  private:
-  void walk_in(uint32_t medium, RayHit16* rays, const PathState& state, const PathColumns& paths,
-               RenderCounters& counters);
   void begin(uint32_t medium, RayHit16* rays, size_t count, const PathState& state,
              const PathColumns& paths, const RandomSeeds& seeds);
   void collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathState& state,

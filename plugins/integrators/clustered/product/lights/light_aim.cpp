@@ -91,7 +91,8 @@ std::vector<AimSphere> aim_spheres(std::vector<WeightedPosition> positions) {
   std::vector<AimSphere> spheres;
   for (size_t k = kEnclosed.size(); k-- > 0;) {
     const float radius =
-        kRadiusMargin * quantile_of([&](const Vec3& p) { return glm::length(p - centre); }, kEnclosed[k]);
+        kRadiusMargin *
+        quantile_of([&](const Vec3& p) { return glm::length(p - centre); }, kEnclosed[k]);
     if (!(radius > 0)) break;
     if (spheres.empty() || radius < kMaxRadiusRatio * spheres.back().radius) {
       spheres.push_back({centre, radius});

@@ -5,12 +5,20 @@
 #include <utility>
 
 namespace kinome {
+namespace {
+
+/// Maximum number of forms that a new one is compared with.
+constexpr ptrdiff_t kMaxCompared = 64;
+
+}  // namespace
 
 const BsdfForm* SharedOfPatches::form(const BsdfForm& form) {
+  // Only the latest ones are compared, because textured materials may have a form for each patch.
   const auto find = [&]() -> const BsdfForm* {
-    const auto found = std::find_if(forms_.begin(), forms_.end(),
-                                    [&](const BsdfForm& known) { return known.same_kind(form); });
-    return found == forms_.end() ? nullptr : &*found;
+    const auto end = forms_.rbegin() + std::min<ptrdiff_t>(std::ssize(forms_), kMaxCompared);
+    const auto found = std::find_if(
+        forms_.rbegin(), end, [&](const BsdfForm& known) { return known.same_kind(form); });
+    return found == end ? nullptr : &*found;
   };
   {
     const std::shared_lock lock(mutex_);

@@ -63,7 +63,8 @@ void SigmaCheck::finish() {
   for (int side = 0; side < kSides; ++side) {
     for (int step = 0; step < kSteps; ++step) {
       double expected = 0, found = 0;
-      for (int k = std::max(step - kStepWindow, 0); k <= std::min(step + kStepWindow, kSteps - 1); ++k) {
+      const int end = std::min(step + kStepWindow + 1, kSteps);
+      for (int k = std::max(step - kStepWindow, 0); k < end; ++k) {
         const Sums& sums = sums_[side * kSteps + k];
         const double share = std::exp2(-std::abs(k - step)) / kFixedPointUnit;
         expected += share * static_cast<double>(sums.expected);
