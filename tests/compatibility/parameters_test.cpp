@@ -108,7 +108,8 @@ TEST(Parameters, OfAllTablesAreReadOrIgnored) {
       const check::ParameterUse use = check::parameter_use(request);
       EXPECT_EQ(use.unread, Names()) << title;
       // Programs pass pixels, scene files don't.
-      const bool takes_pixels = title == "emitter/envmap" || title == "texture/bitmap";
+      const bool takes_pixels = title == "emitter/envmap" || title == "texture/bitmap" ||
+                                title == "volume/gridvolume";
       EXPECT_EQ(use.unknown, takes_pixels ? Names{"data"} : Names()) << title;
       ++plugins;
     }

@@ -147,10 +147,10 @@ Image render_image(const Options& options, const Scene& scene, const Sensor& sen
     on_pass = [display](const Image& image, const RenderStats&) { display->show(image); };
   }
   const ProcessGroup* const group = context.job.group();
+  set_activity("rendering");
   log_info(fmt::format("rendering {}x{} pixels of {} on {} threads{}", film.crop().width(),
                        film.crop().height(), options.scene, context.scheduler.threads(),
                        group ? fmt::format(" of each of {} processes", group->size()) : ""));
-  set_activity("rendering");
   Image image = part                ? part->render(context)
                 : options.parts > 0 ? render_all_parts(scene, sensor, context, options.parts)
                                     : render(scene, sensor, context, on_pass);

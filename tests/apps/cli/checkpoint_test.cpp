@@ -69,7 +69,9 @@ TEST_F(CheckpointTest, SigtermAndResume) {
     program.send(SIGTERM);
     EXPECT_EQ(program.wait(), 128 + SIGTERM) << program.log();
     EXPECT_NE(program.log().find("--resume continues from " + checkpoint_), std::string::npos);
-    EXPECT_NE(program.log().find(" % of the pixels with one sample"), std::string::npos)
+    // On a busy machine, the signal may come before the first pixel is rendered.
+    EXPECT_TRUE(program.log().find(" % of the pixels with one sample") != std::string::npos ||
+                program.log().find("100 % of the pixels missing") != std::string::npos)
         << program.log();
     ASSERT_TRUE(std::filesystem::exists(checkpoint_));
 

@@ -22,7 +22,7 @@ class Security : public Cli {
 #ifdef KINOME_HAS_SANITIZER
     const std::string limits;  // sanitizers are slow, and reserve terabytes
 #else
-    const std::string limits = "ulimit -t 1; ulimit -v 1048576; ";
+    const std::string limits = "ulimit -t 10; ulimit -v 1048576; ";
 #endif
     arguments.insert(arguments.begin(),
                      {"sh", "-c", limits + "exec \"$@\"", "sh", KINOME_TEST_PROGRAM, "-t", "1"});
