@@ -16,6 +16,9 @@ namespace kinome {
 namespace {
 
 constexpr Parameter kParameters[] = {KINOME_MEDIUM_PARAMETERS};
+/// Maximum extinction times the diagonal of the box. Paths take steps of 1 / maximum extinction, so
+/// that a single voxel of a much higher value would stop a render.
+constexpr float kMaxDepth = 1e7f;
 
 class Heterogeneous final : public Medium {
  public:
@@ -30,6 +33,11 @@ class Heterogeneous final : public Medium {
     max_extinction_ = extinction_->max() * scale_ * phase_->max_projected_area();
     if (!std::isfinite(max_extinction_)) {
       throw props.error("scale", "makes the extinction infinite");
+    }
+    const float depth = max_extinction_ * glm::length(extinction_->box().extent());
+    if (depth > kMaxDepth) {
+      throw props.error("sigma_t", "times the diagonal of its box must be at most " +
+                                       format_number(kMaxDepth) + ", got " + format_number(depth));
     }
   }
 

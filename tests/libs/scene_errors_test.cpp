@@ -87,6 +87,9 @@ const Wrong kWrong[] = {
      "<medium type='homogeneous'><float name='sigma_t' value='1e30'/>^<float name='scale' "
      "value='1e30'/></medium>",
      "'scale' makes the extinction infinite"},
+    {"ExtinctionOfTooManySteps",
+     "<medium type='heterogeneous'>^<float name='sigma_t' value='1e8'/></medium>",
+     "'sigma_t' times the diagonal of its box must be at most 10000000, got 1732050"},
     {"ColorOfExtinction",
      "<medium type='homogeneous'>^<rgb name='sigma_t' value='1 2 3'/></medium>",
      "'sigma_t' is outside [0,1]: 1 2 3; for other colors use <volume type=\"constvolume\">"},
