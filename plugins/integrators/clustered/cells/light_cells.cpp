@@ -7,6 +7,7 @@
 #include <queue>
 
 #include "clustered/cells/grid_integrals.h"
+#include "clustered/cells/channel_mean.h"
 #include "clustered/cells/hilbert_points.h"
 #include "clustered/cells/quad_importance.h"
 #include "kinome/clustered_light.h"
@@ -28,10 +29,6 @@ constexpr int kMaxWidthShare = 8;
 constexpr int kBand = 16;
 /// Priority of dividing a cell that is too wide.
 constexpr double kTooWide = 1e300;
-
-inline float mean_of(const Rgb& c) {
-  return (c.x + c.y + c.z) * (1 / 3.f);
-}
 
 /// A rectangle of quads that may be divided.
 struct Candidate {

@@ -4,15 +4,11 @@
 #include <memory>
 #include <vector>
 
+#include "clustered/cells/channel_mean.h"
 #include "clustered/cells/light_cells.h"
 #include "kinome/scene.h"
 
 namespace kinome {
-
-/// Mean of the channels.
-inline float mean_of(const Rgb& c) {
-  return (c.x + c.y + c.z) / 3;
-}
 
 class SkyDirections;
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "clustered/cells/channel_mean.h"
 #include "kinome/color.h"
 #include "kinome/sampler.h"
 
@@ -29,10 +30,6 @@ inline float random_float(uint64_t seed, uint32_t index) {
 inline Vec3 normalized(const Vec3& v, const Vec3& otherwise) {
   const float length2 = glm::dot(v, v);
   return length2 > 1e-12f ? v / std::sqrt(length2) : otherwise;
-}
-/// Measure of importance: errors of all channels have the same weight.
-inline float mean_of(const Rgb& c) {
-  return (c.x + c.y + c.z) * (1 / 3.f);
 }
 
 }  // namespace kinome
