@@ -121,8 +121,8 @@ TEST(MediaEdges, LayersWithASmallGapAreBothCrossed) {
   }
 }
 
-/// Of two boundaries in the same place, a ray meets both or one: it goes on in the second medium,
-/// or in empty space.
+/// A ray meets both or one of two boundaries at the same position. It then continues in the second
+/// medium, or in empty space.
 TEST(MediaEdges, CoincidentBoundariesAreMetOnceOrTwice) {
   const Image image = sunlit_floor(layer_xml(0, 1, "1 1 1") + layer_xml(-1, 0, "0.5 0.5 0.5"));
   for (const float value : image.data) {

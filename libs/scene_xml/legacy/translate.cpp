@@ -159,7 +159,7 @@ class Translation {
     });
   }
 
-  /// Returns nullptr if there is none. Looks for each plugin once.
+  /// Returns nullptr if the plugin is unknown. Searches for each plugin once.
   const PluginDescriptor* find_plugin(Category category, const Attribute& type) {
     const auto entry = plugins_.emplace(std::pair(category, type.value), nullptr);
     const PluginDescriptor*& found = entry.first->second;

@@ -67,15 +67,15 @@ class MediaTable {
   float delta_share(uint32_t number) const {
     return has_deltas_ && media_[number]->samples_emitters() ? kDeltaShare : 0.f;
   }
-  /// Weight of emitter samples at collisions in a medium; 0: there are none. Negative: the weight
-  /// of delta emitters with a minus sign; others aren't sampled.
+  /// Weight of emitter samples at collisions in a medium, or 0 if emitters aren't sampled. A
+  /// negative value is minus the weight of delta emitters, if only those are sampled.
   float emitter_weight(uint32_t number) const {
     if (!media_[number]->samples_emitters()) return 0;
     if (!is_enclosed_[number]) return 1;
     if (!has_deltas_) return 0;
     return is_walked(number) ? -1 / kDeltaShare : -1.f;
   }
-  /// Number of the shape that stands for collisions in a medium (SceneTable).
+  /// Number that hits have in place of a shape's after collisions in a medium (SceneTable).
   uint32_t collision_shape(uint32_t number) const {
     return static_cast<uint32_t>(interior_.size()) + number - 1;
   }

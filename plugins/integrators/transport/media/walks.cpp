@@ -20,7 +20,7 @@ namespace {
 constexpr uint32_t kLongWalk = 1 << 16;
 constexpr float kLongWalkSurvival = 0.999f;
 
-/// What becomes of a walk at a collision.
+/// States of a walk after a collision; kSamples: it must sample delta emitters, and then ends.
 constexpr float kEnds = 0, kGoesOn = 1, kSamples = 2;
 
 struct FourNumbers {

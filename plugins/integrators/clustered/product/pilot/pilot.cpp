@@ -28,7 +28,7 @@ struct Pilot::Prober {
   Estimator estimator;
   std::vector<Visibility> unknown;
   std::vector<PointPlan> points;
-  // Of the tiles of the block. Rays that wait refer to them.
+  // Patches and records of the tiles of the block. Rays that wait refer to them.
   std::vector<Patch> patches[TileGrid::kMaxTilesOfBlock];
   std::vector<std::vector<VisibilityRecord>> records[TileGrid::kMaxTilesOfBlock];
 
