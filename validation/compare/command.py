@@ -19,6 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 NO_FLIP = ("HDR-FLIP: not measured, because the Python package flip-evaluator is missing. It isn't "
            "part of Debian: pip install flip-evaluator. In Kinome's source tree, `sh validation/run.sh "
            "correctness spot` installs it for this command")
+FLIP_OF_BLACK = "HDR-FLIP: not measured, because B is black"
 
 USAGE = """\
 kinome-compare [OPTION...] A B
@@ -138,17 +139,19 @@ def write_outputs(options, a, b, verdict, result):
 
 def figures(a, b, verdict):
     """Returns all results in the form of --json."""
+    masked = a.masked | b.masked
     result = {"passed": verdict.passed, "alpha": verdict.alpha,
               "a": {"name": a.name, "renders": a.renders, "nan": a.nans, "inf": a.infinities},
-              "b": {"name": b.name, "renders": b.renders, "masked": int(b.masked.sum())},
+              "b": {"name": b.name, "renders": b.renders, "masked": int(b.masked.sum()),
+                    "black": not bool((b.mean[~masked] > 0).any())},
               "pixels": int(a.masked.size), "masked": verdict.masked, "notes": verdict.notes,
               "tests": {test.name: dataclasses.asdict(test) for test in verdict.tests},
               "missed_by_b": dataclasses.asdict(verdict.missed) if verdict.missed else None,
-              "relmse": dataclasses.asdict(Errors.of(a.mean, b, a.masked | b.masked)),
+              "relmse": dataclasses.asdict(Errors.of(a.mean, b, masked)),
               "relmse_of_one_render": None,
-              "flip": flip(a.mean, b.mean, a.masked | b.masked)}
+              "flip": flip(a.mean, b.mean, masked)}
     if a.stack is not None:
-        each = [Errors.of(image, b, a.masked | b.masked) for image in a.stack]
+        each = [Errors.of(image, b, masked) for image in a.stack]
         result["relmse_of_one_render"] = {
             key: float(sum(getattr(e, key) for e in each) / len(each))
             for key in ("relmse", "trimmed", "maximum")}
@@ -186,7 +189,10 @@ def report(result):
                                       for name in ("relmse", "trimmed", "maximum"))
             yield (f"relMSE of {label}: {mean}, without the worst 0.1 %: {trimmed}, "
                    f"maximum {maximum}")
-    yield (NO_FLIP if result["flip"] is None else f"HDR-FLIP of A's mean: {result['flip']:.4g}")
+    if result["flip"] is not None:
+        yield f"HDR-FLIP of A's mean: {result['flip']:.4g}"
+    else:
+        yield FLIP_OF_BLACK if b["black"] else NO_FLIP
     if result["masked"] or a["nan"] or a["inf"]:
         yield (f"NaN in A: {a['nan']}, Inf in A: {a['inf']}; {result['masked']} of "
                f"{result['pixels']} pixels masked, {b['masked']} of them in the reference")

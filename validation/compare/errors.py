@@ -30,7 +30,8 @@ class Errors:
 
 
 def flip(image, reference, masked):
-    """Returns the mean HDR-FLIP, or None if the package flip-evaluator isn't installed."""
+    """Returns the mean HDR-FLIP, or None if the package flip-evaluator isn't installed, or if the
+    reference is black: HDR-FLIP chooses its exposures by the reference's brightness."""
     try:
         import flip_evaluator  # not a package of Debian
     except ImportError:
@@ -41,4 +42,6 @@ def flip(image, reference, masked):
         if picture.shape[2] == 1:
             picture = np.repeat(picture, 3, axis=2)
         pictures.append(np.maximum(picture, 0).astype(np.float32))
+    if not pictures[0].any():
+        return None  # flip_evaluator would end the process
     return float(flip_evaluator.evaluate(*pictures, "HDR")[1])

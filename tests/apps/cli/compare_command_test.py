@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import types
 import unittest
 import unittest.mock
 
@@ -381,6 +382,14 @@ class Command(unittest.TestCase):
         self.assertIn("flip-evaluator is missing", line)
         self.assertIn("sh validation/run.sh", line)
         self.assertEqual(quiet, (0, "pass\n", ""))
+
+    def test_flip_has_no_exposures_for_a_black_reference(self):
+        made = types.SimpleNamespace(evaluate=lambda *_: self.fail("would end the process"))
+        a = self.renders("a", 0 * picture(), 1, count=4)
+        with unittest.mock.patch.dict(sys.modules, {"flip_evaluator": made}):
+            status, out, errors = self.run_command(a, a)
+        self.assertEqual((status, errors), (0, ""), out)
+        self.assertIn("HDR-FLIP: not measured, because B is black\n", out)
 
     @unittest.skipIf(FLIP_OF_THE_SYSTEM, "the system's own comes first")
     def test_flip_of_the_virtual_environment_is_found(self):
