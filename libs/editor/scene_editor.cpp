@@ -216,7 +216,8 @@ std::vector<SceneParameter> SceneEditor::textured_parameters() const {
 std::vector<SceneObject> SceneEditor::objects() const {
   std::vector<SceneObject> all;
   for (const auto& [path, node] : state_->parameters->objects()) {
-    all.push_back({path, node->tag + "/" + node->value("type"), node->inner != nullptr});
+    all.push_back({path, node->tag + "/" + node->value("type"), node->inner != nullptr,
+                   state_->builder->made_of(*node).get()});
   }
   return all;
 }

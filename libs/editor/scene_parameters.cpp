@@ -98,13 +98,9 @@ const PluginDescriptor* ParameterList::known_plugin_of(const Node& node) const {
   }
 }
 
-/// Returns the names of a mesh's arrays, for meshes from files only. Other plugins may compute
-/// their surface without the mesh, which edits of vertices wouldn't affect.
+/// Returns the names of a mesh's arrays.
 std::vector<const char*> ParameterList::arrays_of(const Node& node) const {
-  const std::vector<const char*> arrays = mesh_arrays(builder_.made_of(node).get());
-  const auto is_file = [](const Parameter& row) { return row.type == ParameterType::kFile; };
-  const auto table = arrays.empty() ? std::span<const Parameter>() : plugin_of(node).parameters;
-  return std::any_of(table.begin(), table.end(), is_file) ? arrays : std::vector<const char*>();
+  return mesh_arrays(builder_.made_of(node).get());
 }
 
 std::optional<EditedValue> ParameterList::current_value(const Node& node,

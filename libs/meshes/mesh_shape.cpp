@@ -255,12 +255,14 @@ std::function<void()> MeshShape::replace_mesh(TriangleMesh mesh, bool keep_norma
                            (attribute.is_of_faces() ? "faces" : "vertices"));
   }
   const auto former = std::make_shared<TriangleMesh>(std::move(mesh_));
-  const auto put_back = [this, former, flips = flip_geometric_normal_] {
+  const auto put_back = [this, former, flips = flip_geometric_normal_, was = is_replaced_] {
     mesh_ = std::move(*former);
+    is_replaced_ = was;
     flip_geometric_normal_ = flips;
     measure();
   };
   mesh_ = std::move(mesh);
+  is_replaced_ = true;
   if (keep_normals) {
     for (Vec3& n : mesh_.normals) n = wide::formulas::safe_normalize(n, Vec3(0.f));
   } else if (!mesh_.normals.empty()) {

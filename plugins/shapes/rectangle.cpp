@@ -28,7 +28,7 @@ class Rectangle final : public wide::Mesh {
 
   /// Only the position, uv and wi vary over the rectangle.
   void interaction_block(const RayHit16* rays, const SurfaceBlock& out) const override {
-    if (!(area() > 0)) return Mesh::interaction_block(rays, out);
+    if (!(area() > 0) || is_replaced()) return Mesh::interaction_block(rays, out);
     const Plane plane(*this);
     wide::ShapePoint<wide::Float> point = plane.common();
     wide::for_lanes(out.count, [&](size_t i) {
@@ -46,6 +46,7 @@ class Rectangle final : public wide::Mesh {
 
   /// Maps u linearly, so that well-distributed samples of the unit square stay well distributed.
   SurfaceInteraction sample_surface(const Vec2& u) const override {
+    if (is_replaced()) return Mesh::sample_surface(u);
     Hit hit;
     hit.primitive = u.x >= u.y ? 0 : 1;
     hit.u = std::abs(u.x - u.y);
@@ -65,6 +66,7 @@ class Rectangle final : public wide::Mesh {
   }
   void sample_solid_angle_block(const Columns3& p, const Columns2& u, size_t count,
                                 const SurfaceSampleBlock& out) const override {
+    if (is_replaced()) return Mesh::sample_solid_angle_block(p, u, count, out);
     const Plane plane(*this);
     const wide::Vec3 n(plane.corner.n), sn(plane.corner.frame.n);
     const float whole = area();

@@ -63,6 +63,7 @@ struct SceneObject {
   std::string path;
   std::string plugin;      ///< "bsdf/diffuse"
   bool is_around = false;  ///< true if set around another object; setting Unset removes it
+  const Object* object = nullptr;  ///< the object itself, valid until the next update; not nullptr
 };
 
 /// Objects that an update created anew; all others are unchanged.

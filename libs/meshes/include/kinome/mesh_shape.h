@@ -57,6 +57,9 @@ class KINOME_EXPORT MeshShape : public Shape {
   SurfaceInteraction sampled_at(const Hit& hit) const;
   /// Distribution over triangles by area: a grid with a single row.
   const GridDistribution& by_area() const;
+  /// True if replace_mesh() replaced the mesh of the constructor. Shapes with formulas for their own
+  /// mesh must not use them then.
+  bool is_replaced() const { return is_replaced_; }
   /// View of the mesh; valid after finish().
   MeshArrays arrays() const;
   TriangleMesh mesh_;
@@ -67,6 +70,7 @@ class KINOME_EXPORT MeshShape : public Shape {
   float area_ = 0;
   bool flip_normals_ = false;
   bool flip_geometric_normal_ = false;
+  bool is_replaced_ = false;
   /// Built when first sampled, because few meshes are.
   struct ByArea {
     std::once_flag made;
