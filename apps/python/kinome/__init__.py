@@ -19,15 +19,58 @@ _kinome.set_up(Error, [str(_folder) for _folder in _folders if (_folder / "bsdf"
 
 __version__ = _kinome.version
 
+from . import util  # noqa: E402
+from ._bitmap import Bitmap, Struct  # noqa: E402
+from ._color import linear_to_srgb, luminance, srgb_to_linear  # noqa: E402
 from ._compare import compare  # noqa: E402
+from ._mesh import Mesh, Properties  # noqa: E402
+from ._object import Object  # noqa: E402
+from ._parameters import Changes, Parameter, SceneParameters  # noqa: E402
 from ._picture import Picture  # noqa: E402
-from ._scene import (Changes, Parameter, Scene, SceneParameters, inspect, load_dict,  # noqa: E402
-                     load_file, render, traverse)
+from ._scene import Scene, inspect, load_dict, load_file, render, traverse  # noqa: E402
 from ._transform import Transform  # noqa: E402
+from ._vectors import (BoundingBox3f, Frame3f, Normal3f, Point3f, Vector3f)  # noqa: E402
 
-__all__ = ["Changes", "Error", "Parameter", "Picture", "Scene", "SceneParameters", "Transform",
-           "compare", "inspect", "load_dict", "load_file", "plugins", "render", "set_log_level",
-           "traverse"]
+# Mitsuba's names.
+ScalarTransform4f = Transform4f = Transform
+ScalarAffineTransform4f = AffineTransform4f = Transform
+ScalarProjectiveTransform4f = ProjectiveTransform4f = Transform
+ScalarPoint3f, ScalarVector3f, ScalarNormal3f = Point3f, Vector3f, Normal3f
+ScalarBoundingBox3f = BoundingBox3f
+
+__all__ = ["AffineTransform4f", "Bitmap", "BoundingBox3f", "Changes", "Error", "Frame3f", "Mesh",
+           "Normal3f", "Object", "Parameter", "Picture", "Point3f", "ProjectiveTransform4f",
+           "Properties", "ScalarAffineTransform4f", "ScalarBoundingBox3f", "ScalarNormal3f",
+           "ScalarPoint3f", "ScalarProjectiveTransform4f", "ScalarTransform4f", "ScalarVector3f",
+           "Scene", "SceneParameters", "Struct", "Transform", "Transform4f", "Vector3f", "compare",
+           "cornell_box", "inspect", "linear_to_srgb", "load_dict", "load_file", "luminance",
+           "plugins", "render", "set_log_level", "set_variant", "srgb_to_linear", "traverse",
+           "util", "variant", "variants"]
+
+cornell_box = util.cornell_box
+
+
+def variants():
+    """Returns the names of Mitsuba's variants that render in RGB, as Kinome does."""
+    return ["scalar_rgb", "llvm_ad_rgb", "cuda_ad_rgb"]
+
+
+def variant():
+    """Returns the variant that set_variant() chose, or "scalar_rgb"."""
+    return _variant
+
+
+def set_variant(*names):
+    """Accepts the first name of variants(), so that programs for Mitsuba run. It has no effect."""
+    global _variant  # noqa: PLW0603
+    known = [name for name in names if name in variants()]
+    if not known:
+        raise ValueError(f"set_variant takes one of {', '.join(variants())}, because Kinome renders "
+                         f"in RGB; got {', '.join(map(repr, names))}")
+    _variant = known[0]
+
+
+_variant = "scalar_rgb"
 
 
 def plugins():

@@ -1,10 +1,16 @@
 """Kinome, a plugin renderer that reads Mitsuba 3 scenes."""
+import enum
 import os
 from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Self
+
+from . import util as util
+
+_Loaded = TypeVar("_Loaded", Scene, Object, Mesh)
 
 __version__: str
 
@@ -21,11 +27,15 @@ class Error(Exception):
     """All errors of a scene, this one first."""
 
 class Transform:
-    """An affine transform. Methods multiply from the right, so the last one is applied first:
-    Transform().translate([0, 1, 0]).rotate([0, 1, 0], 90) rotates, then translates."""
+    """A transform of points by a 4x4 matrix. Methods multiply from the right, so the last one is
+    applied first: Transform().translate([0, 1, 0]).rotate([0, 1, 0], 90) rotates, then translates.
+    All methods that return a transform can also be called on the class: Transform.scale(2)."""
     matrix: NDArray[np.float64]
     def __init__(self, matrix: ArrayLike | Transform | None = None) -> None: ...
-    def __matmul__(self, other: ArrayLike | Transform) -> Transform: ...
+    def __matmul__(self, other: Any) -> Any:
+        """Transforms a Point3f, Vector3f or Normal3f, points of three numbers, or a transform."""
+    def transform_affine(self, x: ArrayLike) -> Any:
+        """Transforms as @, but ignores the last row of the matrix."""
     def translate(self, offset: ArrayLike) -> Transform:
         """Moves by (x, y, z)."""
     def scale(self, factor: ArrayLike) -> Transform:
@@ -35,8 +45,146 @@ class Transform:
         counter-clockwise when the axis points at the viewer."""
     def look_at(self, origin: ArrayLike, target: ArrayLike, up: ArrayLike) -> Transform:
         """Places a camera at `origin` and points it at `target`."""
+    def perspective(self, fov: float, near: float, far: float) -> Transform:
+        """Projects a pyramid along z onto the box from (-1, -1, 0) to (1, 1, 1)."""
+    def orthographic(self, near: float, far: float) -> Transform:
+        """Maps the distances from `near` to `far` along z to the range from 0 to 1."""
+    def to_frame(self, frame: Frame3f) -> Transform:
+        """Converts from the coordinate axes to a frame: the x axis becomes its s."""
+    def from_frame(self, frame: Frame3f) -> Transform:
+        """Converts from a frame to the coordinate axes: its s becomes the x axis."""
     def inverse(self) -> Transform:
         """Returns the inverse transform."""
+    @property
+    def inverse_transpose(self) -> NDArray[np.float64]:
+        """The transpose of the inverse matrix, which transforms normals."""
+    def translation(self) -> Vector3f:
+        """Returns the position of the origin after the transform."""
+    def has_scale(self) -> bool:
+        """Returns True if the transform changes lengths."""
+
+ScalarTransform4f = Transform
+Transform4f = Transform
+ScalarAffineTransform4f = Transform
+AffineTransform4f = Transform
+ScalarProjectiveTransform4f = Transform
+ProjectiveTransform4f = Transform
+
+class _Triple(np.ndarray[Any, np.dtype[np.float64]]):
+    """Three numbers as an array with the coordinates x, y and z."""
+    def __new__(cls, *values: ArrayLike) -> Self: ...
+    x: float
+    y: float
+    z: float
+
+class Point3f(_Triple):
+    """A point. Transforms rotate, scale and translate it."""
+class Vector3f(_Triple):
+    """A direction. Transforms rotate and scale it."""
+class Normal3f(_Triple):
+    """A normal of a surface. Transforms multiply it by the inverse transpose of their matrix."""
+
+ScalarPoint3f = Point3f
+ScalarVector3f = Vector3f
+ScalarNormal3f = Normal3f
+
+class Frame3f:
+    """An orthonormal basis: the tangents s and t, and the normal n. Frame3f(n) chooses tangents."""
+    s: Vector3f
+    t: Vector3f
+    n: Normal3f
+    def __init__(self, *vectors: ArrayLike) -> None: ...
+
+class BoundingBox3f:
+    """A box from the point `min` to the point `max`. An empty one has min > max."""
+    min: Point3f
+    max: Point3f
+    def __init__(self, low: ArrayLike = ..., high: ArrayLike = ...) -> None: ...
+    def valid(self) -> bool: ...
+    def center(self) -> Point3f: ...
+    def extents(self) -> Vector3f: ...
+    def contains(self, point: ArrayLike) -> bool: ...
+    def expand(self, other: ArrayLike | BoundingBox3f) -> None: ...
+
+ScalarBoundingBox3f = BoundingBox3f
+
+class Struct:
+    class Type(enum.Enum):
+        """Type of a component, with the name of the numpy type as its value."""
+        UInt8 = "uint8"
+        Int8 = "int8"
+        UInt16 = "uint16"
+        Int16 = "int16"
+        UInt32 = "uint32"
+        Int32 = "int32"
+        UInt64 = "uint64"
+        Int64 = "int64"
+        Float16 = "float16"
+        Float32 = "float32"
+        Float64 = "float64"
+
+class Bitmap:
+    """An image: an array (height, width, channels), rows from the top, with a pixel format."""
+    class PixelFormat(enum.Enum):
+        Y = ...
+        YA = ...
+        RGB = ...
+        RGBA = ...
+        XYZ = ...
+        XYZA = ...
+        MultiChannel = ...
+    class AlphaTransform(enum.Enum):
+        Empty = 0
+        Premultiply = 1
+        Unpremultiply = 2
+    UInt8: Struct.Type
+    Int8: Struct.Type
+    UInt16: Struct.Type
+    Int16: Struct.Type
+    UInt32: Struct.Type
+    Int32: Struct.Type
+    UInt64: Struct.Type
+    Int64: Struct.Type
+    Float16: Struct.Type
+    Float32: Struct.Type
+    Float64: Struct.Type
+    def __init__(self, source: str | os.PathLike[str] | ArrayLike | Bitmap,
+                 pixel_format: PixelFormat | None = None, channel_names: Sequence[str] = ()) -> None: ...
+    def width(self) -> int: ...
+    def height(self) -> int: ...
+    def size(self) -> NDArray[np.int_]: ...
+    def channel_count(self) -> int: ...
+    def channel_names(self) -> list[str]: ...
+    def pixel_count(self) -> int: ...
+    def pixel_format(self) -> PixelFormat: ...
+    def component_format(self) -> Struct.Type: ...
+    def has_alpha(self) -> bool: ...
+    def bytes_per_pixel(self) -> int: ...
+    def buffer_size(self) -> int: ...
+    def srgb_gamma(self) -> bool: ...
+    def set_srgb_gamma(self, value: bool) -> None: ...
+    def premultiplied_alpha(self) -> bool: ...
+    def set_premultiplied_alpha(self, value: bool) -> None: ...
+    def metadata(self) -> dict[str, Any]: ...
+    def clear(self) -> None: ...
+    def vflip(self) -> None: ...
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]: ...
+    def convert(self, pixel_format: PixelFormat | None = None,
+                component_format: Struct.Type | None = None, srgb_gamma: bool | None = None,
+                alpha_transform: AlphaTransform = AlphaTransform.Empty) -> Bitmap: ...
+    def resample(self, res: ArrayLike, rfilter: Any = None) -> Bitmap: ...
+    def split(self) -> list[tuple[str, Bitmap]]: ...
+    def write(self, path: str | os.PathLike[str], quality: int = -1) -> None: ...
+    def write_async(self, path: str | os.PathLike[str], quality: int = -1) -> None: ...
+
+def srgb_to_linear(value: ArrayLike) -> NDArray[Any]:
+    """Decodes values of sRGB from 0 to 1, in an array of any shape."""
+
+def linear_to_srgb(value: ArrayLike) -> NDArray[Any]:
+    """Encodes linear values as sRGB, in an array of any shape."""
+
+def luminance(color: ArrayLike) -> NDArray[Any]:
+    """Returns the luminance of linear Rec.709 colours: arrays with three channels as the last axis."""
 
 class Picture(np.ndarray[Any, np.dtype[np.float32]]):
     """A float32 array (height, width, channels), linear Rec.709, rows from the top.
@@ -59,6 +207,60 @@ class Picture(np.ndarray[Any, np.dtype[np.float32]]):
 
 class Scene:
     """A scene from load_file() or load_dict(). Only one Python thread at a time can render it."""
+    def sensors(self) -> list[Object]:
+        """Returns the sensors. render() takes them, or their indices in this list."""
+    def shapes(self) -> list[Object]:
+        """Returns the shapes, without those of shape groups."""
+    def emitters(self) -> list[Object]:
+        """Returns the emitters, including those of shapes."""
+    def environment(self) -> Object | None:
+        """Returns the environment emitter."""
+    def integrator(self) -> Object | None:
+        """Returns the integrator; None if it is the default."""
+    def bbox(self) -> BoundingBox3f:
+        """Returns the bounding box of all shapes."""
+
+class Object:
+    """An object of a scene, or one that load_dict() loaded alone."""
+    category: str
+    plugin: str
+    def id(self) -> str: ...
+    def parameters(self) -> SceneParameters: ...
+    def as_dict(self) -> dict[str, Any]:
+        """Returns the dict of an object that was loaded alone, with its edits."""
+    def bsdf(self) -> Object | None: ...
+    def emitter(self) -> Object | None: ...
+    def sensor(self) -> Object | None: ...
+    def film(self) -> Object | None: ...
+    def sampler(self) -> Object | None: ...
+    def rfilter(self) -> Object | None: ...
+    def interior_medium(self) -> Object | None: ...
+    def exterior_medium(self) -> Object | None: ...
+    def medium(self) -> Object | None: ...
+    def is_emitter(self) -> bool: ...
+    def bbox(self) -> BoundingBox3f: ...
+    def size(self) -> NDArray[np.int_]: ...
+    def crop_size(self) -> NDArray[np.int_]: ...
+    def crop_offset(self) -> NDArray[np.int_]: ...
+    def vertex_count(self) -> int: ...
+    def face_count(self) -> int: ...
+    def write_ply(self, path: str | os.PathLike[str]) -> None: ...
+
+class Properties(dict[str, Any]):
+    """Values and objects that Mesh() takes, by any names."""
+
+class Mesh:
+    """A mesh from arrays. traverse(mesh) has its arrays, whose values are 0 at first."""
+    def __init__(self, name: str, vertex_count: int, face_count: int,
+                 has_vertex_normals: bool = False, has_vertex_texcoords: bool = False,
+                 props: dict[str, Any] | None = None) -> None: ...
+    def parameters(self) -> dict[str, Any]: ...
+    def add_attribute(self, name: str, size: int, values: ArrayLike) -> None: ...
+    def vertex_count(self) -> int: ...
+    def face_count(self) -> int: ...
+    def bbox(self) -> BoundingBox3f: ...
+    def write_ply(self, path: str | os.PathLike[str]) -> None: ...
+    def as_dict(self) -> dict[str, Any]: ...
 
 class Parameter(NamedTuple):
     """A parameter of a scene, with the plugin that it belongs to."""
@@ -100,6 +302,8 @@ class SceneParameters(MutableMapping[str, Any]):
         """Removes a parameter, so that its default applies; removes the map around a BSDF."""
     def revert(self, path: str) -> None:
         """Restores the value of the scene file."""
+    def keep(self, keys: str | Sequence[str] | None) -> None:
+        """Lists only the parameters of these paths, or that match one of these patterns."""
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
     def parameters(self) -> list[Parameter]:
@@ -116,12 +320,16 @@ def load_file(path: str | os.PathLike[str], lenient: bool = False,
     """Loads a scene file. Keywords replace each $name in it: load_file("scene.xml", spp=64).
     lenient: leaves out unsupported features of Mitsuba. search_paths: more folders for its files."""
 
-def load_dict(scene: Mapping[str, Any],
-              search_paths: Sequence[str | os.PathLike[str]] = ()) -> Scene:
-    """Loads a scene from a dict in Mitsuba's form: {"type": "scene", "ball": {"type": "sphere"}}."""
+@overload
+def load_dict(description: Mapping[str, Any],
+              search_paths: Sequence[str | os.PathLike[str]] = ()) -> Any:
+    """Loads a Scene, or another Object, from a dict in Mitsuba's form."""
+@overload
+def load_dict(description: _Loaded,
+              search_paths: Sequence[str | os.PathLike[str]] = ()) -> _Loaded: ...
 
-def render(scene: Scene, integrator: str | Mapping[str, Any] | None = None, sensor: int | str = 0,
-           spp: int | None = None, seed: int = 0, time: float | None = None,
+def render(scene: Scene, integrator: str | Mapping[str, Any] | Object | None = None,
+           sensor: int | str | Mapping[str, Any] | Object = 0, spp: int | None = None, seed: int = 0, time: float | None = None,
            error: float | None = None, variance: int | None = None, threads: int = 0,
            progress: Callable[[float], object] | None = None,
            on_pass: Callable[[Picture, float], object] | None = None) -> Picture:
@@ -134,8 +342,23 @@ def inspect(scene: Scene, x: float, y: float, integrator: str | Mapping[str, Any
             sensor: int | str = 0, seed: int = 0) -> list[dict[str, Any]]:
     """Returns the light samples of the pixel at x, y."""
 
-def traverse(scene: Scene) -> SceneParameters:
-    """Returns the scene's parameters, which can be read and set."""
+@overload
+def traverse(scene: Scene | Object) -> SceneParameters:
+    """Returns the parameters of a scene or an object, which can be read and set."""
+@overload
+def traverse(scene: Mesh) -> dict[str, Any]: ...
+
+def cornell_box() -> dict[str, Any]:
+    """Returns the dict of a Cornell box for load_dict(), with Mitsuba's keys and values."""
+
+def variants() -> list[str]:
+    """Returns the names of Mitsuba's variants that render in RGB, as Kinome does."""
+
+def variant() -> str:
+    """Returns the variant that set_variant() chose, or "scalar_rgb"."""
+
+def set_variant(*names: str) -> None:
+    """Accepts the first name of variants(), so that programs for Mitsuba run. It has no effect."""
 
 def compare(a: Picture | Sequence[ArrayLike], b: Picture | Sequence[ArrayLike],
             alpha: float = 0.01) -> Any:

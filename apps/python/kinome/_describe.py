@@ -69,6 +69,8 @@ def description_of(description, where):
 def describe(description, name="", where="scene", tag=None):
     """Describes an object. `name` is its key in the enclosing dict. `tag` is its category, if it is
     known."""
+    if hasattr(description, "as_dict"):
+        description = description.as_dict()
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):
         fail(where, "must be a dict with a 'type', a string")
     if not isinstance(description.get("id", ""), str):
@@ -83,6 +85,8 @@ def describe(description, name="", where="scene", tag=None):
         place = f"{where}.{key}"
         if key in ("type", "id"):
             continue
+        if hasattr(value, "as_dict"):
+            value = value.as_dict()
         if not isinstance(value, dict):
             if plugin == "gridvolume" and key in ("data", "grid") and not isinstance(value, str):
                 rows, slices = grid(value, place)

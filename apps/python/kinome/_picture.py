@@ -125,6 +125,16 @@ class Picture(np.ndarray):
         return list(dict.fromkeys(_layer(name) for name in self.channels
                                   if name not in ("R", "G", "B", "A", "Y")))
 
+    def _repr_png_(self):
+        """Returns the bytes of a PNG file, which notebooks show. None if there is no colour."""
+        colors = [name for name in ("R", "G", "B", "A") if name in self.channels]
+        if colors[:3] != ["R", "G", "B"]:
+            colors = [name for name in ("Y", "A") if name in self.channels]
+        if self.ndim != 3 or self.size == 0 or colors[:1] not in (["R"], ["Y"]):
+            return None
+        pixels = self.view(np.ndarray)[..., [self.channels.index(name) for name in colors]]
+        return _kinome.encode_picture(np.ascontiguousarray(pixels, np.float32), colors)
+
     def write(self, path):
         """Writes .exr (all channels, single precision), .pfm or .png (8 bits, sRGB). Raises
         kinome.Error for a file that a loaded scene reads."""

@@ -1,6 +1,7 @@
 """Conversion of values between Python and the compiled module (see apps/python/src/values.h)."""
 import numpy as np
 
+from ._color import srgb_to_linear
 from ._transform import Transform
 
 FLOAT_ARRAYS = ("vertex_positions", "vertex_normals", "vertex_texcoords")
@@ -16,7 +17,9 @@ def numbers(value):
 
 def pixels(value, where, raw=False):
     """Converts to an image of floats. Integers are scaled to [0, 1] by the largest value of their
-    type, as in Mitsuba's Bitmap. Bytes (uint8) are decoded from sRGB, unless `raw` is set."""
+    type, as in Mitsuba's Bitmap. Bytes (uint8), and a Bitmap with srgb_gamma(), are decoded from
+    sRGB, unless `raw` is set."""
+    is_encoded = value.srgb_gamma() if hasattr(value, "srgb_gamma") else None
     image = np.asarray(value)
     if image.dtype.kind not in "fiu" or image.ndim not in (2, 3):
         raise TypeError(f"{where}: expected pixels, numbers of the shape (height, width) or "
@@ -27,8 +30,8 @@ def pixels(value, where, raw=False):
                         "uint32, whose largest value is 1, or floats: pixels.astype(numpy.float32)")
     if kind.kind in "iu":
         image = image / np.iinfo(kind).max
-    if kind == np.uint8 and not raw:
-        image = np.where(image <= 0.04045, image / 12.92, ((image + 0.055) / 1.055) ** 2.4)
+    if not raw and (kind == np.uint8 if is_encoded is None else is_encoded):
+        image = srgb_to_linear(image)
     if image.ndim == 2:
         image = image[:, :, None]
     return "image", np.ascontiguousarray(image, np.float32)

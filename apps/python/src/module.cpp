@@ -7,12 +7,13 @@
 #include <nanobind/stl/vector.h>
 
 #include <mutex>
+#include <optional>
 
-#include "kinome/image_files.h"
 #include "kinome/inspection.h"
 #include "kinome/log.h"
-#include "output_files/file_writer.h"
+#include "pictures.h"
 #include "rendering.h"
+#include "scene_queries.h"
 #include "values.h"
 
 namespace kinome::python {
@@ -125,6 +126,13 @@ class Editor {
     return all;
   }
   void save(const std::string& path) const { editor().save(path); }
+  std::vector<std::string> sensors() const { return sensor_paths(editor()); }
+  std::vector<std::string> shapes() const { return shape_paths(editor()); }
+  std::string environment() const { return environment_path(editor()); }
+  std::map<std::string, std::string> parts(const std::string& path) const {
+    return part_paths(editor(), path);
+  }
+  nb::object bounds(const std::string& path) const { return bounds_of(editor(), path); }
   nb::tuple update() {
     const Use use(*this);
     SceneChanges changes;
@@ -135,16 +143,24 @@ class Editor {
     return nb::make_tuple(changes.made, changes.refitted, changes.has_new_structure);
   }
 
-  /// Returns (array, names of channels, statistics).
-  nb::tuple render(nb::object integrator, const std::string& sensor, uint32_t samples,
-                   uint64_t seed, double seconds, double rel_mse, uint32_t lanes, unsigned threads,
-                   nb::object progress, nb::object on_pass) {
+  /// Returns (array, names of channels, statistics). `camera` has the sensor if another scene has
+  /// it; otherwise nullptr.
+  nb::tuple render(nb::object integrator, Editor* camera, const std::string& sensor,
+                   uint32_t samples, uint64_t seed, double seconds, double rel_mse, uint32_t lanes,
+                   unsigned threads, nb::object progress, nb::object on_pass) {
     const Use use(*this);
+    std::optional<Use> use_of_camera;
+    if (camera) use_of_camera.emplace(*camera);
     RenderRequest request{
         scene_for(integrator), nullptr,           samples, seed, threads, seconds, rel_mse, lanes,
         std::move(progress),   std::move(on_pass)};
-    request.sensor = &find_sensor(*request.scene, sensor);
+    const auto scene_of_sensor = camera ? camera->editor_->scene() : request.scene;
+    Sensor& used = find_sensor(*scene_of_sensor, sensor);
+    std::optional<BorrowedSensor> borrowed;
+    if (camera) borrowed.emplace(used, *scene_of_sensor, *request.scene);
+    request.sensor = &used;
     state_ = State::kRendering;
+    if (camera) camera->state_ = State::kRendering;
     RenderStats stats;
     Image image = render_for_python(request, stats);
     nb::dict result;
@@ -212,9 +228,9 @@ class Editor {
     return editor_->scene_with(description);
   }
 
-  static const Sensor& find_sensor(const Scene& scene, const std::string& wanted) {
+  static Sensor& find_sensor(const Scene& scene, const std::string& wanted) {
     for (size_t i = 0; i < scene.sensors().size(); ++i) {
-      const Sensor& sensor = *scene.sensors()[i];
+      Sensor& sensor = *scene.sensors()[i];
       if (sensor.id() == wanted || std::to_string(i) == wanted) return sensor;
     }
     throw Error(Location{scene.file(), 0, 0}, "there is no sensor '" + wanted + "'");
@@ -306,24 +322,6 @@ std::map<std::string, std::vector<std::string>> plugin_names() {
   return all;
 }
 
-void write_picture(const std::string& path, nb::object array,
-                   const std::vector<std::string>& channels,
-                   const std::map<std::string, std::string>& header) {
-  const auto pixels = nb::cast<nb::ndarray<const float, nb::c_contig, nb::ndim<3>>>(array);
-  if (pixels.shape(2) != channels.size()) {
-    throw Error("a picture of " + std::to_string(pixels.shape(2)) +
-                " channels must have as many names, got " + std::to_string(channels.size()));
-  }
-  Image image{static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), channels,
-              std::vector<float>(pixels.data(), pixels.data() + pixels.size())};
-  const nb::gil_scoped_release release;
-  const std::string extension = lower_extension(path);
-  if (extension == ".png") return kinome::write_png(path, image, 0);
-  if (extension == ".pfm") return kinome::write_pfm(path, image);
-  if (extension != ".exr") throw Error(Location{path, 0, 0}, "must end in .exr, .pfm or .png");
-  write_exr(path, image, ExrNumber::kFloat, header);
-}
-
 }  // namespace
 }  // namespace kinome::python
 
@@ -344,6 +342,8 @@ NB_MODULE(_kinome, m) {
   m.def("plugins", &list_plugins);
   m.def("plugin_names", &plugin_names);
   m.def("write_picture", &write_picture);
+  m.def("encode_picture", &encode_picture);
+  m.def("write_bytes", &write_bytes);
   nb::class_<Editor>(m, "Editor")
       .def(nb::init<const std::string&, const std::map<std::string, std::string>&,
                     const std::vector<std::string>&, bool>())
@@ -357,9 +357,14 @@ NB_MODULE(_kinome, m) {
       .def("objects", &Editor::objects)
       .def("textures", &Editor::textures)
       .def("save", &Editor::save)
+      .def("sensors", &Editor::sensors)
+      .def("shapes", &Editor::shapes)
+      .def("environment", &Editor::environment)
+      .def("parts", &Editor::parts)
+      .def("bounds", &Editor::bounds)
       .def("update", &Editor::update)
-      .def("render", &Editor::render, "integrator"_a.none(), "sensor"_a, "samples"_a, "seed"_a,
-           "seconds"_a, "rel_mse"_a, "lanes"_a, "threads"_a, "progress"_a.none(),
-           "on_pass"_a.none())
+      .def("render", &Editor::render, "integrator"_a.none(), "camera"_a.none(), "sensor"_a,
+           "samples"_a, "seed"_a, "seconds"_a, "rel_mse"_a, "lanes"_a, "threads"_a,
+           "progress"_a.none(), "on_pass"_a.none())
       .def("inspect", &Editor::inspect, "integrator"_a.none(), "sensor"_a, "x"_a, "y"_a, "seed"_a);
 }

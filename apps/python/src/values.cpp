@@ -136,6 +136,7 @@ EditedValue to_value(nb::handle value, const Location& where) {
     return std::vector<float>(array.data(), array.data() + array.size());
   }
   if (kind == "object") return to_description(what);
+  if (kind == "unset") return Unset();
   const auto array = nb::cast<IndexArray>(what);
   return std::vector<uint32_t>(array.data(), array.data() + array.size());
 }

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "kinome/scene_editor.h"
+
+namespace kinome::python {
+
+namespace nb = nanobind;
+
+/// Returns the paths of the scene's sensors in their order; "" for a sensor that is a default.
+std::vector<std::string> sensor_paths(const SceneEditor& editor);
+/// Returns the paths of all shapes that are part of the scene, without those of shape groups.
+std::vector<std::string> shape_paths(const SceneEditor& editor);
+/// Returns the path of the environment emitter; "" if there is none.
+std::string environment_path(const SceneEditor& editor);
+/// Returns the paths of the objects that a shape, sensor or film uses, by their roles: "bsdf",
+/// "emitter", "sensor", "film", "sampler", "rfilter", "interior", "exterior", "medium". Defaults,
+/// which have no path, are left out.
+std::map<std::string, std::string> part_paths(const SceneEditor& editor, const std::string& path);
+/// Returns the bounding box (min, max) of a shape, or of the scene if `path` is empty; None if it
+/// is empty.
+nb::object bounds_of(const SceneEditor& editor, const std::string& path);
+
+/// Lends a sensor to another scene, for its lifetime.
+class BorrowedSensor {
+ public:
+  /// Throws Error if the sensor depends on objects of its own scene.
+  BorrowedSensor(Sensor& sensor, const Scene& owner, const Scene& borrower);
+  ~BorrowedSensor();
+  BorrowedSensor(const BorrowedSensor&) = delete;
+  BorrowedSensor& operator=(const BorrowedSensor&) = delete;
+
+ private:
+  Sensor& sensor_;
+  const Scene& owner_;
+};
+
+}  // namespace kinome::python
