@@ -11,6 +11,7 @@ install(TARGETS kinome kinome_core kinome_headers_path EXPORT KinomeTargets
   LIBRARY DESTINATION lib NAMELINK_COMPONENT dev)
 # Only `kinome check` uses this library, just as only `kinome new` uses the templates.
 install(TARGETS kinome_kit LIBRARY DESTINATION lib COMPONENT dev)
+install(TARGETS kinome_openimageio LIBRARY DESTINATION lib)
 if(TARGET kinome_mpi)
   set_target_properties(kinome_mpi PROPERTIES INSTALL_RPATH "$ORIGIN")
   install(TARGETS kinome_mpi LIBRARY DESTINATION lib COMPONENT mpi)

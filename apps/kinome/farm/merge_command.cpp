@@ -14,6 +14,7 @@
 #include "kinome/plugin_registry.h"
 #include "kinome/read_files.h"
 #include "output_files/file_writer.h"
+#include "render/image_formats.h"
 #include "render/render_image.h"
 #include "say.h"
 
@@ -23,14 +24,10 @@ namespace {
 /// Returns the output files. Throws Error if they can't be written or are among the parts.
 Output output_of(const Options& options) {
   Output output;
-  const std::string extension = lower_extension(options.output);
-  if (extension == ".png") {
-    throw Error(fmt::format("-o {}: merging writes an .exr file; --png adds a PNG beside it",
-                            options.output));
+  output.image = image_path(options.output, ".exr");
+  if (options.png && lower_extension(output.image) != ".png") {
+    output.png = png_beside(output.image);
   }
-  const bool is_whole = extension == ".exr" || is_null_device(options.output);
-  output.image = options.output + (is_whole ? "" : ".exr");
-  if (options.png) output.png = png_beside(output.image);
   for (const std::string& part : options.files) note_read_file(part);
   for (const std::string& file : output.files()) check_writable(file);
   return output;

@@ -104,7 +104,7 @@ class FilmCommand {
     const auto scene = editor_->scene();
     sensor_ = sensor_index(*scene, options_.sensor);
     const Sensor& sensor = *scene->sensors()[sensor_];
-    if (!frames_.are_png()) warn_of_layers(*scene, sensor.film());
+    if (!frames_.are_png()) warn_of_layers(*scene, sensor.film(), {frames_.name(film_.first), ""});
     edits_.emplace(film_, keys_ ? &*keys_ : nullptr, *editor_, sensor_);
     try {
       for (const FilmEdits::Values& values : edits_->at_keys()) {
@@ -186,7 +186,7 @@ class FilmCommand {
     finish_writing();
     ImageMetadata metadata = describe_image(options_, *scene, context, registry_);
     audit_render(*scene, sensor, context);
-    RenderSummary summary = summary_of(options_, context, image, files);
+    RenderSummary summary = summary_of(options_, sensor, context, image, files);
     begin_writing({files, std::move(image), std::move(metadata), std::move(stats),
                    std::move(summary), scene->sensors()[sensor_], start});
     return true;

@@ -101,6 +101,25 @@ void interpret_part(const RawOptions& raw, Options& options) {
   }
 }
 
+/// Parses --crop: X,Y,W,H. The film's size, which limits it, isn't known yet.
+void interpret_crop(const RawOptions& raw, Options& options) {
+  const std::string* const text = raw.find("--crop");
+  if (!text) return;
+  const std::vector<std::string> words = split(*text, ',');
+  constexpr int kMaxSide = 1 << 16;
+  const auto read = [](const std::string& word, int low, int& number) {
+    return parse_in_range(word, low, kMaxSide, number).empty();
+  };
+  int x = 0, y = 0, width = 0, height = 0;
+  const bool is_read = std::count(text->begin(), text->end(), ',') == 3 && words.size() == 4 &&
+                       read(words[0], 0, x) && read(words[1], 0, y) && read(words[2], 1, width) &&
+                       read(words[3], 1, height);
+  if (!is_read) {
+    throw Error("--crop: expected X,Y,W,H in pixels, such as 200,100,64,48, got '" + *text + "'");
+  }
+  options.crop = Rect(x, y, x + width, y + height);
+}
+
 /// Throws Error for empty values, which CLI11 reads as 0 or ignores.
 void check_for_empty_values(const RawOptions& raw) {
   for (const char* const name :
@@ -157,6 +176,7 @@ void interpret(const RawOptions& raw, Options& options) {
     check_checkpoint(raw, options);
     interpret_seed(raw, options);
     interpret_part(raw, options);
+    interpret_crop(raw, options);
   }
   if (const std::string* const text = raw.find("--mpi")) {
     const std::map<std::string, Options::Mpi> modes = {

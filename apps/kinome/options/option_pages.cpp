@@ -7,6 +7,8 @@
 #include <CLI/CLI.hpp>
 
 #include "kinome/object.h"
+#include "options/examples.h"
+#include "options/help_format.h"
 
 namespace kinome::app {
 namespace {
@@ -27,32 +29,30 @@ std::string roff(const std::string& text) {
   return !escaped.empty() && (escaped[0] == '.' || escaped[0] == '\'') ? "\\&" + escaped : escaped;
 }
 
-/// Returns all names of an option, short ones first: -o, --output.
-std::vector<std::string> names_of(const CLI::Option& option) {
-  std::vector<std::string> names;
-  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
-  return names;
-}
-
-bool takes_value(const CLI::Option& option) {
-  return option.get_expected_min() > 0;
-}
-
 std::string options_in_roff(const CLI::App& app) {
   std::string page;
-  for (const CLI::Option* option : app.get_options()) {
-    const std::vector<std::string> names = names_of(*option);
-    if (names.empty()) continue;
-    page += ".TP\n";
-    for (size_t i = 0; i < names.size(); ++i) {
-      page += (i > 0 ? ", \\fB" : "\\fB") + roff(names[i]) + "\\fR";
+  for (const std::string& group : app.get_groups()) {
+    std::string list;
+    for (const CLI::Option* option : app.get_options()) {
+      const std::vector<std::string> names = names_of(*option);
+      if (names.empty() || option->get_group() != group) continue;
+      list += ".TP\n";
+      for (size_t i = 0; i < names.size(); ++i) {
+        list += (i > 0 ? ", \\fB" : "\\fB") + roff(names[i]) + "\\fR";
+      }
+      const std::string value = value_of(*option);
+      if (!value.empty()) list += "\\fI" + roff(value) + "\\fR";
+      list += "\n" + roff(option->get_description()) + "\n";
     }
-    // The type of a flag with an optional value is "[=COUNT]".
-    const std::string type = option->get_type_name();
-    const bool is_shown = takes_value(*option) || type.starts_with("[=");
-    if (is_shown) page += (takes_value(*option) ? " \\fI" : "\\fI") + roff(type) + "\\fR";
-    page += "\n" + roff(option->get_description()) + "\n";
+    if (!list.empty()) page += ".SS " + group + "\n" + list;
+  }
+  return page;
+}
+
+std::string examples_in_roff(const std::string& word) {
+  std::string page;
+  for (const Example& example : examples_of(word)) {
+    page += ".TP\n.B " + roff(example.command) + "\n" + roff(example.phrase) + "\n";
   }
   return page;
 }
@@ -126,10 +126,12 @@ ValuePatterns value_patterns(const std::vector<const CLI::App*>& commands) {
 std::string man_page(const CLI::App& render, const std::vector<const CLI::App*>& commands) {
   std::string synopsis = synopsis_in_roff(render), description;
   std::string options = ".SH OPTIONS\n" + options_in_roff(render);
+  std::string examples = ".SH EXAMPLES\n" + examples_in_roff("");
   for (const CLI::App* command : commands) {
     synopsis += ".br\n" + synopsis_in_roff(*command);
     description += ".PP\n.B " + command->get_name() + ":\n" + description_in_roff(*command);
     options += ".SH OPTIONS OF " + upper(command->get_name()) + "\n" + options_in_roff(*command);
+    examples += examples_in_roff(word_of(*command));
   }
   return R"(.TH KINOME 1 "" "kinome )" KINOME_VERSION R"(" "User Commands"
 .SH NAME
@@ -171,7 +173,8 @@ Default of
 .TP
 .B COLUMNS
 Width to which help and lists are wrapped; default: the terminal's width.
-.SH SEE ALSO
+)" + examples +
+         R"(.SH SEE ALSO
 .BR "kinome\-compare \-\-help" ,
 and the pages in share/doc/kinome beside the program's folder.
 )";

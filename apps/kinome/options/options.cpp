@@ -11,12 +11,15 @@
 
 #include "kinome/error.h"
 #include "options/complaints.h"
+#include "options/examples.h"
+#include "options/help_format.h"
 #include "options/interpret_options.h"
-#include "options/line_width.h"
 #include "options/option_pages.h"
 
 namespace kinome::app {
 namespace {
+
+constexpr const char* kProgramGroup = "Program";
 
 /// Declares an option with a value, whose `type` the help prints. CLI11 writes the value into
 /// `variable`, if there is one.
@@ -36,6 +39,11 @@ void flag(CLI::App& app, const char* names, const char* description, Variable& v
   app.add_flag(names, variable, description)->disable_flag_override();
 }
 
+/// Sets the group of the help to which the options declared next belong.
+void begin_group(CLI::App& app, const char* name) {
+  app.option_defaults()->group(name);
+}
+
 /// Returns a check that accepts only numbers between `low` and `high`.
 template <class T>
 auto in_range(T low, T high) {
@@ -52,76 +60,97 @@ void declare_verbosity(CLI::App& app, Options& options) {
 }
 void declare_png(CLI::App& app, Options& options) {
   flag(app, "--png", "Also write a PNG (sRGB) beside the image", options.png);
-  option(app, "--exposure", "STOPS", "Exposure of the PNG, in stops; default: 0", options.exposure);
+  option(app, "--exposure", "STOPS", "Exposure of 8-bit images, in stops; default: 0",
+         options.exposure);
 }
 
-/// Declares options of all commands that render.
-void declare_render(CLI::App& app, Options& options, RawOptions& raw) {
+/// Declares the options about the scene of all commands that render.
+void declare_scene(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML format")->required();
+  begin_group(app, "Scene");
   list(app, "-D,--define", "KEY=VALUE", "Set $KEY in the scene file (repeat for more)",
        raw.defines);
-  option(app, "-t,--threads", "COUNT", "Number of threads; default: one per core", options.threads)
-      ->check(in_range(1, 1024));
   option(app, "-s,--sensor", "SENSOR", "Sensor to render, by index or id; default: 0",
          options.sensor);
   list(app, "-a,--append", "PATH;PATH", "Search these folders, too, for the scene's files",
        raw.search_paths);
-  option(app, "--seed", "N", "Seed of all random numbers; default: 0");
-  declare_verbosity(app, options);
+  flag(app, "--lenient",
+       "Leave out unsupported features of Mitsuba; exit with status 0, not 3, if plugins return "
+       "impossible values",
+       options.lenient);
   option(app, "-m,--mode", "VARIANT", "Mitsuba's variant; ignored, because there is only one",
          options.variant);
+}
+
+/// Declares the options about quality, messages and the machine of all commands that render.
+void declare_render(CLI::App& app, Options& options) {
+  begin_group(app, "Quality");
   option(app, "--time", "SECONDS",
          "Render the best image in this time, from the program's start to the written file",
          options.seconds);
   option(app, "--error", "RELMSE", "Render until the estimated relMSE of the image is about this",
          options.rel_mse);
+  option(app, "--seed", "N", "Seed of all random numbers; default: 0");
   app.add_flag("--variance{16}")
       ->description(
           "Render the samples in COUNT independent sets (default: 16), and write the image's "
           "variance as channels variance.R, .G, .B, for kinome-compare")
       ->type_name("[=COUNT]");
+  begin_group(app, "Messages and statistics");
+  declare_verbosity(app, options);
+  app.add_flag("--stats")
+      ->description("Print times and counts to stderr; --stats=json: one JSON object to stdout")
+      ->type_name("[=json]");
   option(app, "--display", "HOST:PORT",
          "Show the image during the render in the viewer tev at this address (tev's default: "
          "localhost:14158)",
          options.display);
-  flag(app, "--lenient",
-       "Leave out unsupported features of Mitsuba; exit with status 0, not 3, if plugins return "
-       "impossible values",
-       options.lenient);
-  app.add_flag("--stats")
-      ->description("Print times and counts to stderr; --stats=json: one JSON object to stdout")
-      ->type_name("[=json]");
-  declare_png(app, options);
+}
+
+void declare_threads(CLI::App& app, Options& options) {
+  begin_group(app, kProgramGroup);
+  option(app, "-t,--threads", "COUNT", "Number of threads; default: one per core", options.threads)
+      ->check(in_range(1, 1024));
 }
 
 void declare_image(CLI::App& app, Options& options, RawOptions& raw) {
-  declare_render(app, options, raw);
-  option(app, "-o,--output", "FILE", "Image file; default: the scene's name, beside the scene file",
+  declare_scene(app, options, raw);
+  flag(app, "--check",
+       "Instead of rendering, list all errors in the scene and its files, with file and line",
+       options.check);
+  begin_group(app, "Image");
+  option(app, "-o,--output", "FILE",
+         "Image file, in the format of its extension (.exr, .png, .jpg, ...); default: the scene's "
+         "name, beside the scene file",
          options.output);
-  option(app, "--part", "I/N",
-         "Render the I-th of N parts of the samples, into a file for kinome merge; all/N: render "
-         "all parts, into the image that merging them gives");
+  declare_png(app, options);
+  option(app, "--crop", "X,Y,W,H", "Render only W x H pixels from column X and row Y of the film");
+  option(app, "--inspect", "X,Y",
+         "Instead of rendering, write an image and a table of where the pixel's light samples go");
+  declare_render(app, options);
+  option(app, "--trace", "FILE",
+         "Write the work of each thread to this file, in Chrome's trace format (JSON)",
+         options.trace);
+  begin_group(app, "Long renders and several machines");
   option(app, "--checkpoint", "FILE",
          "Save finished tiles to this file, until the image is written", options.checkpoint);
   option(app, "--every", "SECONDS", "Seconds between checkpoints; default: 60", options.every);
   flag(app, "--resume", "Continue from the checkpoint if there is one", options.resume);
-  option(app, "--trace", "FILE",
-         "Write the work of each thread to this file, in Chrome's trace format (JSON)",
-         options.trace);
+  option(app, "--part", "I/N",
+         "Render the I-th of N parts of the samples, into a file for kinome merge; all/N: render "
+         "all parts, into the image that merging them gives");
 #ifdef KINOME_HAS_MPI
   option(app, "--mpi", "auto|on|off",
          "Render one image with all processes of an MPI launcher (mpirun, srun): on, off or auto "
          "(if there is a launcher); default: auto");
 #endif
-  flag(app, "--check",
-       "Instead of rendering, list all errors in the scene and its files, with file and line",
-       options.check);
-  option(app, "--inspect", "X,Y",
-         "Instead of rendering, write an image and a table of where the pixel's light samples go");
+  declare_threads(app, options);
 }
 
 void declare_film(CLI::App& app, Options& options, RawOptions& raw) {
   FilmOptions& film = options.film;
+  declare_scene(app, options, raw);
+  begin_group(app, "Animation");
   option(app, "-o,--output", "FILE",
          "FILE.mp4, or names of frames with a number, such as frames/%04d.exr or .png; default: "
          "the scene's name with .mp4, beside the scene file",
@@ -142,19 +171,24 @@ void declare_film(CLI::App& app, Options& options, RawOptions& raw) {
   option(app, "--angles", "A,B",
          "Half axes of the ellipse, to the side and up, in degrees as seen from the target; "
          "default: 30,10");
-  declare_render(app, options, raw);
+  declare_png(app, options);
+  declare_render(app, options);
+  declare_threads(app, options);
 }
 
 void declare_merge(CLI::App& app, Options& options, RawOptions& /*raw*/) {
   app.add_option("PART.exr", options.files, "Files of all parts, in any order")->required();
+  begin_group(app, "Image");
   option(app, "-o,--output", "FILE", "Image file", options.output)->required();
+  declare_png(app, options);
   flag(app, "--allow-missing", "Merge although parts are missing or were interrupted",
        options.allow_missing);
+  begin_group(app, "Messages");
   declare_verbosity(app, options);
-  declare_png(app, options);
 }
 
 void declare_plugin_options(CLI::App& app, Options& options) {
+  begin_group(app, kProgramGroup);
   list(app, "--plugin-path", "FOLDER", "Search this folder, too, for plugins (repeat for more)",
        options.plugin_paths);
   option(app, "--isa", "NAME",
@@ -165,6 +199,7 @@ void declare_plugin_options(CLI::App& app, Options& options) {
 
 void declare_list(CLI::App& app, Options& options, RawOptions& /*raw*/) {
   app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
+  begin_group(app, "Format");
   flag(app, "--markdown", "Print a table in Markdown, or a page about one plugin",
        options.markdown);
   flag(app, "--mitsuba", "List all plugins of Mitsuba, and which of them are supported",
@@ -175,15 +210,17 @@ void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("PLUGIN", options.plugin_name,
                  "Name, CATEGORY/NAME, or the path of CATEGORY/NAME.so")
       ->required();
+  begin_group(app, "Plugin");
   list(app, "-D,--define", "PARAMETER=VALUE",
        "Set a parameter of the plugin; a VALUE that begins with '<' is XML (repeat for more)",
        raw.defines);
-  list(app, "--only", "CHECK", "Run only this check (repeat for more)", options.only);
-  list(app, "--except", "CHECK", "Leave out this check (repeat for more)", options.except);
   option(app, "--against", "NAME",
          "For an integrator or an emitter: another one, by name or as XML, that must give the "
          "same result",
          options.against);
+  begin_group(app, "Checks");
+  list(app, "--only", "CHECK", "Run only this check (repeat for more)", options.only);
+  list(app, "--except", "CHECK", "Leave out this check (repeat for more)", options.except);
   option(app, "--effort", "FACTOR", "Multiply the usual number of random samples; default: 1",
          options.effort)
       ->check(in_range(0.01, 1000.0));
@@ -195,6 +232,7 @@ void declare_new(CLI::App& app, Options& options, RawOptions& /*raw*/) {
                  "bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture")
       ->required();
   app.add_option("NAME", options.plugin_name, "Name of the plugin")->required();
+  begin_group(app, "Plugin");
   option(app, "--output", "FOLDER", "Folder to create; default: NAME", options.folder);
 }
 
@@ -205,14 +243,15 @@ struct Command {
   const char* description;
   void (*declare)(CLI::App& app, Options& options, RawOptions& raw);  ///< declares its options
 };
-constexpr Command kRender = {
-    "", Options::Command::kRender,
-    "Renders a scene.\nkinome film SCENE: renders an animation of a scene.\n"
-    "kinome merge PART.exr...: adds the parts of an image.\n"
-    "kinome plugins [NAME]: lists all plugins, those of a\n"
-    "category, or the parameters of one.\nkinome check PLUGIN: checks "
-    "a plugin for errors.\nkinome new CATEGORY NAME: starts a plugin.",
-    declare_image};
+constexpr Command kRender = {"", Options::Command::kRender,
+                             "Renders a scene in Mitsuba's format into an image.\n\n"
+                             "Other commands (kinome COMMAND --help describes each):\n"
+                             "  kinome film SCENE           renders an animation\n"
+                             "  kinome merge PART.exr...    adds the parts of an image\n"
+                             "  kinome plugins [NAME]       lists plugins or parameters\n"
+                             "  kinome check PLUGIN         checks a plugin for errors\n"
+                             "  kinome new CATEGORY NAME    starts a plugin",
+                             declare_image};
 constexpr Command kMerge = {"merge", Options::Command::kMerge,
                             "Adds the parts of an image that kinome --part has rendered. The\n"
                             "result is that of --part all/N. kinome-merge is another name for\n"
@@ -272,17 +311,6 @@ std::pair<Command, int> command_word(int argc, const char* const* argv) {
   return {kRender, 0};
 }
 
-/// Wraps the descriptions of options to the width of the terminal.
-class WrappingFormatter final : public CLI::Formatter {
- public:
-  std::string make_option_desc(const CLI::Option* option) const override {
-    constexpr size_t kMinWidth = 24;
-    const size_t width = line_width(), names = get_column_width();
-    return wrapped(Formatter::make_option_desc(option),
-                   width == 0 ? 0 : std::max(width, names + kMinWidth) - names);
-  }
-};
-
 }  // namespace
 
 /// The options of one command. CLI11 writes their values into `options` and `raw`.
@@ -290,13 +318,17 @@ struct OptionsParser::Language {
   explicit Language(const Command& command) {
     app.name(*command.word == 0 ? "kinome" : std::string("kinome ") + command.word);
     app.description(command.description);
-    app.set_version_flag("--version", std::string("kinome " KINOME_VERSION));
-    app.formatter(std::make_shared<WrappingFormatter>());
-    if (command.command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
+    app.formatter(make_help_formatter());
+    app.footer(examples_text(command.word));
     command.declare(app, options, raw);
-    if (command.command != Options::Command::kRender) return;
-    declare_page("--man", "Print the manual page, for man -l", man_page);
-    declare_page("--completion", "Print a completion script for bash", bash_completion);
+    if (command.command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
+    begin_group(app, kProgramGroup);
+    if (command.command == Options::Command::kRender) {
+      declare_page("--man", "Print the manual page, for man -l", man_page);
+      declare_page("--completion", "Print a completion script for bash", bash_completion);
+    }
+    app.set_version_flag("--version", std::string("kinome " KINOME_VERSION), "Print the version");
+    app.set_help_flag("-h,--help", "Print this help");  // now, so that it comes last
   }
 
   /// Declares a flag that prints a page about all options and ends the program.

@@ -4,13 +4,13 @@
 #include <chrono>
 #include <filesystem>
 #include <future>
-#include <set>
 
 #include <fmt/format.h>
 
 #include "kinome/image_files.h"
 #include "kinome/output_files.h"
 #include "output_files/file_writer.h"
+#include "render/image_formats.h"
 #include "session/scratch_folder.h"
 
 namespace kinome::app {
@@ -27,22 +27,11 @@ std::string suffix_of_part(const Options& options) {
 }
 
 /// Returns the path of the image: that of -o, or one beside the scene file, with the film's
-/// extension. Throws Error for the extension of another image format.
+/// extension. Throws Error for the extension of an unknown image format.
 std::string output_path(const Options& options, const std::string& extension) {
-  if (options.output.empty()) {
-    const std::string stem = fs::path(options.scene).replace_extension("").string();
-    return stem + suffix_of_part(options) + extension;
-  }
-  static const std::set<std::string> kImages = {".exr", ".pfm", ".png",  ".jpg", ".jpeg",
-                                                ".hdr", ".tif", ".tiff", ".bmp", ".rgbe"};
-  const std::string given = lower_extension(options.output);
-  std::error_code failed;
-  if (given == extension || fs::is_other(options.output, failed)) return options.output;
-  if (kImages.count(given) != 0) {
-    throw Error(fmt::format("-o {}: the scene's film writes {} files{}", options.output, extension,
-                            given == ".png" ? "; --png adds a PNG beside it" : ""));
-  }
-  return options.output + extension;
+  if (!options.output.empty()) return image_path(options.output, extension);
+  const std::string stem = fs::path(options.scene).replace_extension("").string();
+  return stem + suffix_of_part(options) + extension;
 }
 
 }  // namespace
@@ -69,12 +58,18 @@ Output choose_output(const Options& options, const Film& film) {
   output.image = options.inspect && lower_extension(options.output) == ".png"
                      ? options.output
                      : output_path(options, film.file_extension());
-  if (options.renders > 0 && film.file_extension() != ".exr") {
-    throw Error(fmt::format("--variance: the scene's film writes {} files, which store only colour",
-                            film.file_extension()));
+  const std::string extension = lower_extension(output.image);
+  if (options.renders > 0 && !extension.empty() && extension != ".exr") {
+    throw Error(
+        fmt::format("--variance: needs an .exr file; {} files store only colour", extension));
   }
-  if (options.png) output.png = png_beside(output.image);
-  const bool has_two = options.png && !options.inspect && !is_null_device(output.image);
+  if (options.part > 0 && !extension.empty() && extension != film.file_extension()) {
+    throw Error(fmt::format("--part: a part is an {} file, for kinome merge, not {}",
+                            film.file_extension(), extension));
+  }
+  // Then, the image is a PNG already.
+  if (options.png && extension != ".png") output.png = png_beside(output.image);
+  const bool has_two = !output.png.empty() && !options.inspect && !is_null_device(output.image);
   if (has_two && are_written_to_one_file(output.image, output.png)) {
     throw Error(fmt::format("--png: '{}' and '{}' are the same file", output.image, output.png));
   }
@@ -95,7 +90,9 @@ double writing_seconds(const Options& options, const Film& film, const Image& im
   const ScratchFolder scratch(output.name());
   const Clock::time_point start = Clock::now();
   if (!output.image.empty()) {
-    film.write(scratch.file("timing" + film.file_extension()), strip, {});
+    const std::string extension = lower_extension(output.image);
+    write_image(scratch.file("timing" + (extension.empty() ? film.file_extension() : extension)),
+                film, strip, {}, options.exposure);
   }
   if (!output.png.empty()) write_png(scratch.file("timing.png"), strip, options.exposure);
   const std::chrono::duration<double> used = Clock::now() - start;
@@ -117,7 +114,7 @@ void write_image_files(const Options& options, Film& film, const Image& image,
     if (part) {
       part->write(output.image, image, metadata);
     } else if (!output.image.empty()) {
-      film.write(output.image, image, metadata);
+      write_image(output.image, film, image, metadata, options.exposure);
     }
     if (png.valid()) write_text(output.png, png.get());
   } catch (...) {
@@ -142,15 +139,16 @@ Checkpoint::Identity identity_of(const Options& options, const Scene& scene, con
   size_t index = 0;
   while (scene.sensors()[index].get() != &sensor) ++index;
   const Rect& crop = sensor.film().crop();
-  return {{"version", KINOME_VERSION},
-          {Checkpoint::kScene, scene.hash()},
-          {"sensor", std::to_string(index)},
-          {"image size", fmt::format("{}x{}", crop.width(), crop.height())},
-          {"seed", std::to_string(options.seed)},
-          {"--variance", std::to_string(options.renders)},
-          {"--error", fmt::format("{}", options.rel_mse)},
-          {"--part", part_text(options)},
-          {"--isa", to_string(instruction_set)}};
+  return {
+      {"version", KINOME_VERSION},
+      {Checkpoint::kScene, scene.hash()},
+      {"sensor", std::to_string(index)},
+      {"image size", fmt::format("{}x{} at {},{}", crop.width(), crop.height(), crop.x0, crop.y0)},
+      {"seed", std::to_string(options.seed)},
+      {"--variance", std::to_string(options.renders)},
+      {"--error", fmt::format("{}", options.rel_mse)},
+      {"--part", part_text(options)},
+      {"--isa", to_string(instruction_set)}};
 }
 
 }  // namespace kinome::app

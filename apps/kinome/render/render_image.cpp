@@ -19,6 +19,8 @@
 #include "kinome/plugin_audit.h"
 #include "kinome/process_group.h"
 #include "kinome/render.h"
+#include "output_files/file_writer.h"
+#include "render/image_formats.h"
 #include "say.h"
 #include "signals.h"
 
@@ -128,13 +130,13 @@ void warn_of_unused_instruction_set(const Options& options, const PluginRegistry
                        to_string(registry.instruction_set()), to_string(used)));
 }
 
-void warn_of_layers(const Scene& scene, const Film& film) {
-  if (film.file_extension() != ".pfm") return;
-  if (!scene.integrator().channels().empty()) {
-    log_warn(
-        "the scene's film writes .pfm files, which store only colour: the integrator's other "
-        "channels are left out");
-  }
+void warn_of_layers(const Scene& scene, const Film& film, const Output& output) {
+  if (scene.integrator().channels().empty()) return;
+  const std::string given = lower_extension(output.image);
+  const std::string extension = given.empty() ? film.file_extension() : given;
+  if (stores_channels(extension, film)) return;
+  log_warn(fmt::format("{} files store only colour: the integrator's other channels are left out",
+                       extension));
 }
 
 Image render_image(const Options& options, const Scene& scene, const Sensor& sensor,
@@ -177,14 +179,19 @@ void audit_render(const Scene& scene, const Sensor& sensor, RenderContext& conte
                                &context.scheduler);
 }
 
-RenderSummary summary_of(const Options& options, RenderContext& context, const Image& image,
-                         const Output& output) {
+RenderSummary summary_of(const Options& options, const Sensor& sensor, RenderContext& context,
+                         const Image& image, const Output& output) {
+  const Film& film = sensor.film();
   const RenderStats& stats = context.job.stats();
   return {.scene = options.scene,
           .output = output.name(),
           .integrator = integrator_names(stats.plugins),
           .width = image.width,
           .height = image.height,
+          .x = film.crop().x0,
+          .y = film.crop().y0,
+          .full_width = film.width(),
+          .full_height = film.height(),
           .samples = static_cast<unsigned>(std::lround(stats.samples)),
           .seed = context.job.seed()};
 }
@@ -201,7 +208,7 @@ RenderSummary finish_image(const Options& options, const Scene& scene, const Sen
   if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
   stats.write_seconds = seconds_since(write_start);
   audit_render(scene, sensor, context);
-  return summary_of(options, context, image, output);
+  return summary_of(options, sensor, context, image, output);
 }
 
 void report_faults(const Options& options, const RenderStats& stats) {

@@ -24,8 +24,8 @@ LoadOptions load_options(const Options& options);
 InstructionSet used_instruction_set(const PluginRegistry& registry);
 /// Warns if --isa or KINOME_ISA requests an instruction set that no loaded plugin is built for.
 void warn_of_unused_instruction_set(const Options& options, const PluginRegistry& registry);
-/// Warns of channels that the film can't write.
-void warn_of_layers(const Scene& scene, const Film& film);
+/// Warns of channels that the image's file can't store.
+void warn_of_layers(const Scene& scene, const Film& film, const Output& output);
 
 /// Renders an image, or a `part` of it, while `display` shows it. Both may be nullptr.
 Image render_image(const Options& options, const Scene& scene, const Sensor& sensor,
@@ -37,8 +37,8 @@ ImageMetadata describe_image(const Options& options, const Scene& scene, RenderC
 /// Audits plugins, and adds their faults to the context's statistics.
 void audit_render(const Scene& scene, const Sensor& sensor, RenderContext& context);
 /// Call describe_image() before.
-RenderSummary summary_of(const Options& options, RenderContext& context, const Image& image,
-                         const Output& output);
+RenderSummary summary_of(const Options& options, const Sensor& sensor, RenderContext& context,
+                         const Image& image, const Output& output);
 /// Writes the image, removes the checkpoint (which may be nullptr) if the image is complete, and
 /// audits plugins. Adds times and faults to the context's statistics.
 RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,

@@ -1,6 +1,7 @@
 #include "render/report.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,9 @@
 
 namespace kinome::app {
 namespace {
+
+/// Name under which integrators record their choice of a method among RenderStats::skipped.
+constexpr std::string_view kMethod = "method";
 
 struct Row {
   std::string name;
@@ -96,7 +100,9 @@ double embree_share(const RenderStats& stats) {
 }
 
 std::vector<Skipped> all_skipped(const RenderStats& stats) {
-  std::vector<Skipped> skipped = stats.skipped;
+  std::vector<Skipped> skipped;
+  std::copy_if(stats.skipped.begin(), stats.skipped.end(), std::back_inserter(skipped),
+               [](const Skipped& s) { return s.what != kMethod; });
   if (stats.counters.skipped_shadow_rays > 0) {
     skipped.push_back({fmt::format("{} shadow rays", stats.counters.skipped_shadow_rays),
                        "their contribution was zero"});
@@ -153,12 +159,28 @@ std::string traffic_table(const RenderStats& stats) {
   return text;
 }
 
+/// Formats the size of the image and, if it is a part of the film, its position.
+std::string size_text(const RenderSummary& summary) {
+  std::string text = fmt::format("{}x{} pixels", summary.width, summary.height);
+  if (summary.width != summary.full_width || summary.height != summary.full_height) {
+    text += fmt::format(" at {},{} of {}x{}", summary.x, summary.y, summary.full_width,
+                        summary.full_height);
+  }
+  return text;
+}
+
 }  // namespace
+
+std::string method_of(const RenderStats& stats) {
+  const auto last = std::find_if(stats.skipped.rbegin(), stats.skipped.rend(),
+                                 [](const Skipped& s) { return s.what == kMethod; });
+  return last == stats.skipped.rend() ? "" : last->why;
+}
 
 std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
   std::string text = fmt::format(
-      "{}: {}x{} pixels, {} samples each, {}, {} threads{}\n", summary.scene, summary.width,
-      summary.height, summary.samples, summary.integrator,
+      "{}: {}, {} samples each, {}, {} threads{}\n", summary.scene, size_text(summary),
+      summary.samples, summary.integrator,
       stats.processes > 1 ? fmt::format("{} processes, {}", stats.processes, stats.threads)
                           : std::to_string(stats.threads),
       stats.complete ? "" : ", incomplete");
@@ -180,6 +202,9 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
                       static_cast<double>(stats.peak_memory_bytes) / 1e6);
   text += fmt::format("  {:<20} {}\n", "instruction set", stats.instruction_set);
   text += fmt::format("  {:<20} {}\n", "plugins", fmt::join(stats.plugins, " "));
+  if (const std::string method = method_of(stats); !method.empty()) {
+    text += fmt::format("  {:<20} {}\n", "method", method);
+  }
   for (const Skipped& s : all_skipped(stats)) {
     text += fmt::format("  {:<20} {}: {}\n", "skipped", s.what, s.why);
   }
@@ -210,6 +235,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
                       {"count", fault.count},
                       {"places", fault.looks}});
   }
+  const std::string method = method_of(stats);
   json traffic = json::object();
   for (const auto& [what, sent] : stats.traffic) {
     traffic[what] = {{"messages", sent.messages}, {"bytes", sent.bytes}, {"seconds", sent.seconds}};
@@ -228,6 +254,10 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"integrator", summary.integrator},
       {"width", summary.width},
       {"height", summary.height},
+      {"x", summary.x},
+      {"y", summary.y},
+      {"film_width", summary.full_width},
+      {"film_height", summary.full_height},
       {"samples", summary.samples},
       {"seed", summary.seed},
       {"processes", stats.processes},
@@ -251,6 +281,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"embree_share", embree_share(stats)},
       {"rays", rays},
       {"skipped_shadow_rays", stats.counters.skipped_shadow_rays},
+      {"method", method.empty() ? json() : json(method)},
       {"skipped", skipped},
       {"plugins", stats.plugins},
       {"isa", stats.instruction_set},

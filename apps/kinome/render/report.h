@@ -16,10 +16,16 @@ struct RenderSummary {
   std::string integrator;
   int width = 0;
   int height = 0;
-  unsigned samples = 0;  ///< per pixel, rounded
+  int x = 0, y = 0;                     ///< position of the image in the film
+  int full_width = 0, full_height = 0;  ///< of the film
+  unsigned samples = 0;                 ///< per pixel, rounded
   uint64_t seed = 0;
   std::vector<StageThreads> stage_threads = {};  ///< empty if no timeline was recorded
 };
+
+/// Returns the method that an integrator chose, and why: "path (the render is short)". Returns ""
+/// if it had no choice.
+std::string method_of(const RenderStats& stats);
 
 /// Formats a report for reading.
 std::string stats_text(const RenderStats& stats, const RenderSummary& summary);

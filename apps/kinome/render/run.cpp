@@ -16,6 +16,7 @@
 #include "kinome/render.h"
 #include "options/sensor_index.h"
 #include "output_files/file_writer.h"
+#include "render/crop.h"
 #include "render/inspect.h"
 #include "render/progress.h"
 #include "render/render_image.h"
@@ -72,6 +73,11 @@ std::string incompleteness(const RenderStats& stats) {
 
 void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
   report_faults(options, stats);
+  const bool has_budget = options.seconds > 0 || options.rel_mse > 0;
+  if (const std::string method = method_of(stats);
+      has_budget && !options.quiet && !method.empty()) {
+    say("method: {}\n", method);
+  }
   if (!options.quiet) {
     say("wrote {}{} ({:.2f} s)\n", summary.output, incompleteness(stats), stats.total_seconds);
     if (!options.checkpoint.empty() && !stats.complete) {
@@ -90,8 +96,9 @@ int check_command(const Options& options) {
   const bool has_sensor = options.sensor != Options().sensor;
   for (const auto& [name, is_given] :
        {std::pair("-o", !options.output.empty()), std::pair("-s", has_sensor),
-        std::pair("--png", options.png), std::pair("--display", !options.display.empty()),
-        std::pair("--part", options.parts > 0), std::pair("--trace", !options.trace.empty())}) {
+        std::pair("--png", options.png), std::pair("--crop", options.crop.has_value()),
+        std::pair("--display", !options.display.empty()), std::pair("--part", options.parts > 0),
+        std::pair("--trace", !options.trace.empty())}) {
     if (is_given) log_warn(fmt::format("{} is ignored: --check renders nothing", name));
   }
   warn_of_missing_folders(options);
@@ -168,11 +175,12 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
     scene = load_scene(options.scene, load_options(options), registry, &stats);
     warn_of_unused_instruction_set(options, registry);
     sensor = scene->sensors()[sensor_index(*scene, options.sensor)].get();
+    apply_crop(options, *sensor);
     identity = identity_of(options, *scene, *sensor, used_instruction_set(registry));
     film_to_write = &sensor->film();
     if (is_root) output = choose_output(options, sensor->film());
     part = part_to_render(options, *scene, *sensor);
-    warn_of_layers(*scene, sensor->film());
+    warn_of_layers(*scene, sensor->film(), output);
     if (is_root && !options.trace.empty()) check_writable(options.trace);  // no file of the scene
     for (const std::string& written : output.files()) {
       if (!options.trace.empty() && are_written_to_one_file(written, options.trace)) {

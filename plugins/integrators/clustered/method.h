@@ -1,12 +1,22 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "kinome/inspection.h"
 #include "kinome/integrator.h"
+#include "kinome/render_context.h"
 
 namespace kinome {
+
+/// Records that `method` renders the image, and why: "path", "the render is short". The program
+/// shows the last record. It is stored under the name "method" beside skipped work, by which
+/// reports find it without knowing the methods.
+inline void report_method(RenderContext& context, const std::string& method,
+                          const std::string& why) {
+  context.job.skip("method", method + " (" + why + ")");
+}
 
 /// Method by which the `clustered` integrator chooses light. It is prepared for one scene, which
 /// must outlive it. The functions are those of Integrator.

@@ -316,8 +316,15 @@ const BadUsage kUsages[] = {
      {"--verbose", "takes no value"}},
     {"png_with_a_value", {"SCENE", "--png=no"}, {"--png", "takes no value"}},
     {"variance_of_too_many", {"SCENE", "--variance=34343434343434343434"}, {"--variance"}},
-    {"picture_of_another_format", {"SCENE", "-o", "picture.jpg"}, {"picture.jpg", ".exr"}},
-    {"png_as_the_picture", {"SCENE", "-o", "picture.png"}, {"picture.png", ".exr", "--png"}},
+    {"picture_of_an_unknown_format",
+     {"SCENE", "-o", "picture.jpgg"},
+     {"picture.jpgg", "unknown image format '.jpgg'", ".exr", ".jpg"}},
+    {"crop_of_three_numbers", {"SCENE", "--crop", "1,2,3"}, {"--crop", "X,Y,W,H", "'1,2,3'"}},
+    {"crop_without_pixels", {"SCENE", "--crop", "1,2,0,3"}, {"--crop", "X,Y,W,H"}},
+    {"crop_before_the_film", {"SCENE", "--crop=-1,2,4,3"}, {"--crop", "X,Y,W,H"}},
+    {"crop_beyond_the_film",
+     {"SCENE", "--crop", "40,0,9,48"},
+     {"--crop 40,0,9,48", "48x48", "column 49"}},
     {"unknown_plugin_to_list", {"plugins", "difuse"}, {"'difuse'", "'diffuse'"}},
 };
 

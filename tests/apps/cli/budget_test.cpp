@@ -89,6 +89,19 @@ TEST_F(Budget, ErrorIsReachedWithTheSameBits) {
   }
 }
 
+TEST_F(Budget, PrintsTheMethodAndTheReason) {
+  const std::string reason = "path (the render is short: paths need no preparation)";
+  const ProcessResult result = kinome(
+      {scene_, "-D", "integrator=clustered", "--error", "0.5", "-o", "/dev/null", "--stats=json"});
+  EXPECT_NE(result.err.find("method: " + reason + "\n"), std::string::npos) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("method"), reason);
+  // There is no choice, or no budget.
+  EXPECT_EQ(kinome({scene_, "--error", "0.5", "-o", "/dev/null"}).err.find("method"),
+            std::string::npos);
+  EXPECT_EQ(kinome({scene_, "-D", "integrator=clustered", "-o", "/dev/null"}).err.find("method"),
+            std::string::npos);
+}
+
 TEST_F(Budget, UnreachableErrorStopsAtTheLimit) {
   const json stats = render({"--error", "1e-30", "-D", "width=4"});
   EXPECT_EQ(stats.at("samples"), 16384);

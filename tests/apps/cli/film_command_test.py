@@ -320,7 +320,7 @@ class Film(unittest.TestCase):
                 ("names of frames with one number", [*orbit, "-o", "a.exr"]),
                 ("names of frames with one number", [*orbit, "-o", "%d-%d.exr"]),
                 ("names of frames with one number", [*orbit, "-o", "%s.exr"]),
-                ("the scene's film writes .exr files", [*orbit, "-o", "%d.jpg"]),
+                ("unknown image format '.jpgg'", [*orbit, "-o", "%d.jpgg"]),
                 ("nowhere/on", [*orbit, "-o", "nowhere/on/%d.exr"]),
                 ("scene.xml/", [*orbit, "-o", "scene.xml/%d.exr"]),
                 ("unknown option '--check'", [*orbit, "--check"]),

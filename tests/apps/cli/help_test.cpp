@@ -123,5 +123,43 @@ TEST_F(Help, HelpNamesEveryOption) {
   EXPECT_EQ(kinome({"--help"}).out, help.out);
 }
 
+TEST_F(Help, ListsOptionsInGroupsWithExamples) {
+  const std::string text = kinome({"--help"}).out;
+  size_t last = 0;
+  for (const char* group :
+       {"\nUsage: kinome [OPTION]... scene.xml\n", "\nArguments:\n", "\nScene:\n", "\nImage:\n",
+        "\nQuality:\n", "\nProgram:\n", "\n  -h, --help ", "\nExamples:\n"}) {
+    const size_t at = text.find(group);
+    ASSERT_NE(at, std::string::npos) << group << text;
+    EXPECT_GT(at, last) << group;
+    last = at;
+  }
+  EXPECT_NE(text.find("\n  --variance[=COUNT] "), std::string::npos) << text;
+  EXPECT_EQ(text.find('{'), std::string::npos) << text;
+}
+
+/// Every example is a correct command line, although the files that it names are missing.
+TEST_F(Help, ExamplesAreAccepted) {
+  folder_.write("kinome.sh", "cd \"$(dirname \"$0\")\" && " KINOME_TEST_PROGRAM " $1 2>&1");
+  int examples = 0;
+  for (const char* command : {"", "film", "merge", "plugins", "check", "new"}) {
+    std::istringstream help(kinome(*command ? std::vector<std::string>{command, "--help"}
+                                            : std::vector<std::string>{"--help"})
+                                .out);
+    for (std::string line; std::getline(help, line);) {
+      const std::string start = "  kinome ";
+      if (line.rfind(start, 0) != 0 || line.find("   ", 2) != std::string::npos) continue;
+      const ProcessResult result =
+          run_process({"sh", folder_.path("kinome.sh"), line.substr(start.size())});
+      EXPECT_EQ(result.out.find("--help lists"), std::string::npos) << line << result.out;
+      const bool is_missing = result.out.find("no such file") != std::string::npos ||
+                              result.out.find("plugins/bsdf/chalk.so") != std::string::npos;
+      EXPECT_TRUE(result.status == 0 || is_missing) << line << "\n" << result.out;
+      ++examples;
+    }
+  }
+  EXPECT_GE(examples, 12);
+}
+
 }  // namespace
 }  // namespace kinome::test::help_test

@@ -120,6 +120,8 @@ class Packages(unittest.TestCase):
         shown = {name.replace("\\-", "-") for name in re.findall(r"\\fB(\S+?)\\fR", page)}
         self.assertEqual({o for o in options if o.startswith("--")},
                          {s for s in shown if s.startswith("--")})
+        self.assertIn("\n.SH EXAMPLES\n.TP\n.B kinome scene.xml", page)
+        self.assertIn("\n.B kinome merge ", page)
 
     def completed(self, *words):
         """Returns bash's completions for the last of these words."""
@@ -135,7 +137,7 @@ class Packages(unittest.TestCase):
         program = self.usr / "bin/kinome"
         (self.folder / "mine.xml").touch()
         (self.folder / "mine.txt").touch()
-        self.assertEqual(self.completed(program, "--che"), ["--checkpoint", "--check"])
+        self.assertEqual(sorted(self.completed(program, "--che")), ["--check", "--checkpoint"])
         self.assertEqual(self.completed(program, "mine"), ["mine.xml"])
         self.assertEqual(self.completed(program, "plug"), ["plugins"])
         (self.folder / "mine.exr").touch()

@@ -141,7 +141,7 @@ class Parts(unittest.TestCase):
         self.refused("picture.exr: it is an image, but not a part", "merge", "picture.exr", "-o", "a")
         self.refused("none.exr: can't be read: no such file", "merge", "1.exr", "none.exr", "-o", "a")
         self.refused("1.exr': this file was read", "merge", "1.exr", "-o", "1")
-        self.refused("--png adds a PNG", "merge", "1.exr", "-o", "1.png")
+        self.refused("unknown image format '.pngg'", "merge", "1.exr", "-o", "1.pngg")
         self.refused("--output is required", "merge", "1.exr", program=PROGRAM)
         self.refused("nowhere", "merge", "1.exr", "-o", "nowhere/a.exr")
         self.assertFalse((self.folder / "a.exr").exists())

@@ -104,6 +104,15 @@ bool is_for_path(const MethodMap& map, double factor) {
   return factor * paths < map.product_work() && paths < map.mixed_work() / kMaxWorkOfTiles;
 }
 
+constexpr const char* kProductSampling = "product sampling";
+
+/// Returns why an image for which is_path_possible() is false needs product sampling.
+const char* why_not_path(const ProductTask& task) {
+  if (!task.settings.trial) return "the parameter 'trial' is false";
+  return task.settings.diagnostics ? "diagnostics were requested"
+                                   : "paths from the camera don't find all light of this scene";
+}
+
 /// Returns the method that renders by kTrialPaths paths of `path` per pixel, with the sensor's
 /// sampler. The arguments must outlive the result.
 MethodTrial::Way way_of_paths(const ProductTask& task, const transport::SceneTable& table,
@@ -224,13 +233,18 @@ bool is_path_possible(const ProductTask& task) {
 std::unique_ptr<Passes> path_passes(const ProductTask& task, double paths_per_sample,
                                     const std::string& reason) {
   task.context.job.skip("product", reason);
+  report_method(task.context, "path", reason);
   return std::make_unique<PathPasses>(task, paths_per_sample);
 }
 
 MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& cells,
                            const RenderLength& length) {
-  if (!is_path_possible(task)) return {};
   RenderContext& context = task.context;
+  const auto by_product = [&](const std::string& reason) {
+    report_method(context, kProductSampling, reason);
+    return MethodChoice{};
+  };
+  if (!is_path_possible(task)) return by_product(why_not_path(task));
   const auto by_path = [&](double paths_per_sample, const char* reason) {
     return MethodChoice{path_passes(task, paths_per_sample, reason), nullptr};
   };
@@ -243,7 +257,9 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
       std::clamp<double>(work * kShareOfTiles / kWorkOfTile, MethodTrial::kMinTiles, kMaxTiles));
   const MethodTrial trial(task.grid, tiles, seed, PixelFilter(task.sensor.film().filter()));
   const bool is_short = work < kMinWork || trial.empty();
-  if (is_short && task.scene.emitters().size() >= kMinEmitters) return {};
+  if (is_short && task.scene.emitters().size() >= kMinEmitters) {
+    return by_product("the render is short, and paths sample one of many emitters at a time");
+  }
   if (is_short) {
     return by_path(kPathsPerSample, "the render is short: paths need no preparation");
   }
@@ -253,7 +269,7 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
   const bool is_late = context.job.cancelled() && !context.job.interrupted();
   context.job.set_deadline(kInfinity);
   if (is_late) return by_path(1, "there was too little time for a trial");
-  if (!measured) return {};
+  if (!measured) return by_product("paths can't replace it in this scene");
   if (!measured->map) {
     return by_path(kPathsPerSample, "most light falls where the camera sees nothing of its effect");
   }
@@ -275,7 +291,17 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
                    "in a trial, paths from the camera alone did as well for less");
   }
   MethodChoice choice;
-  if (mixed < kMaxWorkOfTiles * product) choice.map = std::move(measured->map);
+  if (mixed < kMaxWorkOfTiles * product) {
+    choice.map = std::move(measured->map);
+    report_method(context, "product sampling and path, by tiles",
+                  fmt::format("in a trial, they took {:.2g} times the work of product sampling "
+                              "alone, and path {:.2g} times",
+                              mixed / product, paths / product));
+  } else {
+    report_method(context, kProductSampling,
+                  fmt::format("in a trial, path took {:.2g} times its work for the same error",
+                              paths / product));
+  }
   choice.paths_per_ray = measured->paths_per_ray;
   choice.rays_per_second = agree(context.job.group(), measured->rays_per_second);
   return choice;
