@@ -29,23 +29,24 @@ from ._parameters import Changes, Parameter, SceneParameters  # noqa: E402
 from ._picture import Picture  # noqa: E402
 from ._scene import Scene, inspect, load_dict, load_file, render, traverse  # noqa: E402
 from ._transform import Transform  # noqa: E402
-from ._vectors import (BoundingBox3f, Frame3f, Normal3f, Point3f, Vector3f)  # noqa: E402
+from ._vectors import (BoundingBox3f, Color3f, Frame3f, Normal3f, Point3f,  # noqa: E402
+                       Vector3f)
 
 # Mitsuba's names.
 ScalarTransform4f = Transform4f = Transform
 ScalarAffineTransform4f = AffineTransform4f = Transform
 ScalarProjectiveTransform4f = ProjectiveTransform4f = Transform
 ScalarPoint3f, ScalarVector3f, ScalarNormal3f = Point3f, Vector3f, Normal3f
-ScalarBoundingBox3f = BoundingBox3f
+ScalarBoundingBox3f, ScalarColor3f, ScalarFrame3f = BoundingBox3f, Color3f, Frame3f
 
-__all__ = ["AffineTransform4f", "Bitmap", "BoundingBox3f", "Changes", "Error", "Frame3f", "Mesh",
-           "Normal3f", "Object", "Parameter", "Picture", "Point3f", "ProjectiveTransform4f",
-           "Properties", "ScalarAffineTransform4f", "ScalarBoundingBox3f", "ScalarNormal3f",
-           "ScalarPoint3f", "ScalarProjectiveTransform4f", "ScalarTransform4f", "ScalarVector3f",
-           "Scene", "SceneParameters", "Struct", "Transform", "Transform4f", "Vector3f", "compare",
-           "cornell_box", "inspect", "linear_to_srgb", "load_dict", "load_file", "luminance",
-           "plugins", "render", "set_log_level", "set_variant", "srgb_to_linear", "traverse",
-           "util", "variant", "variants"]
+__all__ = ["AffineTransform4f", "Bitmap", "BoundingBox3f", "Changes", "Color3f", "Error", "Frame3f",
+           "Mesh", "Normal3f", "Object", "Parameter", "Picture", "Point3f", "ProjectiveTransform4f",
+           "Properties", "ScalarAffineTransform4f", "ScalarBoundingBox3f", "ScalarColor3f",
+           "ScalarFrame3f", "ScalarNormal3f", "ScalarPoint3f", "ScalarProjectiveTransform4f",
+           "ScalarTransform4f", "ScalarVector3f", "Scene", "SceneParameters", "Struct", "Transform",
+           "Transform4f", "Vector3f", "compare", "cornell_box", "inspect", "linear_to_srgb",
+           "load_dict", "load_file", "luminance", "plugins", "render", "set_log_level",
+           "set_variant", "srgb_to_linear", "traverse", "util", "variant", "variants"]
 
 cornell_box = util.cornell_box
 

@@ -84,6 +84,12 @@ class Vector3f(_Triple):
 class Normal3f(_Triple):
     """A normal of a surface. Transforms multiply it by the inverse transpose of their matrix."""
 
+class Color3f(_Triple):
+    """A linear colour in Rec.709."""
+    r: float
+    g: float
+    b: float
+
 ScalarPoint3f = Point3f
 ScalarVector3f = Vector3f
 ScalarNormal3f = Normal3f
@@ -107,6 +113,8 @@ class BoundingBox3f:
     def expand(self, other: ArrayLike | BoundingBox3f) -> None: ...
 
 ScalarBoundingBox3f = BoundingBox3f
+ScalarColor3f = Color3f
+ScalarFrame3f = Frame3f
 
 class Struct:
     class Type(enum.Enum):

@@ -24,8 +24,9 @@ def _exists(editor, path):
 def is_alias(editor, path):
     """Returns True for the path of such a parameter."""
     owner, _, name = path.rpartition(".")
-    if name == "x_fov":
-        return _exists(editor, f"{owner}.fov_axis") and not _exists(editor, path)
+    if name in ("x_fov", "shutter_open_time"):
+        part = "fov_axis" if name == "x_fov" else "shutter_close"
+        return _exists(editor, f"{owner}.{part}") and not _exists(editor, path)
     return name in PAIRS and not _exists(editor, path) and all(
         _exists(editor, f"{owner}.{part}") for part in PAIRS[name])
 
@@ -35,6 +36,8 @@ def get(editor, path):
     owner, _, name = path.rpartition(".")
     if name == "x_fov":
         return _x_fov(editor, owner)
+    if name == "shutter_open_time":
+        return editor.get(f"{owner}.shutter_close") - editor.get(f"{owner}.shutter_open")
     values = [editor.get(f"{owner}.{part}") for part in PAIRS[name]]
     if name == "crop_size":
         values = [whole if part is None else part
@@ -48,6 +51,9 @@ def values(editor, path, value):
     if name == "x_fov":
         return [(f"{owner}.focal_length", UNSET), (f"{owner}.fov", check.positive(value, path)),
                 (f"{owner}.fov_axis", "x")]
+    if name == "shutter_open_time":
+        opened = editor.get(f"{owner}.shutter_open")
+        return [(f"{owner}.shutter_close", opened + check.real(value, path))]
     array = np.asarray(value)
     if array.shape != (2,):
         raise check.fault(TypeError, path, "two whole numbers", value)

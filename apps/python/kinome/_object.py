@@ -21,6 +21,7 @@ class Object:
         self._editor = editor
         self._path = path
         self._source = source
+        self._lost_edit = None  # an edit that the dict can't express
         self.category, _, self.plugin = plugin.partition("/")
 
     def id(self):
@@ -44,13 +45,19 @@ class Object:
 
     def _record(self, edits):
         for path, value in edits:
-            place(self._source, path.split("."), value)
+            try:
+                place(self._source, path.split("."), value)
+            except ValueError:
+                self._lost_edit = path
 
     def as_dict(self):
         """Returns the dict of an object that was loaded alone, with its edits."""
         if self._source is None:
             raise ValueError(f"{self._path} belongs to a scene; only objects that load_dict() loaded "
                              "alone can be parts of other dicts")
+        if self._lost_edit:
+            raise ValueError(f"the edit of {self._lost_edit} can't be part of a dict; set the "
+                             "parameter of the scene")
         if not self._source.keys() & ARRAYS:
             return copied(self._source)
         # Plugins have no parameters for arrays, so the mesh becomes a file.
@@ -167,8 +174,10 @@ def place(description, names, value):
 
 
 def by_category(description, name):
-    """Returns the part of a dict that has the category as its name: "bsdf", or "bsdf_1" for the
-    second one. Returns None if there is none."""
+    """Returns the part of a dict that has the category as its name: "bsdf" or Mitsuba's "bsdf_0",
+    "brdf_0" or "nested_bsdf", and "bsdf_1" for the second one. Returns None if there is none."""
+    name = name.removeprefix("nested_").removesuffix("_0").replace("brdf", "bsdf")
+    name = {"phase_function": "phase", "interior_medium": "medium"}.get(name, name)
     counts = {}
     for key, value in description.items():
         if not isinstance(value, dict) or value.get("type") in ("rgb", "spectrum", "ref"):

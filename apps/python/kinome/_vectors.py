@@ -53,6 +53,12 @@ class Normal3f(_Triple):
     """A normal of a surface. Transforms multiply it by the inverse transpose of their matrix."""
 
 
+class Color3f(_Triple):
+    """A linear colour in Rec.709."""
+
+    r, g, b = (_coordinate(axis) for axis in range(3))
+
+
 class Frame3f:
     """An orthonormal basis: the tangents s and t, and the normal n. Frame3f(n) chooses tangents."""
 

@@ -257,6 +257,19 @@ class Names(unittest.TestCase):
         self.assertFalse(np.array_equal(mi.render(scene), before))
         np.testing.assert_allclose(scene.shapes()[1].bbox().max[1], -0.5, atol=1e-6)
 
+    def test_nested_objects_and_shutters(self):
+        bsdf = mi.load_dict({"type": "mask", "opacity": 0.5, "any": {"type": "twosided", "other": {
+            "type": "diffuse"}}})
+        parameters = mi.traverse(bsdf)
+        parameters.update({"nested_bsdf.brdf_0.reflectance.value": mi.Color3f(0.1, 0.2, 0.3)})
+        np.testing.assert_allclose(parameters["bsdf.bsdf.reflectance"], [0.1, 0.2, 0.3])
+        self.assertEqual(bsdf.as_dict()["any"]["other"]["reflectance"].tolist(), [0.1, 0.2, 0.3])
+        camera = mi.traverse(mi.load_dict({"type": "perspective", "shutter_open": 1.0,
+                                           "shutter_close": 1.5}))
+        self.assertEqual(camera["shutter_open_time"], 0.5)
+        camera.update({"shutter_open_time": 2.0})
+        self.assertEqual(camera["shutter_close"], 3)
+
     def test_keep(self):
         parameters = mi.traverse(mi.load_dict(small_box()))
         parameters.keep(["red.reflectance.value", r".*wall\.to_world"])

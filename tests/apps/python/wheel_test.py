@@ -50,6 +50,7 @@ class WheelTest(unittest.TestCase):
                      "kinome/lib/libkinome.so.0", "kinome/lib/kinome/plugins/bsdf/diffuse.so",
                      "kinome/lib/kinome/python/compare/verdict.py"):
             self.assertIn(file, files)
+        self.assertTrue([file for file in files if file.startswith("kinome/_images.")])
         self.assertFalse([file for file in files if "/include/" in file])
 
         # The environment contains only Debian's numpy besides the wheel.
