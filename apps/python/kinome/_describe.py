@@ -66,9 +66,18 @@ def description_of(description, where):
     return "object", describe(description, "", where)
 
 
+class Located(dict):
+    """A dict whose position in messages is `where`, not its key in the enclosing dict."""
+
+    def __init__(self, description, where):
+        super().__init__(description)
+        self.where = where
+
+
 def describe(description, name="", where="scene", tag=None):
     """Describes an object. `name` is its key in the enclosing dict. `tag` is its category, if it is
     known."""
+    where = getattr(description, "where", where)
     if hasattr(description, "as_dict"):
         description = description.as_dict()
     if not isinstance(description, dict) or not isinstance(description.get("type"), str):

@@ -2,12 +2,15 @@
 import atexit
 import itertools
 import os
+import re
 import shutil
 import tempfile
 
 import numpy as np
 
 from . import _arguments as check
+from . import _kinome
+from ._errors import Error
 from ._values import indices, numbers
 from ._vectors import BoundingBox3f
 
@@ -58,6 +61,36 @@ def write_ply(arrays, path=None, attributes=()):
         file.write("\n".join(header).encode())
         file.write(vertices.tobytes())
         file.write(triangles.tobytes())
+    return path
+
+
+def keep_files(scene):
+    """Copies the temporary files that a saved scene file names beside it, and replaces the names."""
+    if _folder is None:
+        return
+    with open(scene, encoding="utf-8") as file:
+        text = file.read()
+    names = set(re.findall(re.escape(_folder) + r"[/\\]mesh-\d+\.ply", text))
+    stem = os.path.splitext(scene)[0]
+    for name in names:
+        with open(name, "rb") as file:
+            copy = _copy_beside(stem + "-" + os.path.basename(name), file.read())
+        text = text.replace(f'"{name}"', f'"{os.path.basename(copy)}"')
+    if names:
+        _kinome.write_bytes(scene, text.encode())
+
+
+def _copy_beside(path, content):
+    """Writes a file, with another number if a loaded scene reads this one. Returns its path."""
+    stem = os.path.splitext(path)[0]
+    for i in range(1, 1000):
+        try:
+            _kinome.write_bytes(path, content)
+            break
+        except Error:
+            if not os.path.exists(path) or i == 999:
+                raise
+            path = f"{stem}_{i}.ply"
     return path
 
 

@@ -3,7 +3,7 @@ import numpy as np
 
 from . import _arguments as check
 from . import _kinome
-from ._describe import TAGS, describe, fail, tag_of
+from ._describe import Located, describe, fail, tag_of
 from ._errors import Error
 from ._aliases import UNSET
 from ._mesh import ARRAYS, write_ply
@@ -257,7 +257,7 @@ def load_object(source, search_paths):
     if not isinstance(source.get("type"), str):
         fail("object", "must be a dict with a 'type', a string")
     tag = tag_of(source["type"], "", "object")
-    part = _without_ids(source)
+    part = Located(_without_ids(source), tag)
     scene = _host(tag, part)
     if _is_nested_in_shape(source["type"]):
         scene["object"] = {"type": "rectangle", tag: part}

@@ -9,6 +9,7 @@ from . import _aliases as aliases
 from . import _arguments as check
 from ._describe import description_of
 from ._errors import Error
+from ._mesh import keep_files
 from ._values import grid, to_core, to_python
 
 Parameter = collections.namedtuple("Parameter",
@@ -164,7 +165,9 @@ class SceneParameters(collections.abc.MutableMapping):
         """Writes the scene, as of the last update, as an XML file that renders the same image.
         Comments and everything that wasn't edited stay as in the original file. Edited meshes,
         pixels and includes are written beside it."""
-        self._editor.save(check.path(path, "path"))
+        path = check.path(path, "path")
+        self._editor.save(path)
+        keep_files(path)
 
     def _to_set(self, values):
         """Returns pairs of paths and values, without values that equal a default in effect."""

@@ -162,8 +162,10 @@ class Alone(unittest.TestCase):
                 self.assertTrue(repr(one).startswith(description["type"]))
                 self.assertEqual(one.as_dict(), description)
                 self.assertGreaterEqual(len(mi.traverse(one)), 0)
-        with self.assertRaisesRegex(mi.Error, "alhpa"):
+        with self.assertRaisesRegex(mi.Error, r"^bsdf\.alhpa: .*did you mean 'alpha'"):
             mi.load_dict({"type": "roughconductor", "alhpa": 0.1})
+        with self.assertRaisesRegex(mi.Error, r"^shape\.bsdf\.reflectance: "):
+            mi.load_dict({"type": "sphere", "bsdf": {"type": "diffuse", "reflectance": 2}})
         with self.assertRaisesRegex(mi.Error, "no plugin 'difuse'"):
             mi.load_dict({"type": "difuse"})
 
@@ -314,6 +316,19 @@ class Meshes(unittest.TestCase):
         plain = self.mesh(bsdf={"type": "diffuse", "reflectance": 0.2})
         np.testing.assert_allclose(mi.render(mi.load_dict(small_box(mesh=painted))),
                                    mi.render(mi.load_dict(small_box(mesh=plain))), rtol=1e-4)
+
+    def test_saved_scenes_have_the_files_of_their_meshes(self):
+        scene = mi.load_dict(small_box(one=self.mesh(), two=self.mesh()))
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "saved.xml")
+            mi.traverse(scene).save(path)
+            self.assertEqual(len(os.listdir(folder)), 3)
+            self.assertNotIn(tempfile.gettempdir() + "/kinome-", pathlib.Path(path).read_text())
+            saved = mi.load_file(path)
+            np.testing.assert_array_equal(mi.render(saved), mi.render(scene))
+            # The files that `saved` reads are kept.
+            mi.traverse(scene).save(os.path.join(folder, "saved2.xml"))
+            np.testing.assert_array_equal(mi.render(saved), mi.render(scene))
 
     def test_edited_arrays_of_an_object(self):
         with tempfile.TemporaryDirectory() as folder:
