@@ -54,6 +54,7 @@ class Rectangle final : public wide::Mesh {
     return sampled_at(hit);
   }
   void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
+    if (is_replaced()) return Mesh::sample_surface_block(u, out);
     const Plane plane(*this);
     wide::ShapePoint<wide::Float> point = plane.common();
     wide::for_lanes(out.count, [&](size_t i) {

@@ -251,12 +251,23 @@ def _is_nested_in_shape(plugin):
     return plugin in ("area", "directionalarea", "irradiancemeter")
 
 
+def add_defaults(camera):
+    """Adds a film and a sampler to the dict of a camera that has none, so that they have parameters."""
+    tags = {tag_of(part["type"], key, key) for key, part in camera.items()
+            if isinstance(part, dict) and part.get("type") not in ("rgb", "spectrum", "ref")}
+    for tag, plugin in (("film", "hdrfilm"), ("sampler", "independent")):
+        if tag not in tags:
+            camera.setdefault(tag, {"type": plugin})
+
+
 def load_object(source, search_paths):
     """Loads an object alone: in a scene in which it is used, so that its values are checked."""
     source = copied(source)
     if not isinstance(source.get("type"), str):
         fail("object", "must be a dict with a 'type', a string")
     tag = tag_of(source["type"], "", "object")
+    if source["type"] in ("perspective", "thinlens", "orthographic"):
+        add_defaults(source)
     part = Located(_without_ids(source), tag)
     scene = _host(tag, part)
     if _is_nested_in_shape(source["type"]):

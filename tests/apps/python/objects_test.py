@@ -125,6 +125,7 @@ class Scenes(unittest.TestCase):
             np.testing.assert_array_equal(mi.render(scene, sensor=sensor), expected)
         camera.parameters().update({"film.size": [8, 4], "x_fov": 20.0})
         self.assertEqual(mi.render(scene, sensor=camera).shape, (4, 8, 3))
+        self.assertEqual(mi.load_dict({"type": "perspective"}).film().size().tolist(), [768, 576])
         # This sensor depends on the bounds of the scene.
         distant = {"type": "distant", "direction": [0, 0, -1],
                    "film": {"type": "hdrfilm", "width": 1, "height": 1,
@@ -160,7 +161,7 @@ class Alone(unittest.TestCase):
                 one = mi.load_dict(description)
                 self.assertEqual(one.plugin, description["type"])
                 self.assertTrue(repr(one).startswith(description["type"]))
-                self.assertEqual(one.as_dict(), description)
+                self.assertLessEqual(description.items(), one.as_dict().items())
                 self.assertGreaterEqual(len(mi.traverse(one)), 0)
         with self.assertRaisesRegex(mi.Error, r"^bsdf\.alhpa: .*did you mean 'alpha'"):
             mi.load_dict({"type": "roughconductor", "alhpa": 0.1})
@@ -258,6 +259,31 @@ class Names(unittest.TestCase):
         parameters.update({"floor.vertex_positions": corners})
         self.assertFalse(np.array_equal(mi.render(scene), before))
         np.testing.assert_allclose(scene.shapes()[1].bbox().max[1], -0.5, atol=1e-6)
+
+    def test_an_edited_rectangle_is_the_mesh_of_its_vertices(self):
+        """A light that is no rectangle any more is hit, sampled and saved as a mesh."""
+        scene = mi.load_dict(small_box())
+        parameters = mi.traverse(scene)
+        corners = parameters["light.vertex_positions"].reshape(-1, 3)
+        corners[0] += [-0.5, -0.1, 0.4]
+        parameters.update({"light.vertex_positions": corners})
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "saved.xml")
+            parameters.save(path)
+            saved = mi.load_file(path)
+            self.assertEqual(saved.shapes()[0].plugin, "ply")
+            for integrator in ("path", "clustered", "ptracer"):
+                np.testing.assert_array_equal(mi.render(scene, integrator=integrator),
+                                              mi.render(saved, integrator=integrator))
+        # Light from hits alone has the same mean as that of sampled points of the light.
+        direct = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
+        sampled = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+        hits, points = (mi.render(scene, integrator=one, spp=n, variance=16)
+                        for one, n in ((direct, 1024), (sampled, 256)))
+        difference = hits.rgb.mean() - points.rgb.mean()
+        error = np.sqrt(sum(np.sum(one["variance"]) for one in (hits, points))) / hits.rgb.size
+        # False alarms: one in 10^6.
+        self.assertLess(abs(difference), 5 * error)
 
     def test_nested_objects_and_shutters(self):
         bsdf = mi.load_dict({"type": "mask", "opacity": 0.5, "any": {"type": "twosided", "other": {
