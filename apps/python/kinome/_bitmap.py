@@ -36,8 +36,8 @@ class Bitmap:
 
     Bitmap(path) reads a file. Bitmap(array) takes a numpy array or a Picture of two or three axes,
     whose number of channels gives the pixel format: Y, YA, RGB, RGBA, or otherwise MultiChannel.
-    numpy.array(bitmap) is a copy of the pixels, without the last axis if there is one channel. Bytes are encoded in sRGB, other types are linear,
-    unless srgb_gamma() says otherwise.
+    numpy.array(bitmap) is a copy of the pixels, without the last axis if there is one channel. Bytes
+    are encoded in sRGB, other types are linear, unless srgb_gamma() says otherwise.
     """
 
     PixelFormat, AlphaTransform = PixelFormat, AlphaTransform

@@ -128,6 +128,8 @@ class MeshParameters(dict):
         array = numbers(value)
         if array is None:
             raise check.fault(TypeError, path, "an array of numbers", value)
+        if path not in ARRAYS and array.size != self[path].size:
+            raise check.fault(ValueError, path, f"{self[path].size} numbers", value)
         super().__setitem__(path, np.array(array.ravel(), np.float32))
 
 
@@ -157,7 +159,7 @@ class Mesh:
 
     def add_attribute(self, name, size, values):
         """Adds an attribute for the texture mesh_attribute. name: "vertex_…" or "face_…"; size: 1 or 3
-        numbers per vertex or face."""
+        numbers per vertex or face. It is then one of the arrays of traverse(mesh)."""
         element = check.instance(name, "name", str, "a string").partition("_")[0]
         if element not in ("vertex", "face"):
             raise ValueError(f"name takes a name that begins with vertex_ or face_, got {name!r}")
@@ -167,7 +169,8 @@ class Mesh:
         array = numbers(values)
         if array is None or array.size != size * count:
             raise check.fault(ValueError, "values", f"{size * count} numbers", values)
-        self._attributes[name] = size, array.ravel()
+        self._attributes[name] = size
+        dict.__setitem__(self._parameters, name, np.array(array.ravel(), np.float32))
 
     def vertex_count(self):
         """Returns the number of vertices."""
@@ -188,8 +191,8 @@ class Mesh:
         self._write(check.path(path, "path"))
 
     def _write(self, path=None):
-        return write_ply(self._parameters, path, [(name, *value) for name, value in
-                                                  self._attributes.items()])
+        return write_ply(self._parameters, path, [(name, size, self._parameters[name])
+                                                  for name, size in self._attributes.items()])
 
     def as_dict(self):
         """Returns the dict of a shape with the arrays as of now."""

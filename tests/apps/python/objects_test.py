@@ -338,7 +338,8 @@ class Meshes(unittest.TestCase):
     def test_attributes(self):
         painted = self.mesh(bsdf={"type": "diffuse", "reflectance": {
             "type": "mesh_attribute", "name": "vertex_color"}})
-        painted.add_attribute("vertex_color", 3, [0.2] * 9)
+        painted.add_attribute("vertex_color", 3, [0.7] * 9)
+        mi.traverse(painted)["vertex_color"] = [0.2] * 9
         plain = self.mesh(bsdf={"type": "diffuse", "reflectance": 0.2})
         np.testing.assert_allclose(mi.render(mi.load_dict(small_box(mesh=painted))),
                                    mi.render(mi.load_dict(small_box(mesh=plain))), rtol=1e-4)
