@@ -8,14 +8,12 @@ from . import _arguments as check
 from . import _color, _kinome
 from ._color import AlphaTransform, PixelFormat, Struct
 from ._errors import Error
+from ._object import load_object
 
 
 _ENCODED = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".ppm")  # formats with 8 bits and sRGB
 _OF_COUNT = {1: PixelFormat.Y, 2: PixelFormat.YA, 3: PixelFormat.RGB, 4: PixelFormat.RGBA}
-# Filters of OpenImageIO, and their radius in pixels. That of a gaussian is two standard deviations.
-_FILTERS = {"box": ("box", 0.5), "tent": ("triangle", 1), "gaussian": ("gaussian", 1),
-            "mitchell": ("mitchell", 2), "catmullrom": ("catmull-rom", 2),
-            "lanczos": ("lanczos3", 3)}
+_FILTER_VALUES = 4097  # per filter, from its centre to its edge
 
 
 def _images():
@@ -220,20 +218,23 @@ class Bitmap:
 
     def resample(self, res, rfilter=None):
         """Returns the image with the size `res`, (width, height). rfilter: a reconstruction filter, as
-        an object, a dict or a name; lanczos by default. Filters of OpenImageIO are used, with the
-        plugin's default width. Pixels outside of the image are those of its edge."""
+        an object, a dict or a name; by default lanczos with two lobes. Pixels outside of the image are
+        those of its edge."""
         size = np.asarray(res)
         if size.shape != (2,):
             raise check.fault(TypeError, "res", "a width and a height", res)
         width, height = (check.whole(one, "res", 1, 2 ** 16) for one in size.tolist())
-        plugin = rfilter or "lanczos"
-        plugin = plugin.get("type") if isinstance(plugin, dict) else getattr(
-            plugin, "plugin", plugin)
-        if plugin not in _FILTERS:
-            raise check.fault(ValueError, "rfilter", f"one of {', '.join(_FILTERS)}", rfilter)
-        name, radius = _FILTERS[plugin]
+        if rfilter is None:
+            rfilter = {"type": "lanczos", "lobes": 2}
+        if isinstance(rfilter, str):
+            rfilter = {"type": rfilter}
+        if isinstance(rfilter, dict):
+            rfilter = load_object(rfilter, [])
+        if getattr(rfilter, "category", None) != "rfilter":
+            raise check.fault(TypeError, "rfilter", "a reconstruction filter", rfilter)
+        radius, table = rfilter._editor.filter(rfilter._path, _FILTER_VALUES)
         values = np.ascontiguousarray(_color.scaled(self._array), np.float32)
-        result = _images().resample(values, width, height, name, 2 * radius)
+        result = _images().resample(values, width, height, table, radius)
         return self._like(_color.unscaled(result, self._array.dtype))
 
     def split(self):

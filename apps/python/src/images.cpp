@@ -12,6 +12,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 
@@ -120,29 +121,52 @@ void write_image(const std::string& path, const Pixels& pixels,
   }
 }
 
-/// Resamples an image with a separable filter of OpenImageIO. `diameter` is in pixels of the image
-/// that has fewer pixels along an axis.
+/// Separable filter whose values are interpolated in a table. It is wider along an axis by `scale`.
+class TableFilter final : public OIIO::Filter2D {
+ public:
+  TableFilter(const std::vector<float>& values, float radius, float x_scale, float y_scale)
+      : Filter2D(2 * radius * x_scale, 2 * radius * y_scale),
+        values_(values),
+        x_step_(radius * x_scale / static_cast<float>(values.size() - 1)),
+        y_step_(radius * y_scale / static_cast<float>(values.size() - 1)) {}
+  bool separable() const override { return true; }
+  float operator()(float x, float y) const override { return xfilt(x) * yfilt(y); }
+  float xfilt(float x) const override { return at(std::abs(x) / x_step_); }
+  float yfilt(float y) const override { return at(std::abs(y) / y_step_); }
+  OIIO::string_view name() const override { return "table"; }
+
+ private:
+  float at(float index) const {
+    const float last = static_cast<float>(values_.size() - 1);
+    if (!(index <= last)) return 0;
+    const auto i = static_cast<size_t>(std::min(index, last - 1));
+    const float t = index - static_cast<float>(i);
+    return values_[i] * (1 - t) + values_[i + 1] * t;
+  }
+  const std::vector<float>& values_;
+  float x_step_, y_step_;
+};
+
+/// Resamples an image with a separable, symmetric filter. `filter` has its values at equidistant
+/// offsets from 0 to `radius`, in pixels of the image that has fewer pixels along an axis.
 nb::object resample_image(
     const nb::ndarray<float, nb::c_contig, nb::device::cpu, nb::ndim<3>>& pixels, int width,
-    int height, const std::string& name, float diameter) {
+    int height, const std::vector<float>& filter, float radius) {
+  if (filter.size() < 2) throw std::runtime_error("a filter needs two values or more");
   const OIIO::ImageSpec spec(static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)),
                              static_cast<int>(pixels.shape(2)), OIIO::TypeDesc::FLOAT);
   const OIIO::ImageSpec resized(width, height, spec.nchannels, OIIO::TypeDesc::FLOAT);
-  // OpenImageIO expects the diameter in pixels of the result.
-  const auto diameter_along = [&](int before, int after) {
-    return diameter * std::max(1.f, static_cast<float>(after) / static_cast<float>(before));
+  // OpenImageIO evaluates the filter at offsets in pixels of the result.
+  const auto scale = [](int before, int after) {
+    return std::max(1.f, static_cast<float>(after) / static_cast<float>(before));
   };
-  const std::unique_ptr<OIIO::Filter2D, void (*)(OIIO::Filter2D*)> filter(
-      OIIO::Filter2D::create(name, diameter_along(spec.width, width),
-                             diameter_along(spec.height, height)),
-      &OIIO::Filter2D::destroy);
-  if (!filter) throw std::runtime_error("OpenImageIO has no filter '" + name + "'");
+  TableFilter table(filter, radius, scale(spec.width, width), scale(spec.height, height));
   auto values = std::make_unique<float[]>(resized.image_pixels() * resized.nchannels);
   {
     const nb::gil_scoped_release release;
     const OIIO::ImageBuf source(spec, pixels.data());
     OIIO::ImageBuf result(resized, values.get());
-    if (!OIIO::ImageBufAlgo::resize(result, source, filter.get())) {
+    if (!OIIO::ImageBufAlgo::resize(result, source, &table)) {
       throw std::runtime_error(result.geterror());
     }
   }

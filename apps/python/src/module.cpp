@@ -133,6 +133,9 @@ class Editor {
     return part_paths(editor(), path);
   }
   nb::object bounds(const std::string& path) const { return bounds_of(editor(), path); }
+  nb::tuple filter(const std::string& path, size_t count) const {
+    return filter_values(editor(), path, count);
+  }
   nb::tuple update() {
     const Use use(*this);
     SceneChanges changes;
@@ -362,6 +365,7 @@ NB_MODULE(_kinome, m) {
       .def("environment", &Editor::environment)
       .def("parts", &Editor::parts)
       .def("bounds", &Editor::bounds)
+      .def("filter", &Editor::filter)
       .def("update", &Editor::update)
       .def("render", &Editor::render, "integrator"_a.none(), "camera"_a.none(), "sensor"_a,
            "samples"_a, "seed"_a, "seconds"_a, "rel_mse"_a, "lanes"_a, "threads"_a,

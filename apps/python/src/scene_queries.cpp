@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "kinome/reconstruction_filter.h"
 #include "kinome/scene.h"
 #include "kinome/shape_group.h"
 
@@ -93,6 +94,17 @@ nb::object bounds_of(const SceneEditor& editor, const std::string& path) {
   if (bounds.empty()) return nb::none();
   const auto triple = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
   return nb::make_tuple(triple(bounds.lo), triple(bounds.hi));
+}
+
+nb::tuple filter_values(const SceneEditor& editor, const std::string& path, size_t count) {
+  const auto* const filter = dynamic_cast<const ReconstructionFilter*>(object_at(editor, path));
+  if (!filter) throw Error("'" + path + "' is not a reconstruction filter");
+  nb::list values;
+  for (size_t i = 0; i < count; ++i) {
+    values.append(
+        filter->eval(filter->radius() * static_cast<float>(i) / static_cast<float>(count - 1)));
+  }
+  return nb::make_tuple(filter->radius(), values);
 }
 
 BorrowedSensor::BorrowedSensor(Sensor& sensor, const Scene& owner, const Scene& borrower)

@@ -26,6 +26,10 @@ std::map<std::string, std::string> part_paths(const SceneEditor& editor, const s
 /// is empty.
 nb::object bounds_of(const SceneEditor& editor, const std::string& path);
 
+/// Returns the radius of a reconstruction filter, and its values at `count` equidistant offsets
+/// from 0 to the radius.
+nb::tuple filter_values(const SceneEditor& editor, const std::string& path, size_t count);
+
 /// Lends a sensor to another scene, for its lifetime.
 class BorrowedSensor {
  public:

@@ -121,10 +121,19 @@ class BitmapTest(unittest.TestCase):
                     at = (np.arange(size[0]) + 0.5) / size[0] * 32 - 0.5
                     inside = slice(size[0] // 4, -size[0] // 4)
                     np.testing.assert_allclose(row[inside], at[inside] / 31, atol=0.02)
+        # Weights of a filter at the centres of pixels, for a single bright pixel.
+        dot = np.zeros((1, 9), np.float32)
+        dot[0, 4] = 1
+        weights = np.exp(-(np.arange(9) - 4) ** 2 / (2 * 0.8 ** 2)) - np.exp(-16 / 2)
+        weights *= np.abs(np.arange(9) - 4) < 4 * 0.8
+        blurred = np.array(Bitmap(dot).resample([9, 2], {"type": "gaussian", "stddev": 0.8}))
+        np.testing.assert_allclose(blurred[0], weights / weights.sum(), atol=2e-4)
         even = np.array(Bitmap(np.full((6, 6, 3), 0.25, np.float32)).resample([11, 3]))
         np.testing.assert_allclose(even, 0.25, rtol=1e-5)
-        with self.assertRaisesRegex(ValueError, "rfilter takes one of"):
+        with self.assertRaisesRegex(mi.Error, "no plugin 'sinc'"):
             Bitmap(ramp).resample([4, 4], "sinc")
+        with self.assertRaisesRegex(TypeError, "rfilter takes a reconstruction filter"):
+            Bitmap(ramp).resample([4, 4], mi.load_dict({"type": "sphere"}))
         with self.assertRaises(ValueError):
             Bitmap(ramp).resample([4, 0])
 
