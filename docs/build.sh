@@ -3,7 +3,8 @@
 #
 #   sh docs/build.sh [MKDOCS OPTION...]
 #
-# Takes some minutes, most of them for the images. Installs missing Debian packages, and MkDocs in a
+# Takes some minutes for the first time, most of them for the images, which are kept for the next one.
+# Installs missing Debian packages, and MkDocs in a
 # virtual environment in the build folder. Dead links and failed renders are errors.
 #
 # KINOME_BUILD: build folder; default: build. KINOME_MKDOCS: path of an installed mkdocs.

@@ -2,7 +2,8 @@
 
     collect.py BUILD FOLDER
 
-BUILD: the build folder with program and plugins. FOLDER/pages gets every Markdown file under its path in
+BUILD: the build folder with program and plugins. FOLDER/pictures keeps the pictures of plugins for the
+next build. FOLDER/pages gets every Markdown file under its path in
 the repository, with the pictures and data that it links; a source file that is linked becomes a page of
 its text, a folder one of its files. FOLDER/mkdocs.yml is docs/mkdocs.yml with the plugins' pages.
 """
@@ -13,8 +14,8 @@ import shutil
 import subprocess
 import sys
 
-import plugin_pictures
 from links import CODE, LINK, pages
+from picture_store import PictureStore
 from plugin_sources import ROOT, example, sources
 
 STATIC = {".png", ".jpg", ".csv", ".json", ".html", ".css", ".svg", ".ipynb", ".mp4"}
@@ -99,31 +100,42 @@ def registered(program):
             yield category, line.split()[0]
 
 
-def plugin_page(program, files, folder, category, name, source):
-    text = subprocess.run([program, "plugins", "--markdown", f"{category}/{name}"], capture_output=True,
+def plugin_page(store, folder, category, name, source):
+    text = subprocess.run([store.program, "plugins", "--markdown", f"{category}/{name}"], capture_output=True,
                           text=True, check=True).stdout
     xml = example(source) if source else None
-    picture = folder / f"{name}.png"
     title, _, rest = text.partition("\n")
     shown = ""
-    if plugin_pictures.render(program, files, category, name, xml, picture):
+    if store.put(category, name, xml, folder / f"{name}.png"):
         shown = f"\n![{name}]({name}.png)\n"
     if xml:
         rest += f"\n```xml\n{xml}\n```\n"
     (folder / f"{name}.md").write_text(f"{title}\n{shown}{rest}", "utf-8")
 
 
+def linked_overview(text):
+    """The page docs/plugins.md, in whose table each plugin's name links to its page. In the repository, there
+    are no such pages."""
+    def row(match):
+        category, names, rest = match.groups()
+        return f"| {category} | " + re.sub(
+            r"`(\w+)`", lambda name: f"[{name[0]}](reference/{category}/{name[1]}.md)", names) + f" | {rest}"
+
+    return re.sub(r"^\| (\w+) \| ((?:`\w+`(?:, )?)+) \| (.*)", row, text, flags=re.MULTILINE)
+
+
 def plugin_pages(build, folder, pages_folder):
     """The lines of the navigation."""
-    program = build / "bin/kinome"
-    files = folder / "pictures"
-    plugin_pictures.make_files(files)
-    found = list(registered(program))
+    store = PictureStore(build, folder / "pictures")
+    found = list(registered(store.program))
     where = sources()
     for category, name in found:
         target = pages_folder / "docs/reference" / category
         target.mkdir(parents=True, exist_ok=True)
-        plugin_page(program, files, target, category, name, where.get((category, name)))
+        plugin_page(store, target, category, name, where.get((category, name)))
+    print(f"rendered {store.rendered} pictures of plugins")
+    overview = pages_folder / "docs/plugins.md"
+    overview.write_text(linked_overview(overview.read_text("utf-8")), "utf-8")
     lines = []
     for category in dict.fromkeys(category for category, _ in found):
         lines.append(f"      - {TITLES.get(category, category)}:")
@@ -138,7 +150,8 @@ def main():
     shutil.rmtree(pages_folder, ignore_errors=True)
     collection = Collection(pages_folder)
     collection.add_all()
-    collection.put("docs/site/extra.css", (ROOT / "docs/site/extra.css").read_text("utf-8"))
+    for name in ("docs/site/extra.css", "docs/site/iframe-worker.js"):
+        collection.put(name, (ROOT / name).read_text("utf-8"))
     lines = plugin_pages(build, folder, pages_folder)
     configuration = (ROOT / "docs/mkdocs.yml").read_text("utf-8")
     (folder / "mkdocs.yml").write_text(configuration.replace("      - PLUGIN PAGES", lines), "utf-8")

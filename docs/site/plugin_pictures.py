@@ -1,6 +1,7 @@
 """A small picture for the page of each plugin: its example, as the page shows it, in a scene that goes
 with its category. What can't be shown as it is has a substitute in INSTEAD; what has nothing to show
 is in WITHOUT."""
+import json
 import math
 import pathlib
 import re
@@ -318,22 +319,21 @@ EXPOSURE = {"blackbody": -14, "d65": -1.5, "depth": -3, "sunsky": 1.5,
             "timed_sunsky": 1.5}
 
 
-def render(program, files, category, name, example, picture):
-    """Writes `picture`, a PNG; False if there is nothing to show. Raises RuntimeError with what the
-    program said if it can't be rendered."""
-    text = scene_of(category, name, example)
-    if text is None:
-        return False
+def render(program, files, category, name, text, exposure, picture):
+    """Renders the scene `text` to `picture`, a PNG. Returns the plugins that were loaded. Raises RuntimeError
+    with what the program said if it can't be rendered."""
     file = files / f"{category}-{name}.xml"
     file.write_text(re.sub(r"\s+", " ", text), "utf-8")
-    done = subprocess.run([program, "-q", file, "-o", file.with_suffix(".exr"), "--png", "--exposure",
-                           str(EXPOSURE.get(name, 0))], capture_output=True, text=True, check=False)
+    done = subprocess.run([program, "-q", "--stats=json", file, "-o", file.with_suffix(".exr"), "--png",
+                           "--exposure", str(exposure)], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"the picture of {category}/{name}: {done.stderr.strip()}")
+    file.with_suffix(".exr").unlink()
     if category in ("rfilter", "sampler"):
         from PIL import Image
         small = Image.open(file.with_suffix(".png"))
         small.resize((small.width * 4, small.height * 4), Image.NEAREST).save(picture)
+        file.with_suffix(".png").unlink()
     else:
         shutil.move(file.with_suffix(".png"), picture)
-    return True
+    return json.loads(done.stdout)["plugins"]

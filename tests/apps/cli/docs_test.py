@@ -7,10 +7,12 @@ import sys
 import tempfile
 import unittest
 import xml.etree.ElementTree
+from unittest import mock
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "docs/site"), str(ROOT / "docs")]
 import collect  # noqa: E402
+import picture_store  # noqa: E402
 import plugin_pictures  # noqa: E402
 import plugin_sources  # noqa: E402
 import rooms  # noqa: E402
@@ -68,6 +70,43 @@ class Site(unittest.TestCase):
             # The site contains every page about Kinome.
             ours = {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
             self.assertEqual(ours - set(named), set())
+
+    def test_overview_links_every_plugin(self):
+        text = collect.linked_overview((ROOT / "docs/plugins.md").read_text("utf-8"))
+        self.assertIn("\n| shape | [`glb`](reference/shape/glb.md), [`gltf`](reference/shape/gltf.md) | ", text)
+        linked = set(re.findall(r"\]\(reference/(\w+/\w+)\.md\)", text))
+        self.assertLessEqual({f"{c}/{n}" for c, n in plugin_sources.sources()}, linked)
+
+    def test_pictures_are_kept_until_a_file_changes(self):
+        with tempfile.TemporaryDirectory() as name:
+            build = pathlib.Path(name)
+            for path in ("bin/kinome", "lib/libkinome.so", "plugins/bsdf/a.so", "plugins/bsdf/b.so"):
+                (build / path).parent.mkdir(parents=True, exist_ok=True)
+                (build / path).write_text(path, "utf-8")
+            rendered = []
+
+            def render(program, files, category, plugin, scene, exposure, picture):
+                rendered.append(plugin)
+                picture.write_text(scene, "utf-8")
+                return [f"{category}/{plugin}"]
+
+            def build_both(example="<x/>"):
+                rendered.clear()
+                store = picture_store.PictureStore(build, build / "pictures")
+                for plugin in "ab":
+                    self.assertTrue(store.put("bsdf", plugin, example, build / "target.png"))
+                return list(rendered)
+
+            with mock.patch.multiple(plugin_pictures, render=render,
+                                     make_files=lambda folder: folder.mkdir(parents=True, exist_ok=True)):
+                self.assertEqual(build_both(), ["a", "b"])
+                self.assertEqual(build_both(), [])
+                (build / "plugins/bsdf/b.so").write_text("other", "utf-8")
+                self.assertEqual(build_both(), ["b"])
+                (build / "lib/libkinome.so").write_text("other", "utf-8")
+                self.assertEqual(build_both(), ["a", "b"])
+                self.assertEqual(build_both("<y/>"), ["a", "b"])
+                self.assertEqual(build_both("<y/>"), [])
 
     def test_every_plugin_has_an_example_and_a_picture(self):
         found = plugin_sources.sources()
