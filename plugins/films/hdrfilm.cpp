@@ -117,13 +117,14 @@ class HdrFilm : public Film {
     } else if (format_ == FileFormat::kRgbe) {
       write_rgbe(file.string(), image);
     } else {
-      // Variances exceed the range of half floats.
-      const bool has_variance =
-          std::any_of(image.channels.begin(), image.channels.end(),
-                      [](const std::string& name) { return name.rfind("variance.", 0) == 0; });
+      // Variances exceed the range of half floats, and ids of Cryptomatte have 32 bits.
+      const bool needs_float =
+          std::any_of(image.channels.begin(), image.channels.end(), [](const std::string& name) {
+            return name.starts_with("variance.") || name.starts_with("Crypto");
+          });
       std::optional<Image> xyz;  // without it, the image is written as it is, not copied
       if (is_xyz_) xyz = to_xyz(image);
-      write_exr(file.string(), xyz ? *xyz : image, has_variance ? ExrNumber::kFloat : number_,
+      write_exr(file.string(), xyz ? *xyz : image, needs_float ? ExrNumber::kFloat : number_,
                 metadata, Vec2(crop_.x0, crop_.y0), Vec2(width_, height_));
     }
   }

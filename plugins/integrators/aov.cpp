@@ -2,7 +2,9 @@
 /// Each nested integrator adds the channels NAME.R, .G, .B and .A. The first one also renders the
 /// film's colour, which is black without nested integrators. Channels are filtered like colour;
 /// rays that hit nothing count as 0. `aovs` lists name:type pairs. Channels have Mitsuba's names:
-/// NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on.
+/// NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on. The pairs crypto:object and
+/// crypto:material add the layers CryptoObject and CryptoMaterial: mattes in the format
+/// Cryptomatte, with the ids of the scene file as names.
 ///
 ///     <integrator type="aov">
 ///       <string name="aovs" value="depth:depth,n:sh_normal,albedo:albedo"/>
@@ -18,9 +20,10 @@
 #include <string_view>
 #include <vector>
 
+#include "cryptomatte.h"
+#include "ignored_parameters.h"
 #include "kinome/block_points.h"
 #include "kinome/primary_rays.h"
-#include "ignored_parameters.h"
 #include "nesting.h"
 #include "transport/blocks_of_tile.h"
 #include "transport/camera.h"
@@ -33,8 +36,12 @@ constexpr Parameter kTable[] = {
     kIgnoredHideEmitters,
     {"aovs", ParameterType::kString, nullptr,
      "NAME:TYPE pairs, separated by commas or spaces; types: albedo, depth, position, uv, "
-     "geo_normal, sh_normal, dp_du, dp_dv, duv_dx, duv_dy, prim_index, shape_index (from 1).",
+     "geo_normal, sh_normal, dp_du, dp_dv, duv_dx, duv_dy, prim_index, shape_index (from 1). "
+     "crypto:object and crypto:material add layers of Cryptomatte.",
      true},
+    {"crypto_depth", ParameterType::kInteger, "6", "ids per pixel of Cryptomatte layers, even"},
+    {"crypto_samples", ParameterType::kInteger, "32",
+     "camera rays per pixel for Cryptomatte layers"},
     {"integrator", ParameterType::kObject, nullptr,
      "Integrators that render the colour channels; each gets channels of its own.", false,
      Category::kIntegrator, 16},
@@ -148,6 +155,13 @@ const Type& find_type(const Properties& props, const std::string& name) {
       "aovs", "has the unknown type '" + name + "'" + did_you_mean(nearest_name(name, names)));
 }
 
+/// Returns the kind of Cryptomatte that a pair names; nullopt for other pairs.
+std::optional<CryptomatteKind> kind_of(std::string_view item) {
+  if (item == "crypto:object") return CryptomatteKind::kObject;
+  if (item == "crypto:material") return CryptomatteKind::kMaterial;
+  return std::nullopt;
+}
+
 /// State of one thread.
 class AovWorker {
  public:
@@ -215,18 +229,27 @@ class AovIntegrator final : public NestingIntegrator {
     }
     for (const Nested& nested : this->nested()) add_channels_of(nested);
     const std::vector<std::string> names = parse(props);
-    layer_ = add_layer(names);
-    for (size_t i = 0; i < names.size(); ++i) add_channel({names[i], layer_, static_cast<int>(i)});
+    layer_ = add_channels(names);
+    constexpr int64_t kMaxLevels = 64, kMaxSamples = 4096;
+    cryptomatte_ =
+        Cryptomatte(kinds_, static_cast<int>(props.integer("crypto_depth", 1, kMaxLevels)),
+                    static_cast<uint32_t>(props.integer("crypto_samples", 1, kMaxSamples)));
+    cryptomatte_layer_ = add_channels(cryptomatte_.channels());
   }
 
   std::vector<Stage> stages() const override {
     std::vector<Stage> stages = NestingIntegrator::stages();
-    stages.push_back({"aov", "records properties of the first hits"});
+    if (layer_ >= 0) stages.push_back({"aov", "records properties of the first hits"});
+    if (!cryptomatte_.is_empty()) stages.push_back({"cryptomatte", "finds the coverage of ids"});
     return stages;
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     NestingIntegrator::render(scene, sensor, context);
+    if (!cryptomatte_.is_empty()) {
+      cryptomatte_.render(scene, sensor, context, cryptomatte_layer_);
+    }
+    if (layer_ < 0) return;
     const transport::SceneTable table(scene);
     const auto values = static_cast<size_t>(sensor.film().value_count(layer_));
     transport::render_tiles<AovWorker>(
@@ -238,7 +261,15 @@ class AovIntegrator final : public NestingIntegrator {
   }
 
  private:
-  /// Sets types_ and returns the names of the channels.
+  /// Adds a layer with these channels. Returns its number, or -1 if there are none.
+  int add_channels(const std::vector<std::string>& names) {
+    if (names.empty()) return -1;
+    const int layer = add_layer(names);
+    for (size_t i = 0; i < names.size(); ++i) add_channel({names[i], layer, static_cast<int>(i)});
+    return layer;
+  }
+
+  /// Sets types_ and kinds_, and returns the names of the channels of types_.
   std::vector<std::string> parse(const Properties& props) {
     std::vector<std::string> names;
     std::set<std::string> taken;
@@ -251,6 +282,13 @@ class AovIntegrator final : public NestingIntegrator {
         throw props.error("aovs", "must be NAME:TYPE pairs with commas between them, got '" +
                                       std::string(item) + "'");
       }
+      if (const auto kind = kind_of(item)) {
+        if (std::find(kinds_.begin(), kinds_.end(), *kind) != kinds_.end()) {
+          throw props.error("aovs", "names '" + std::string(item) + "' twice");
+        }
+        kinds_.push_back(*kind);
+        continue;
+      }
       const Type& type = find_type(props, std::string(item.substr(colon + 1)));
       types_.push_back(&type);
       for (const char suffix : std::string_view(type.suffixes)) {
@@ -260,12 +298,17 @@ class AovIntegrator final : public NestingIntegrator {
         }
       }
     }
-    if (names.empty()) throw props.error("aovs", "must be NAME:TYPE pairs, got none");
+    if (names.empty() && kinds_.empty()) {
+      throw props.error("aovs", "must be NAME:TYPE pairs, got none");
+    }
     return names;
   }
 
   std::vector<const Type*> types_;
-  int layer_;
+  int layer_ = -1;
+  std::vector<CryptomatteKind> kinds_;
+  Cryptomatte cryptomatte_{{}, 0, 0};
+  int cryptomatte_layer_ = -1;
 };
 
 }  // namespace

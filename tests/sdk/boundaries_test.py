@@ -44,7 +44,7 @@ ROOMS = {
 }
 # Rooms that plugins may include beside the core, by the category's folder.
 ROOMS_OF_PLUGINS = {"bsdfs": [SAMPLING], "emitters": [LIGHTS, SAMPLING], "films": [FILES],
-                    "integrators": [LIGHTS, SAMPLING], "phases": [SAMPLING], "sensors": [SAMPLING],
+                    "integrators": [FILES, LIGHTS, SAMPLING], "phases": [SAMPLING], "sensors": [SAMPLING],
                     "shapes": [MESHES, SAMPLING], "spectra": [SPECTRA], "textures": [FILES, MESHES]}
 # Folders of learned product sampling. Each may include headers of those before it.
 PRODUCT = "plugins/integrators/clustered/product"

@@ -14,6 +14,7 @@
 
 #include "base/clock.h"
 #include "crash.h"
+#include "kinome/cryptomatte.h"
 #include "kinome/image_files.h"
 #include "kinome/log.h"
 #include "kinome/plugin_audit.h"
@@ -168,6 +169,9 @@ ImageMetadata describe_image(const Options& options, const Scene& scene, RenderC
   ImageMetadata metadata =
       metadata_of(scene, context.job, integrator_names(stats.plugins), stats);
   if (options.parts > 0 && !part) metadata.merge(metadata_of_parts(options.parts));
+  std::vector<std::string> channels;
+  for (const FilmChannel& channel : scene.integrator().channels()) channels.push_back(channel.name);
+  metadata.merge(cryptomatte_metadata(scene, channels));
   return metadata;
 }
 
