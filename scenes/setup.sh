@@ -23,6 +23,9 @@ kinome_film_packages="ffmpeg"
 kinome_module_packages="python3-dev python3-venv"
 kinome_module_requirements="nanobind==3.1.0 scikit-build-core==1.1.2"
 
+# Reader of Cryptomatte files, for a test. Debian has the packages that it depends on, except mmh3.
+kinome_reader_requirements="decryptomatte==1.0.1 mmh3==5.3.1"
+
 # Additional packages for kinome-view and its tests.
 kinome_viewer_packages="libglfw3-dev libimgui-dev xvfb xauth xdotool libgl1-mesa-dri python3-pil"
 
@@ -82,6 +85,20 @@ kinome_python_environment() {
   else
     rm -rf "$environment"
     echo "The Python module is left out: it needs $kinome_module_requirements" >&2
+  fi
+}
+
+# Adds readers of other projects to this environment, for tests. Without them, these tests are skipped.
+kinome_install_readers() {
+  environment=$build/python-env
+  [ -x "$environment/bin/pip" ] || return 0
+  [ "$(cat "$environment/readers.txt" 2>/dev/null)" != "$kinome_reader_requirements" ] || return 0
+  # shellcheck disable=SC2086
+  if "$environment/bin/pip" install -q --disable-pip-version-check --no-deps \
+    $kinome_reader_requirements; then
+    echo "$kinome_reader_requirements" >"$environment/readers.txt"
+  else
+    echo "Tests by other readers are left out: they need $kinome_reader_requirements" >&2
   fi
 }
 

@@ -170,6 +170,7 @@ fuzz() {
 [ "$sanitizer" != fuzz ] || kinome_packages="$kinome_packages clang libclang-rt-14-dev"
 require kinome_install_packages
 [ -n "$sanitizer" ] || kinome_python_environment
+[ -n "$sanitizer" ] || kinome_install_readers
 require configure
 if [ -n "$stability" ]; then
   require ninja -C "$build" kinome_renderer kinome-stability

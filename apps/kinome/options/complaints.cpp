@@ -219,6 +219,9 @@ std::string complaint_of(const CLI::App& app, const CLI::ParseError& error, cons
 }
 
 std::string unknown_command(const std::string& word, const Words& commands) {
+  if (std::find(commands.begin(), commands.end(), word) != commands.end()) {
+    return "the command '" + word + "' must come first, before its options";
+  }
   const std::string text = "unknown command '" + word + "'";
   static const std::map<std::string, const char*> meant = {
       {"help", "--help"}, {"version", "--version"}, {"list", "plugins"}};
