@@ -99,12 +99,22 @@ INSTANTIATE_TEST_SUITE_P(
              sky_xml(), 2}),
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
-/// A medium without absorption vanishes in an even light.
+/// A medium without absorption vanishes in an even light: that of a sky, and that of a sphere, of
+/// which candidates find the light of all edges. Dense ones scatter it a hundred times.
 TEST(FogLight, KeepsTheEnergyOfAnEvenLight) {
-  const auto scene = scene_from(
-      fog_cube_xml(fog_xml("0.5 1 2", "1 1 1", phase_xml(0.5f))) + constant_xml("1 1 1") +
-      integrator_xml("clustered", -1, kWithoutTrial) + parallel_view(0.8, 2, 64));
-  expect_equal(estimate_pixels(*scene, kRenders), exactly(Rgb(1), 4), kAlpha, "fog");
+  const std::string sphere = shape_xml(
+      "sphere", "<scale value=\"9\"/>",
+      "<boolean name=\"flip_normals\" value=\"true\"/>" + area_xml("1 1 1"));
+  const std::string thin = fog_xml("0.5 1 2", "1 1 1", phase_xml(0.5f));
+  const std::string dense = fog_xml("50 50 50", "1 1 1");
+  for (const std::string& light : {constant_xml("1 1 1"), sphere}) {
+    for (const std::string& medium : {thin, dense}) {
+      const auto scene = scene_from(fog_cube_xml(medium) + light +
+                                    integrator_xml("clustered", -1, kWithoutTrial) +
+                                    parallel_view(0.8, 2, medium == thin ? 64 : 8));
+      expect_equal(estimate_pixels(*scene, kRenders), exactly(Rgb(1), 4), kAlpha, light + medium);
+    }
+  }
 }
 
 TEST(FogLight, IsTheSameOnAnyNumberOfThreadsAndFinite) {

@@ -10,7 +10,7 @@
 namespace kinome::test::media_edges_test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // level of each of 6 z-tests
+constexpr double kAlpha = 1e-4;  // level of each of 10 z-tests
 
 std::string volpath_xml(int max_depth = -1) {
   return integrator_xml("volpath", max_depth);
@@ -82,6 +82,33 @@ TEST(MediaEdges, AlbedoOneWithoutALimitOfDepthKeepsTheLight) {
   const auto scene = scene_from(fog_cube_xml(fog_xml("4 4 4", "1 1 1")) + constant_xml("1 1 1") +
                                 volpath_xml() + parallel_view(0.9, 2, 128));
   expect_equal(estimate_pixels(*scene, kRenders), exactly(grey(1), 4), kAlpha, "white");
+}
+
+/// Light takes up to a thousand collisions to leave.
+TEST(MediaEdges, DenseFogOfAlbedoOneKeepsTheLight) {
+  const auto scene = scene_from(fog_cube_xml(fog_xml("50 50 50", "1 1 1")) + constant_xml("1 1 1") +
+                                volpath_xml() + parallel_view(0.9, 2, 32));
+  expect_equal(estimate_pixels(*scene, kRenders), exactly(grey(1), 4), kAlpha, "dense");
+}
+
+/// Light takes more than 1024 steps to leave, from which roulette makes paths rarer.
+TEST(MediaEdges, LongPathsKeepTheirLight) {
+  const auto scene = scene_from(fog_cube_xml(fog_xml("500 500 500", "1 1 1")) +
+                                constant_xml("1 1 1") + volpath_xml() + parallel_view(0.9, 1, 32));
+  expect_equal(estimate_pixels(*scene, kRenders), exactly(grey(1), 1), kAlpha, "long");
+}
+
+/// The depth from which roulette ends paths doesn't change the expectation.
+TEST(MediaEdges, RouletteKeepsTheMean) {
+  const auto estimates = [](int rr_depth, uint64_t seed) {
+    const auto scene = scene_from(
+        fog_cube_xml(fog_xml("5 5 5", "0.98 0.9 0.5")) + point_xml("0 0 2", "1 1 1") +
+        integrator_xml("volpath", -1,
+                       "<integer name=\"rr_depth\" value=\"" + std::to_string(rr_depth) + "\"/>") +
+        parallel_view(0.9, 2, 64));
+    return estimate_pixels(*scene, kRenders, seed);
+  };
+  expect_equal(estimates(1, 0), estimates(1000000, 1000), kAlpha, "roulette at once, and never");
 }
 
 /// Rays that start exactly at a boundary, in the medium that is nested in the sensor.

@@ -121,6 +121,17 @@ TEST(Walks, BodiesWithoutAbsorptionVanishInAnEvenLight) {
   }
 }
 
+/// Light takes a thousand collisions to leave, and some of it a million.
+TEST(Walks, LongWalksKeepTheirLight) {
+  const std::string body =
+      body_xml("sphere",
+               "<bsdf type=\"dielectric\"><float name=\"int_ior\" value=\"1\"/><float "
+               "name=\"ext_ior\" value=\"1\"/></bsdf>",
+               fog_xml("1000 1000 1000", "1 1 1"), true);
+  expect_equal(estimate_pixels(*body_scene(body, constant_xml("1 1 1"), -1, 2), kRenders),
+               exactly(Rgb(1), 4), kAlpha, "long");
+}
+
 TEST(Walks, DoNotDependOnTheNumberOfThreads) {
   for (const char* const extinction : {"3 3 3", "1000000 3 0", "100000 100000 100000"}) {
     const std::string body =

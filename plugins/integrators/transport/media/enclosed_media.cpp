@@ -24,6 +24,12 @@ bool may_be_inside(const Emitter& emitter, const Aabb& box) {
 
 }  // namespace
 
+bool is_endless(const Medium& medium, const Scene& scene) {
+  return medium.box().hi.x == kInfinity &&
+         std::none_of(scene.shapes().begin(), scene.shapes().end(),
+                      [&](const auto& shape) { return shape->interior() == &medium; });
+}
+
 bool is_enclosed(const Medium& medium, const Scene& scene, const Sensor& sensor) {
   if (sensor.medium() == &medium) return false;
   Aabb box;

@@ -10,4 +10,7 @@ namespace kinome::transport {
 /// as through glass.
 bool is_enclosed(const Medium& medium, const Scene& scene, const Sensor& sensor);
 
+/// Returns true if no shape has the medium as its interior, and it has no box of its own.
+bool is_endless(const Medium& medium, const Scene& scene);
+
 }  // namespace kinome::transport

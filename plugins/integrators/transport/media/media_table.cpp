@@ -32,7 +32,9 @@ MediaTable::MediaTable(const Scene& scene, const Sensor& sensor) {
   for (const Medium* medium : scene.media()) add(*medium);
   for (const auto& shape : scene.shapes()) {
     const bool separates = shape->separates_media();
-    interior_.push_back(separates ? number_of(shape->interior()) : kUnchanged);
+    // Rays don't meet curves from inside, so that they couldn't leave the interior.
+    const Medium* const inside = shape->curves() ? shape->exterior() : shape->interior();
+    interior_.push_back(separates ? number_of(inside) : kUnchanged);
     exterior_.push_back(separates ? number_of(shape->exterior()) : kUnchanged);
   }
   start_ = number_of(sensor.medium());
@@ -64,7 +66,9 @@ void MediaTable::find_enclosed(const Scene& scene, const Sensor& sensor) {
       scene.emitters().begin(), scene.emitters().end(),
       [](const auto& emitter) { return !emitter->is_environment() && !emitter->is_surface(); });
   is_enclosed_.assign(media_.size(), false);
+  ends_.assign(media_.size(), radius_ < kEndlessRadius);
   for (uint32_t number = 1; number < media_.size(); ++number) {
+    if (!is_endless(*media_[number], scene)) ends_[number] = true;
     is_enclosed_[number] = is_enclosed(*media_[number], scene, sensor);
     has_walks_ = has_walks_ || is_walked(number);
   }

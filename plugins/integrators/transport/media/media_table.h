@@ -58,6 +58,8 @@ class MediaTable {
   /// Coefficients of each medium; 0 for those that aren't uniform, and for vacuum.
   const Columns3& extinction() const { return extinction_; }
   const Columns3& albedo() const { return albedo_; }
+  /// True if all paths leave the medium: it is bounded, or light from infinity bounds the scene.
+  bool ends(uint32_t number) const { return ends_[number]; }
   /// True if Walks continue paths from collisions in this medium: it is uniform and enclosed.
   bool is_walked(uint32_t number) const { return is_enclosed_[number] && !grids_[number]; }
   bool has_walks() const { return has_walks_; }
@@ -135,7 +137,7 @@ class MediaTable {
   uint32_t start_ = kVacuum;
   bool is_coloured_ = false;
   bool has_grids_ = false;
-  std::vector<bool> is_enclosed_;
+  std::vector<bool> is_enclosed_, ends_;
   bool has_walks_ = false;
   bool has_deltas_ = false;  ///< emitters that no ray can hit
   kinome::Vec3 centre_{0.f};

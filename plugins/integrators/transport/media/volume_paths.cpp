@@ -8,10 +8,23 @@
 #include "channels.h"
 #include "kinome/wide/functions.h"
 #include "kinome/wide/surface_point.h"
+#include "roulette.h"
 
 namespace kinome::transport {
 
 using namespace wide;
+
+namespace {
+
+/// Paths of more steps than this become rarer (weight_of_length()).
+constexpr float kLongPath = 1024;
+
+/// Maximum probability of surviving Russian roulette at surfaces.
+float max_survival_at_surfaces() {
+  return survival_probability(kinome::Rgb(1.f));
+}
+
+}  // namespace
 
 VolumePaths::State VolumePaths::make_state(Arena& arena) {
   return {arena.indices(), arena.indices(), arena.three(), arena.floats(),
@@ -47,6 +60,7 @@ VolumePaths::VolumePaths(const SceneTable& scene, const MediaTable& media, const
       emitter_weight_(per_point_.floats()),
       pdf_factor_(per_point_.floats()),
       relative_index2_(per_point_.floats()),
+      max_survival_(per_point_.floats()),
       wo_(per_point_.three()),
       d_(per_point_.three()),
       light_(per_point_.three()),
@@ -90,7 +104,8 @@ void VolumePaths::trace_from(const PixelSamples& samples, size_t count, float sh
 void VolumePaths::trace_on(const PixelSamples& samples, uint32_t dimension,
                            const Columns3& radiance, float* alpha, RenderCounters& counters) {
   RayKind kind = RayKind::kCamera;
-  for (uint32_t first = dimension; count_ > 0; first += kStepDimensions) {
+  uint32_t steps = 1;
+  for (uint32_t first = dimension; count_ > 0; first += kStepDimensions, ++steps) {
     {
       const StageTimer timer(
           counters.stage_seconds[kind == RayKind::kCamera ? "primary" : "bounce"]);
@@ -116,7 +131,7 @@ void VolumePaths::trace_on(const PixelSamples& samples, uint32_t dimension,
     }
     add_emitter_samples(RandomSeeds(samples, emitter), radiance, counters);
     const StageTimer timer(counters.stage_seconds["shade"]);
-    scatter(samples, emitter + EmitterSamples::kDimensions, alpha);
+    scatter(samples, emitter + EmitterSamples::kDimensions, steps, alpha);
     sort_rays();
     if (!later_) first_share_ = 0;
   }
@@ -214,6 +229,8 @@ void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
                 : choice_     ? emitters_.pick_pdf()
                               : 1.f);
     std::fill_n(relative_index2_ + first, padded_count, sqr(range.row->bsdf->relative_index()));
+    std::fill_n(max_survival_ + first, padded_count,
+                is_medium && media_.ends(medium) ? 1.f : max_survival_at_surfaces());
   }
   BsdfQuery query;
   if (scattering > 0) {
@@ -266,13 +283,15 @@ Float VolumePaths::index2_factor(size_t i) const {
   return select(goes_through, select(from > 0.f, factor, 1.f / factor), Float(1.f));
 }
 
-/// Scatters the paths: makes their next rays, some of which are off.
-void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, float* alpha) {
+/// Scatters the paths of `steps` steps: makes their next rays, some of which are off.
+void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, uint32_t steps,
+                          float* alpha) {
   const SurfaceBlock& points = met_.points();
   const size_t count = met_.reflecting();
   numbers_.fill_1d(sampler_, samples, dimension + kBsdfDimensions, at_.owner, count, u1_);
   const Float max_depth = static_cast<float>(length_.max_depth);
   const Float rr_depth = static_cast<float>(length_.rr_depth);
+  const Float weight = weight_of_length(static_cast<float>(steps), kLongPath);
   for_lanes(count, [&](size_t i) {
     frame_at(points, i).to_world(wide::Vec3::load(answer_.wo, i)).store(d_, i);
     const Float is_delta = Float::load(answer_.is_delta + i);
@@ -284,7 +303,8 @@ void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, float
               (scatterings < max_depth);
     const Float index2 = Float::load(at_.index2 + i) * index2_factor(i);
     index2.store(at_.index2 + i);
-    const Float survival = survival_probability(carried * index2);
+    const Float survival =
+        min(max_component(carried * index2) / weight, Float::load(max_survival_ + i));
     const Mask is_chosen = (scatterings > rr_depth) & !is_straight;
     on &= (Float::load(u1_ + i) < survival) | !is_chosen;
     carried = select(is_chosen, carried / survival, carried);

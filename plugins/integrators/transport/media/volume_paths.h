@@ -112,7 +112,7 @@ class VolumePaths {
   uint32_t medium_of(const Surfaces::Range& range) const;
   void find_media(size_t count, const Columns3& d, uint32_t* medium) const;
   wide::Float index2_factor(size_t i) const;
-  void scatter(const PixelSamples& samples, uint32_t dimension, float* alpha);
+  void scatter(const PixelSamples& samples, uint32_t dimension, uint32_t steps, float* alpha);
   void set_alpha(float* alpha) const;
   void sort_rays();
 
@@ -146,6 +146,7 @@ class VolumePaths {
   /// Factor of the density of BSDF samples in weights; 0 if they find all light.
   float* pdf_factor_;
   float* relative_index2_;  ///< squared relative index of each point's surface
+  float* max_survival_;     ///< maximum probability of surviving Russian roulette at each point
   /// In the first step of trace_from(), its argument `share`; else 0.
   float first_share_ = 0;
   EdgeTracer* later_ = nullptr;  ///< argument of trace_from()

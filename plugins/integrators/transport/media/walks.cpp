@@ -7,6 +7,7 @@
 #include "channels.h"
 #include "kinome/wide/functions.h"
 #include "kinome/wide/random.h"
+#include "roulette.h"
 
 namespace kinome::transport {
 
@@ -14,11 +15,8 @@ using namespace wide;
 
 namespace {
 
-/// Walks of more collisions than this go on with this probability at each further one, so that they
-/// end without absorption, too. In a huge body, light takes n collisions or more with a probability
-/// of about 1 / sqrt(n).
-constexpr uint32_t kLongWalk = 1 << 16;
-constexpr float kLongWalkSurvival = 0.999f;
+/// Walks of more collisions than this become rarer, whatever rr_depth is (weight_of_length()).
+constexpr uint32_t kLongWalk = 1 << 12;
 
 /// States of a walk after a collision; kSamples: it must sample delta emitters, and then ends.
 constexpr float kEnds = 0, kGoesOn = 1, kSamples = 2;
@@ -125,7 +123,7 @@ void Walks::collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathSt
   // Long walks always play, because nothing else may end them.
   const Float rr_depth = step < kLongWalk ? static_cast<float>(length_.rr_depth) : -1.f;
   const float share = media_.delta_share(medium);
-  const float max_survival = step < kLongWalk ? 1.f : kLongWalkSurvival;
+  const Float weight = weight_of_length(static_cast<float>(step), static_cast<float>(kLongWalk));
   for_lanes(count_, [&](size_t i) {
     const FourNumbers u = random_numbers(Uint::load(low_ + i), Uint::load(high_ + i), step, 0);
     u.x.store(u1_ + i);
@@ -137,7 +135,8 @@ void Walks::collide(uint32_t medium, uint32_t step, RayHit16* rays, const PathSt
     const Float scatterings =
         Float::load(scatterings_ + i) + select(goes_on == kGoesOn, Float(1.f));
     const wide::Rgb throughput = wide::Rgb::load(throughput_, i);
-    const Float survival = min(max_component(throughput) * Float::load(scale_ + i), Float(max_survival));
+    const Float survival =
+        min(max_component(throughput) * Float::load(scale_ + i) / weight, Float(1.f));
     const Mask plays = (scatterings > rr_depth) & (goes_on == kGoesOn);
     // Weights of black paths would be 0 / 0.
     const Mask ends = is_black(throughput) | (plays & !(u.z < survival)) |

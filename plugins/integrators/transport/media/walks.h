@@ -11,8 +11,8 @@ namespace kinome::transport {
 /// through any number of others, to a surface. No emitter is sampled on the way, so that a step
 /// needs no more than a direction, a distance and a ray. One per thread.
 ///
-/// Russian roulette ends walks in proportion to their throughput alone. On surfaces, at most 95 %
-/// of the paths go on, but light takes a hundred collisions to leave wax or milk.
+/// Russian roulette ends walks in proportion to their throughput (see weight_of_length()). On
+/// surfaces, at most 95 % of the paths go on, but light takes a hundred collisions to leave wax.
 class Walks {
  public:
   /// For at most `rays` rays.
