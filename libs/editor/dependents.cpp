@@ -89,9 +89,9 @@ std::function<void()> refit(Shape& shape, const Node& node, Builder& builder) {
   }
   shape.set_media(of_bsdf ? of_bsdf : interior, exterior);
   shape.set_origin(shape.plugin(), std::move(nested));
-  const bool has_one_interior = !of_bsdf || !interior;
+  const bool is_allowed = shape.curves() ? !shape.interior() : !of_bsdf || !interior;
   const std::vector<std::string> wanted = shape.wanted_attributes();
-  if (has_one_interior && std::all_of(wanted.begin(), wanted.end(), [&](const std::string& name) {
+  if (is_allowed && std::all_of(wanted.begin(), wanted.end(), [&](const std::string& name) {
         return shape.attribute(name).has_value();
       })) {
     return put_back;

@@ -21,7 +21,7 @@ inline constexpr Parameter kCurveParameters[] = {
     {"to_world", ParameterType::kTransform, "identity",
      "Transform from object to world space; doesn't affect radii."},
     kNestedBsdf,
-    kInterior,
+    named_object("interior", Category::kMedium, "An error: rays meet curves only from outside."),
     kExterior,
 };
 
@@ -70,6 +70,11 @@ template <bool is_bspline>
 class CurveShape : public Shape {
  public:
   explicit CurveShape(const Properties& props) : Shape(props) {
+    if (interior()) {
+      throw props.error("interior",
+                        "isn't possible for curves, because rays meet them only from outside: "
+                        "remove the medium (or the BSDF that defines it), or use a mesh");
+    }
     const std::string file = props.file("filename");
     curves_ = CurveFileReader(file, file_contents(file), is_bspline).read(to_world_of(props));
     for (const glm::vec4& point : curves_.points) {

@@ -289,5 +289,18 @@ TEST_P(CurveBlocks, AreThoseOfPoints) {
 INSTANTIATE_TEST_SUITE_P(InstructionSets, CurveBlocks, testing::ValuesIn(instruction_sets()),
                          [](const auto& test) { return name_of(test.param); });
 
+TEST_F(CurveShapes, ContainNoMedium) {
+  const char* const message =
+      "'interior' isn't possible for curves, because rays meet them only from outside";
+  for (const std::string type : kTypes) {
+    const std::string medium =
+        fault(type, kCurves, "\n<medium type='homogeneous' name='interior'/>");
+    EXPECT_NE(medium.find(std::string(":2:1: ") + message), std::string::npos) << medium;
+    const std::string wax = fault(type, kCurves, "<bsdf type='subsurface'/>");
+    EXPECT_NE(wax.find("shape '" + type + "': " + message), std::string::npos) << wax;
+    EXPECT_EQ(fault(type, kCurves, "<medium type='homogeneous' name='exterior'/>"), "");
+  }
+}
+
 }  // namespace
 }  // namespace kinome::test::curve_test

@@ -170,6 +170,28 @@ TEST(MediaEdges, OpenMeshesBeginAMedium) {
   expect_equal(estimate_pixels(*scene, kRenders), exactly(expected, 4), kAlpha, "open");
 }
 
+/// Light that passes through curves stays in the medium on their outside, because it doesn't meet
+/// them again.
+TEST(MediaEdges, CurvesAreInTheirExterior) {
+  const TemporaryFolder folder;
+  const std::string curve =
+      "<shape type=\"linearcurve\"><string name=\"filename\" value=\"" +
+      folder.write("curve.txt", "-9 0 0 2\n9 0 0 2\n") +
+      "\"/>" + kBoundary + "<ref name=\"exterior\" id=\"fog\"/></shape>";
+  const std::string cube = shape_xml(
+      "cube", "<scale value=\"9\"/>",
+      std::string(kBoundary) +
+          "<medium type=\"homogeneous\" name=\"interior\" id=\"fog\"><float name=\"sigma_t\" "
+          "value=\"0.1\"/><float name=\"albedo\" value=\"0\"/></medium>");
+  const auto scene = scene_from(cube + curve + constant_xml("1 1 1") + volpath_xml() +
+                                sensor_xml("orthographic",
+                                           "<scale x=\"0.5\" y=\"0.5\"/>" +
+                                               look_at("0 0 20", "0 0 0", "0 1 0"),
+                                           2, 256));
+  expect_equal(estimate_pixels(*scene, kRenders), exactly(grey(std::exp(-1.8)), 4), kAlpha,
+               "curve");
+}
+
 /// Warnings of a render by `volpath`.
 std::vector<std::string> warnings_of(const std::string& xml) {
   const auto scene = scene_from(xml + volpath_xml());
