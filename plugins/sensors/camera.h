@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "kinome/bsdf_medium.h"
 #include "kinome/properties.h"
 #include "kinome/sensor.h"
 #include "kinome/wide/vectors.h"
@@ -19,11 +20,14 @@ namespace kinome {
       {"shutter_close", ParameterType::kFloat, "0",                                                \
        "end of the exposure; only affects timed_sunsky"},                                          \
       {"film", ParameterType::kObject, nullptr, "film; default: hdrfilm", false, Category::kFilm}, \
-      {"sampler", ParameterType::kObject, nullptr, "sampler; default: independent", false,         \
-       Category::kSampler},                                                                        \
+      {"sampler", ParameterType::kObject, nullptr, "sampler; default: independent",                \
+       false,     Category::kSampler},                                                             \
+      {"medium", ParameterType::kObject, nullptr, "medium around the sensor; default: none",       \
+       false,    Category::kMedium},                                                               \
   {                                                                                                \
-    "medium", ParameterType::kObject, nullptr, "medium around the sensor; default: none", false,   \
-        Category::kMedium                                                                          \
+    "bsdf", ParameterType::kObject, nullptr,                                                       \
+        "BSDF such as `subsurface`, in whose medium the sensor is; alternative to a medium",       \
+        false, Category::kBsdf                                                                     \
   }
 
 /// Parameters of every camera.
@@ -88,6 +92,24 @@ std::shared_ptr<T> read_part(const Properties& props, const char* name) {
   return part;
 }
 
+/// Returns the nested medium, or that of the nested BSDF. nullptr: none.
+inline std::shared_ptr<const Medium> medium_around(const Properties& props) {
+  const auto medium = props.object<Medium>();
+  const auto bsdf = props.object<Bsdf>();
+  const bool is_faulty = bsdf && bsdf->plugin().empty();  // an error was reported
+  if (!bsdf || is_faulty) return medium;
+  if (medium) throw props.error("bsdf", "can't be combined with a medium: remove one of them");
+  std::shared_ptr<const Medium> inside;
+  try {
+    inside = interior_of(*bsdf);
+  } catch (const Error& error) {
+    throw Error(props.where(), error.what());
+  }
+  if (inside) return inside;
+  throw props.error("bsdf",
+                    "must define a medium, as 'subsurface' does, got '" + bsdf->plugin() + "'");
+}
+
 /// Sensor with KINOME_SENSOR_PARAMETERS.
 class ParsedSensor : public Sensor {
  protected:
@@ -95,7 +117,7 @@ class ParsedSensor : public Sensor {
     shutter_ = read_shutter(props);
     film_ = read_part<Film>(props, "film");
     sampler_ = read_part<Sampler>(props, "sampler");
-    medium_ = props.object<Medium>();
+    medium_ = medium_around(props);
   }
 };
 

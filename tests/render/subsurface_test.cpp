@@ -84,6 +84,31 @@ TEST(Subsurface, IsTheInteriorOfItsShapes) {
   EXPECT_FALSE(scene->shapes()[2]->separates_media());
 }
 
+/// A sensor inside of a body refers to its BSDF.
+TEST(Subsurface, IsTheMediumOfASensorInside) {
+  const std::string wax = "<bsdf type=\"subsurface\" id=\"wax\"/>";
+  const std::string ball =
+      "<integrator type=\"volpath\"/>" + shape_xml("sphere", "", "<ref id=\"wax\"/>");
+  const auto scene =
+      scene_from(wax + ball + "<sensor type=\"perspective\"><ref id=\"wax\"/></sensor>");
+  EXPECT_TRUE(scene->sensors()[0]->medium());
+  EXPECT_EQ(scene->sensors()[0]->medium(), scene->shapes()[0]->interior());
+  EXPECT_EQ(scene->media().size(), 1u);
+}
+
+TEST(Subsurface, ErrorsOfSensorsAreFound) {
+  const std::string start = "<sensor type=\"perspective\">";
+  const std::pair<std::string, const char*> cases[] = {
+      {"<bsdf type=\"diffuse\"/>", "'bsdf' must define a medium, as 'subsurface' does, got "},
+      {"<bsdf type=\"subsurface\"/><medium type=\"homogeneous\"/>",
+       "'bsdf' can't be combined with a medium"},
+  };
+  for (const auto& [contents, message] : cases) {
+    const std::string error = error_of(start + contents + "</sensor>");
+    EXPECT_NE(error.find(message), std::string::npos) << error;
+  }
+}
+
 TEST(Subsurface, ErrorsAreFound) {
   const std::string wax = subsurface_xml("0.5 0.5 0.5", "1 1 1");
   const std::string blend = "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>" +
