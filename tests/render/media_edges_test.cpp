@@ -228,6 +228,48 @@ TEST(MediaWarnings, NameTheMediumInWhichTheSensorStarts) {
   expect_warning(start + outside, "");
 }
 
+TEST(MediaWarnings, NameShapesThatAreNotClosed) {
+  const auto shape = [](const std::string& type, const std::string& more) {
+    return shape_xml(type, "<translate z=\"5\"/>",
+                     more + kBoundary + "<ref name=\"interior\" id=\"fog\"/>");
+  };
+  const std::string start = kFog + sensor_in("") + point_xml("0 0 0.5", "1 1 1");
+  const std::string open = " has a medium inside but isn't closed";
+  for (const std::string type : {"rectangle", "disk", "cylinder"}) {
+    expect_warning(start + shape(type, ""), "shape/" + type + open);
+  }
+  for (const std::string type : {"sphere", "cube"}) {
+    expect_warning(start + shape(type, ""), "");
+    expect_warning(start + shape(type, "<boolean name=\"flip_normals\" value=\"true\"/>"),
+                   "the geometric normals of shape/" + type + " point into its medium");
+  }
+  // The sides of a box may be shapes of their own.
+  std::string box;
+  for (const char* const turn : {"x=\"1\" angle=\"0\"", "x=\"1\" angle=\"90\"",
+                                 "x=\"1\" angle=\"180\"", "x=\"1\" angle=\"270\"",
+                                 "y=\"1\" angle=\"90\"", "y=\"1\" angle=\"270\""}) {
+    box += shape_xml("rectangle",
+                     "<translate z=\"1\"/><rotate " + std::string(turn) + "/><translate z=\"5\"/>",
+                     std::string(kBoundary) + "<ref name=\"interior\" id=\"fog\"/>");
+  }
+  expect_warning(start + box, "");
+}
+
+TEST(MediaWarnings, NameShapesFarFromTheOriginForTheirFreePath) {
+  const auto ball = [](double x, double extinction) {
+    return shape_xml("sphere", "<translate x=\"" + std::to_string(x) + "\"/>",
+                     "<medium type=\"homogeneous\" name=\"interior\"><float name=\"sigma_t\" value=\"" +
+                         std::to_string(extinction) + "\"/></medium>");
+  };
+  const std::string rest = "<sensor type=\"perspective\"><transform name=\"to_world\">" +
+                           look_at("0 0 9", "0 0 0", "0 1 0") + "</transform></sensor>" +
+                           point_xml("0 3 0", "1 1 1");
+  const std::string message = "the mean free path in the medium of shape/sphere, ";
+  expect_warning(ball(0, 9e5) + rest, "");
+  expect_warning(ball(0, 2e6) + rest, message + "5e-07, is near the rounding errors");
+  expect_warning(ball(2e6, 1) + rest, message + "1, is near");
+}
+
 TEST(MediaWarnings, SayWhereEndlessMediaEnd) {
   const std::string endless = "a medium without a boundary surrounds the scene";
   const std::string ball =
