@@ -21,10 +21,20 @@ constexpr Parameter kParameters[] = {
      Category::kBsdf, 2},
 };
 
+std::shared_ptr<Texture> read_weight(const Properties& props) {
+  constexpr float kRounding = 1e-3f;  // of half floats and filters
+  auto weight = props.texture("weight");
+  if (weight->min() < -kRounding || weight->max() > 1 + kRounding) {
+    props.warn("weight", "has values outside [0,1], which are clamped: from " +
+                             format_number(weight->min()) + " to " + format_number(weight->max()));
+  }
+  return weight;
+}
+
 class Blend final : public Bsdf {
  public:
   explicit Blend(const Properties& props)
-      : weight_(props.texture("weight")), nested_(read_nested(props)) {
+      : weight_(read_weight(props)), nested_(read_nested(props)) {
     lobes_ = nested_[0]->lobes() | nested_[1]->lobes();
     transmits_ = nested_[0]->transmits() || nested_[1]->transmits();
     scatters_through_ = nested_[0]->scatters_through() || nested_[1]->scatters_through();

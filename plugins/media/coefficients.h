@@ -6,6 +6,7 @@
 
 #include "kinome/medium.h"
 #include "kinome/properties.h"
+#include "kinome/value_source.h"
 
 /// Parameters that media share.
 namespace kinome {
@@ -28,7 +29,7 @@ inline std::shared_ptr<const Volume> nonnegative_volume(const Properties& props,
   auto volume = props.volume(name);
   if (volume->channels() > 3) throw props.error(name, "must have 1 or 3 channels, got 6");
   if (!(volume->min() >= 0)) {
-    throw props.error(name, "must not be negative, got " + format_number(volume->min()));
+    throw props.error(name, "must not be negative, got " + describe_min(*volume));
   }
   if (!std::isfinite(volume->max())) throw props.error(name, "must be finite");
   return volume;
@@ -39,7 +40,7 @@ inline std::shared_ptr<const Volume> albedo_volume(const Properties& props) {
   constexpr float kRounding = 1e-5f;  // of Volume::max()
   auto volume = nonnegative_volume(props, "albedo");
   if (volume->max() <= 1 + kRounding) return volume;
-  throw props.error("albedo", "must be at most 1, got " + format_number(volume->max()));
+  throw props.error("albedo", "must be at most 1, got " + describe_max(*volume));
 }
 
 /// Reads the phase function, which the loader adds if the scene has none.

@@ -1,6 +1,7 @@
 #include <array>
 
 #include "kinome/plugin.h"
+#include "kinome/value_source.h"
 #include "kinome/volume.h"
 #include "kinome/wide/textures.h"
 #include "lobes.h"
@@ -25,6 +26,11 @@ class Blend final : public Phase {
  public:
   explicit Blend(const Properties& props) : weight_(props.volume("weight")) {
     if (weight_->channels() > 3) throw props.error("weight", "must have 1 or 3 channels, got 6");
+    constexpr float kRounding = 1e-5f;  // of Volume::max()
+    if (!(weight_->min() >= 0 && weight_->max() <= 1 + kRounding)) {
+      props.warn("weight", "has values outside [0,1], which are clamped: from " +
+                               describe_min(*weight_) + " to " + describe_max(*weight_));
+    }
     const auto nested = props.objects<Phase>();
     if (nested.size() != 2) {
       throw props.error("phase",

@@ -158,6 +158,7 @@ void warn_of_negative_values(const std::vector<float>& values, size_t channels,
 }  // namespace
 
 LoadedImage::LoadedImage(const Properties& props) {
+  props.exclude("data", "filename");
   if (const auto pixels = props.image("data")) {
     source = props.error("data", "").where();
     image = pick_channels(*pixels, source);

@@ -11,6 +11,7 @@
 #include "kinome/image.h"
 #include "kinome/instruction_set.h"
 #include "kinome/plugin.h"
+#include "kinome/value_source.h"
 #include "vdb_reader.h"
 #include "voxels.h"
 
@@ -85,6 +86,7 @@ VoxelGrid grid_of(const Image& image, int slices, const Properties& props) {
 }
 
 VoxelGrid read_grid(const Properties& props) {
+  props.exclude("data", "filename");
   const auto slices = static_cast<int>(props.integer("slices", 1, kMaxSlices));
   if (const auto pixels = props.image("data")) return grid_of(*pixels, slices, props);
   const std::string file = props.file("filename");
@@ -117,7 +119,7 @@ Transform cube_to_world(const Properties& props, const VoxelGrid& grid) {
   return to_world * Transform(m);
 }
 
-class GridVolume final : public Volume {
+class GridVolume final : public Volume, public ValueSource {
  public:
   explicit GridVolume(const Properties& props) : GridVolume(props, read_grid(props)) {}
 
@@ -133,6 +135,8 @@ class GridVolume final : public Volume {
   }
   float min() const override { return min_; }
   float max() const override { return max_; }
+  std::string describe_min() const override { return describe(voxels_.grid().min); }
+  std::string describe_max() const override { return describe(voxels_.grid().max); }
   Aabb box() const override { return box_; }
   glm::uvec3 resolution() const override { return resolution_; }
   void extremes(const BlockGrid& blocks, float* lo, float* hi) const override {
@@ -161,7 +165,8 @@ class GridVolume final : public Volume {
   GridVolume(const Properties& props, const Transform& to_world, VoxelGrid grid)
       : voxels_(std::move(grid), to_world.inverse(),
                 static_cast<VoxelFilter>(props.choice("filter_type")),
-                static_cast<VoxelWrap>(props.choice("wrap_mode"))) {
+                static_cast<VoxelWrap>(props.choice("wrap_mode"))),
+        source_(props.has("data") ? "'data'" : props.file("filename")) {
     for (unsigned i = 0; i < 8; ++i) {
       box_.expand(to_world.point(Aabb(Vec3(0.f), Vec3(1.f)).corner(i)));
     }
@@ -175,6 +180,12 @@ class GridVolume final : public Volume {
     }
   }
 
+  std::string describe(float value) const {
+    const std::vector<float>& values = voxels_.grid().values;
+    const auto at = std::find(values.begin(), values.end(), value) - values.begin();
+    return format_number(value) + " in " + voxel_of(voxels_.grid(), static_cast<size_t>(at)) +
+           " of " + source_;
+  }
   /// Range of the values, with the rounding errors of interpolation.
   static std::pair<float, float> widened(const VoxelGrid& grid) {
     constexpr float kRounding = 1e-6f;
@@ -183,6 +194,7 @@ class GridVolume final : public Volume {
   }
 
   Voxels voxels_;
+  std::string source_;  ///< file or parameter, for error messages
   Aabb box_;
   glm::uvec3 resolution_{1};
   float min_ = 0, max_ = 0;

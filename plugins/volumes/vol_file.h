@@ -28,6 +28,13 @@ struct VoxelGrid {
 /// Grids have fewer values than this, so that an int32_t can number them.
 inline constexpr uint64_t kMaxVoxelValues = uint64_t{1} << 31;
 
+/// Returns "voxel (x, y, z)" for value i of a grid.
+inline std::string voxel_of(const VoxelGrid& grid, size_t i) {
+  const size_t voxel = i / grid.channels, row = voxel / grid.size.x;
+  return "voxel (" + std::to_string(voxel % grid.size.x) + ", " +
+         std::to_string(row % grid.size.y) + ", " + std::to_string(row / grid.size.y) + ")";
+}
+
 /// Sets `min` and `max` of a grid from `where`. Throws Error if a value isn't finite.
 inline void find_range(VoxelGrid& grid, const Location& where) {
   float lo = std::numeric_limits<float>::infinity(), hi = -lo;
@@ -41,11 +48,7 @@ inline void find_range(VoxelGrid& grid, const Location& where) {
   if (is_fine != 0) return;
   size_t i = 0;
   while (std::isfinite(grid.values[i])) ++i;
-  const size_t voxel = i / grid.channels, row = voxel / grid.size.x;
-  throw Error(where, "voxel (" + std::to_string(voxel % grid.size.x) + ", " +
-                         std::to_string(row % grid.size.y) + ", " +
-                         std::to_string(row / grid.size.y) + ") has the value " +
-                         format_number(grid.values[i]));
+  throw Error(where, voxel_of(grid, i) + " has the value " + format_number(grid.values[i]));
 }
 
 /// Reads a .vol file. Throws Error if it isn't a valid one.

@@ -104,6 +104,56 @@ TEST(Media, CoefficientsAreExtinctionTimesAlbedo) {
   }
 }
 
+TEST(Media, ErrorsNameTheVoxelAndItsFile) {
+  const TemporaryFolder folder;
+  const auto grid = [&](float low, float high) {
+    return folder.write("a.vol", VolFile{.x = 4, .y = 3, .z = 2, .channels = 1}.bytes([=](int i) {
+      return i == 17 ? low : i == 6 ? high : 0.5f;
+    }));
+  };
+  const auto error_with = [](const std::string& parameter, const std::string& file) {
+    try {
+      make_object("<medium type='heterogeneous'><volume type='gridvolume' name='" + parameter +
+                  "'><string name='filename' value='" + file + "'/></volume></medium>");
+    } catch (const Error& error) {
+      return error.message();
+    }
+    return std::string("no error");
+  };
+  const std::string file = grid(-1, 2);
+  EXPECT_EQ(error_with("sigma_t", file),
+            "'sigma_t' must not be negative, got -1 in voxel (1, 1, 1) of " + file);
+  grid(0, 2);
+  EXPECT_EQ(error_with("albedo", file),
+            "'albedo' must be at most 1, got 2 in voxel (2, 1, 0) of " + file);
+  grid(0, 1);
+  EXPECT_EQ(error_with("albedo", file), "no error");
+}
+
+TEST(Blends, WarnOfWeightsThatAreClamped) {
+  const auto warnings_with = [](const std::string& tag, const std::string& nested, float weight) {
+    std::vector<std::string> warnings;
+    const LogListener listener([&](const std::string& warning) { warnings.push_back(warning); });
+    const std::string part = "<" + tag + " type='" + nested + "'/>";
+    make_object("<" + tag + " type='blend" + tag + "'><float name='weight' value='" +
+                std::to_string(weight) + "'/>" + part + part + "</" + tag + ">");
+    return warnings;
+  };
+  for (const auto& [tag, nested] : {std::pair("phase", "hg"), std::pair("bsdf", "diffuse")}) {
+    for (const float weight : {0.f, 0.3f, 1.f}) {
+      EXPECT_TRUE(warnings_with(tag, nested, weight).empty()) << tag << weight;
+    }
+    for (const float weight : {-0.5f, 1.5f}) {
+      const auto warnings = warnings_with(tag, nested, weight);
+      ASSERT_EQ(warnings.size(), 1u) << tag << weight;
+      EXPECT_NE(warnings[0].find("'weight' has values outside [0,1], which are clamped: from " +
+                                 format_number(weight) + " to " + format_number(weight)),
+                std::string::npos)
+          << warnings[0];
+    }
+  }
+}
+
 TEST(VolumeTexture, IsTheVolumeAtThePoint) {
   const TemporaryFolder folder;
   const std::string file = folder.write("a.vol", VolFile().bytes(mixed_value));

@@ -147,6 +147,9 @@ class Media(unittest.TestCase):
             with self.assertRaises(kinome.Error) as caught:
                 kinome.load_dict(smoke(data=grid))
             self.assertIn(message, str(caught.exception))
+        with self.assertRaises(kinome.Error) as caught:
+            kinome.load_dict(smoke(data=GRID, filename="grid.vol"))
+        self.assertIn("'data' can't be combined with 'filename'", str(caught.exception))
         for grid in (np.zeros((2, 2)), np.zeros((0, 2, 2)), object()):
             with self.assertRaises(TypeError):
                 kinome.load_dict(smoke(data=grid))
