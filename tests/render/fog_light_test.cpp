@@ -8,6 +8,7 @@
 
 #include "clustered/media/fog_table.h"
 #include "clustered/media/segment_distances.h"
+#include "kinome/render_context.h"
 #include "kinome/render_job.h"
 #include "kinome/scheduler.h"
 #include "volume_scenes.h"
@@ -133,6 +134,36 @@ TEST(FogLight, IsTriedTheSameOnAnyNumberOfThreads) {
       scene_from(fog_cube_xml(kFog) + kPoint + integrator_xml("clustered", 4) +
                  sensor_xml("perspective", look_at("0.5 0.4 4", "0 -0.1 0", "0 1 0"), 144, 16));
   EXPECT_EQ(render_scene(*scene, 3, 1).data, render_scene(*scene, 3, 2).data);
+}
+
+/// Passes of a progressive render have one trial, as soon as one is large enough. The pass in which
+/// the method changes is as small as those before it.
+TEST(FogLight, PassesShareATrial) {
+  const auto scene =
+      scene_from(fog_cube_xml(kFog) + kPoint + integrator_xml("clustered", 4) +
+                 sensor_xml("perspective", look_at("0.5 0.4 4", "0 -0.1 0", "0 1 0"), 144, 16));
+  const Sensor& sensor = *scene->sensors().front();
+  const auto render_passes = [&](unsigned threads) {
+    RenderContext context({.threads = threads, .seed = 3});
+    sensor.film().prepare(scene->integrator().layers());
+    context.scheduler.set_film(sensor.film());
+    const auto passes = scene->integrator().begin(*scene, sensor, context, kInfinity);
+    std::vector<double> rendered;
+    std::vector<bool> has_trial;
+    double before = 0;
+    uint64_t pass = 0;
+    for (const double samples : {1., 16., 2., 16.}) {
+      context.job.begin_pass(++pass, 0, 1);
+      rendered.push_back(passes->render(samples));
+      const double seconds = context.job.stats().counters.stage_seconds["trial"];
+      has_trial.push_back(seconds > before);
+      before = seconds;
+    }
+    EXPECT_EQ(rendered, (std::vector<double>{1, 1, 2, 16}));
+    EXPECT_EQ(has_trial, (std::vector<bool>{false, true, false, false}));
+    return sensor.film().develop();
+  };
+  EXPECT_EQ(render_passes(1).data, render_passes(2).data);
 }
 
 /// The integral of the density is its inverse.

@@ -14,7 +14,7 @@ class MediaMethod final : public ClusteredMethod {
   MediaMethod(const PathSettings& settings, bool has_trial);
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override;
-  /// Passes of scenes in which a medium varies share its tables. Returns nullptr for others.
+  /// Passes share tables and the choice of the method. Returns nullptr for scenes without light.
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                 double seconds) const override;
   /// Always throws: there is nothing to inspect.

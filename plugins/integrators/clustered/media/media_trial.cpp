@@ -11,6 +11,7 @@
 #include "kinome/log.h"
 #include "kinome/stats.h"
 #include "transport/blocks_of_tile.h"
+#include "transport/media/volume_block.h"
 
 namespace kinome {
 namespace {
@@ -29,34 +30,6 @@ constexpr uint32_t kMaxDepthUntried = 3;
 /// source at a finite distance.
 constexpr double kCostOfPath = 1.5, kCostOfFog = 4, kCostOfSource = 1. / 64;
 constexpr uint64_t kTrialSeed = 0x666f6774;
-
-/// Renders blocks by path tracing. One per thread.
-class PathBlock {
- public:
-  PathBlock(const transport::SceneTable& scene, const transport::MediaTable& media,
-            const Sensor& sensor, const PathSettings& settings)
-      : camera_(scene, sensor, kBlockSamples, false),
-        paths_(scene, media, sensor.sampler(), settings, kBlockSamples),
-        arena_(kBlockSamples),
-        radiance_(arena_.three()),
-        alpha_(arena_.floats()) {}
-
-  void trace(const PixelSamples& samples, RenderCounters& counters) {
-    camera_.make_rays(samples);
-    for (float* const column : {radiance_.x, radiance_.y, radiance_.z}) {
-      std::fill_n(column, padded(samples.count()), 0.f);
-    }
-    paths_.trace(samples, camera_.rays(), radiance_, alpha_, counters);
-  }
-  const Columns3& radiance() const { return radiance_; }
-
- private:
-  transport::Camera camera_;
-  transport::VolumePaths paths_;
-  transport::Arena arena_;
-  Columns3 radiance_;
-  float* alpha_;
-};
 
 /// Results of one method in one block.
 struct Measured {
@@ -89,25 +62,32 @@ Measured measure(Block& block, const PixelSamples& samples, double cost_of_sampl
 
 }  // namespace
 
+size_t blocks_of_trial(const Sensor& sensor) {
+  const double samples =
+      static_cast<double>(sensor.film().crop().area()) * sensor.sampler().sample_count();
+  const double share = samples * kTrialShare / (2 * kBlockSamples);
+  return share < kMinBlocks ? 0 : static_cast<size_t>(std::min(share, kMaxBlocks));
+}
+
+bool prefers_paths_untried(const PathSettings& settings) {
+  return settings.length.max_depth > kMaxDepthUntried;
+}
+
 bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTable& media,
                    const FogSources& sources, const Sensor& sensor, const PathSettings& settings,
-                   RenderContext& context) {
+                   size_t count, RenderContext& context) {
   const Rect crop = sensor.film().crop();
-  const double samples = static_cast<double>(crop.area()) * sensor.sampler().sample_count();
-  const double share = samples * kTrialShare / (2 * kBlockSamples);
-  if (share < kMinBlocks) return settings.length.max_depth > kMaxDepthUntried;
   const uint32_t per_pixel =
       std::clamp(std::bit_floor(sensor.sampler().sample_count()), kMinSamples, kMaxSamples);
   const uint32_t pixels = kBlockSamples / per_pixel;
   const uint32_t width = 1u << std::bit_width(pixels) / 2, height = pixels / width;
   const StageTimer timer(context.job.stats().counters.stage_seconds["trial"]);
-  const auto count = static_cast<size_t>(std::min(share, kMaxBlocks));
   const uint64_t seed = hash_words(key_seed(context.job, sensor.sampler()), kTrialSeed);
   const double cost_of_fog =
       kCostOfFog + kCostOfSource * static_cast<double>(sources.near().size());
   std::vector<std::array<Measured, 2>> measured(count);
   transport::Workers<FogBlock> fog_blocks;
-  transport::Workers<PathBlock> path_blocks;
+  transport::Workers<transport::VolumeBlock> path_blocks;
   context.scheduler.parallel_for(count, [&](size_t i) {
     const uint64_t bits = hash_words(seed, i);
     const auto place = [&](uint32_t random, int begin, int size, uint32_t part) {
@@ -123,8 +103,10 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
         [&] { return std::make_unique<FogBlock>(scene, media, sources, sensor, settings); },
         [&](FogBlock& fog) { measured[i][0] = measure(fog, block, cost_of_fog); });
     path_blocks.with_one(
-        [&] { return std::make_unique<PathBlock>(scene, media, sensor, settings); },
-        [&](PathBlock& paths) { measured[i][1] = measure(paths, block, kCostOfPath); });
+        [&] { return std::make_unique<transport::VolumeBlock>(scene, media, sensor, settings); },
+        [&](transport::VolumeBlock& paths) {
+          measured[i][1] = measure(paths, block, kCostOfPath);
+        });
   });
   double mean = 0;
   for (const auto& both : measured) {

@@ -1,15 +1,10 @@
 #include "volume_integrator.h"
 
-#include <algorithm>
 #include <memory>
 #include <utility>
 
-#include "../blocks_of_tile.h"
-#include "../camera.h"
-#include "../film_samples.h"
-#include "kinome/stats.h"
 #include "media_warnings.h"
-#include "volume_paths.h"
+#include "volume_block.h"
 
 namespace kinome::transport {
 
@@ -21,45 +16,6 @@ PathSettings for_surfaces(PathSettings settings) {
   ++settings.length.rr_depth;
   return settings;
 }
-
-/// Renders blocks of camera rays, from the rays to the film. One per thread.
-class VolumeBlock {
- public:
-  VolumeBlock(const SceneTable& scene, const MediaTable& media, const Sensor& sensor,
-              const PathSettings& settings)
-      : camera_(scene, sensor, kBlockSamples, false),
-        paths_(scene, media, sensor.sampler(), settings, kBlockSamples),
-        film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
-              sensor.film().has_powers(0)),
-        arena_(kBlockSamples + kBlockLanes),  // see FilmSamples::add
-        radiance_(arena_.three()),
-        alpha_(arena_.floats()),
-        values_{radiance_.x, radiance_.y, radiance_.z} {
-    if (sensor.film().has_alpha()) values_.push_back(alpha_);
-  }
-
-  void render(const PixelSamples& samples, Tile& tile) {
-    {
-      const StageTimer timer(tile.counters.stage_seconds["primary"]);
-      camera_.make_rays(samples);
-      for (float* const column : {radiance_.x, radiance_.y, radiance_.z}) {
-        std::fill_n(column, padded(samples.count()), 0.f);
-      }
-    }
-    paths_.trace(samples, camera_.rays(), radiance_, alpha_, tile.counters);
-    const StageTimer timer(tile.counters.stage_seconds["film"]);
-    film_.add(samples, camera_.film_position(), values_, tile.film);
-  }
-
- private:
-  Camera camera_;
-  VolumePaths paths_;
-  FilmSamples film_;
-  Arena arena_;
-  Columns3 radiance_;
-  float* alpha_;
-  std::vector<float*> values_;
-};
 
 }  // namespace
 
@@ -73,16 +29,6 @@ struct VolumeTables {
 };
 
 namespace {
-
-void render_volumes(const VolumeTables& tables, const PathSettings& settings, const Sensor& sensor,
-                    RenderContext& context) {
-  render_tiles<VolumeBlock>(
-      sensor, context, 0,
-      [&] { return std::make_unique<VolumeBlock>(tables.scene, tables.media, sensor, settings); },
-      [](VolumeBlock& block, const PixelSamples& samples, Tile& tile) {
-        block.render(samples, tile);
-      });
-}
 
 /// Progressive render with one set of tables: the default passes of an integrator that has them.
 class VolumePasses final : public Passes {
@@ -102,7 +48,7 @@ class VolumePasses final : public Passes {
         : tables_(std::move(tables)), settings_(settings) {}
     void render(const Scene& /*scene*/, const Sensor& sensor,
                 RenderContext& context) const override {
-      render_volumes(*tables_, settings_, sensor, context);
+      render_volumes(tables_->scene, tables_->media, settings_, sensor, context);
     }
 
    private:
@@ -133,7 +79,7 @@ void VolumeIntegrator::render(const Scene& scene, const Sensor& sensor,
                               RenderContext& context) const {
   const VolumeTables tables(scene, sensor);
   if (!has_volume_paths(scene, tables)) return PathIntegrator::render(scene, sensor, context);
-  render_volumes(tables, settings_, sensor, context);
+  render_volumes(tables.scene, tables.media, settings_, sensor, context);
 }
 
 std::unique_ptr<Passes> VolumeIntegrator::begin(const Scene& scene, const Sensor& sensor,

@@ -1,0 +1,51 @@
+#include "volume_block.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "../blocks_of_tile.h"
+#include "kinome/stats.h"
+
+namespace kinome::transport {
+
+VolumeBlock::VolumeBlock(const SceneTable& scene, const MediaTable& media, const Sensor& sensor,
+                         const PathSettings& settings)
+    : camera_(scene, sensor, kBlockSamples, false),
+      paths_(scene, media, sensor.sampler(), settings, kBlockSamples),
+      film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
+            sensor.film().has_powers(0)),
+      arena_(kBlockSamples + kBlockLanes),  // see FilmSamples::add
+      radiance_(arena_.three()),
+      alpha_(arena_.floats()),
+      values_{radiance_.x, radiance_.y, radiance_.z} {
+  if (sensor.film().has_alpha()) values_.push_back(alpha_);
+}
+
+void VolumeBlock::render(const PixelSamples& samples, Tile& tile) {
+  trace(samples, tile.counters);
+  const StageTimer timer(tile.counters.stage_seconds["film"]);
+  film_.add(samples, camera_.film_position(), values_, tile.film);
+}
+
+void VolumeBlock::trace(const PixelSamples& samples, RenderCounters& counters) {
+  {
+    const StageTimer timer(counters.stage_seconds["primary"]);
+    camera_.make_rays(samples);
+    for (float* const column : {radiance_.x, radiance_.y, radiance_.z}) {
+      std::fill_n(column, padded(samples.count()), 0.f);
+    }
+  }
+  paths_.trace(samples, camera_.rays(), radiance_, alpha_, counters);
+}
+
+void render_volumes(const SceneTable& scene, const MediaTable& media, const PathSettings& settings,
+                    const Sensor& sensor, RenderContext& context) {
+  render_tiles<VolumeBlock>(
+      sensor, context, 0,
+      [&] { return std::make_unique<VolumeBlock>(scene, media, sensor, settings); },
+      [](VolumeBlock& block, const PixelSamples& samples, Tile& tile) {
+        block.render(samples, tile);
+      });
+}
+
+}  // namespace kinome::transport
