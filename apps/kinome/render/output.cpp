@@ -139,11 +139,13 @@ Checkpoint::Identity identity_of(const Options& options, const Scene& scene, con
   size_t index = 0;
   while (scene.sensors()[index].get() != &sensor) ++index;
   const Rect& crop = sensor.film().crop();
+  const bool is_at_corner = crop.x0 == 0 && crop.y0 == 0;
   return {
       {"version", KINOME_VERSION},
       {Checkpoint::kScene, scene.hash()},
       {"sensor", std::to_string(index)},
-      {"image size", fmt::format("{}x{} at {},{}", crop.width(), crop.height(), crop.x0, crop.y0)},
+      {"image size", fmt::format("{}x{}{}", crop.width(), crop.height(),
+                                 is_at_corner ? "" : fmt::format(" at {},{}", crop.x0, crop.y0))},
       {"seed", std::to_string(options.seed)},
       {"--variance", std::to_string(options.renders)},
       {"--error", fmt::format("{}", options.rel_mse)},

@@ -160,7 +160,9 @@ TEST_F(CheckpointTest, ForeignOnesAreRefused) {
   const std::string whose = "checkpoint '" + checkpoint_ + "': it belongs to another render: its ";
   expect_one_error(with({"--seed", "1"}), "", {whose + "seed is '0', expected '1'"});
   expect_one_error(with({"-s", "above"}), "", {whose});
-  expect_one_error(with({"--crop", "0,0,9,9"}), "", {whose + "image size is '256x256 at 0,0'"});
+  const std::string whose_size = whose + "image size is '256x256', expected '9x9";
+  expect_one_error(with({"--crop", "0,0,9,9"}), "", {whose_size + "'"});
+  expect_one_error(with({"--crop", "3,4,9,9"}), "", {whose_size + " at 3,4'"});
   expect_one_error(with({"-D", "integrator=path"}), "",
                    {whose + "scene has changed, in the scene files"});
   expect_one_error(with({"--variance"}), "", {whose + "--variance"});
