@@ -4,7 +4,9 @@
 /// rays that hit nothing count as 0. `aovs` lists name:type pairs. Channels have Mitsuba's names:
 /// NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on. The pairs crypto:object and
 /// crypto:material add the layers CryptoObject and CryptoMaterial: mattes in the format
-/// Cryptomatte, with the ids of the scene file as names.
+/// Cryptomatte, with the ids of the scene file as names. The
+/// guides for denoisers, which Mitsuba doesn't have, describe what mirrors and glass show: see
+/// transport/guides.h. If all channels are guides, they have at most 8 samples per pixel and pass.
 ///
 ///     <integrator type="aov">
 ///       <string name="aovs" value="depth:depth,n:sh_normal,albedo:albedo"/>
@@ -28,6 +30,7 @@
 #include "transport/blocks_of_tile.h"
 #include "transport/camera.h"
 #include "transport/film_samples.h"
+#include "transport/guides.h"
 
 namespace kinome {
 namespace {
@@ -36,8 +39,9 @@ constexpr Parameter kTable[] = {
     kIgnoredHideEmitters,
     {"aovs", ParameterType::kString, nullptr,
      "NAME:TYPE pairs, separated by commas or spaces; types: albedo, depth, position, uv, "
-     "geo_normal, sh_normal, dp_du, dp_dv, duv_dx, duv_dy, prim_index, shape_index (from 1). "
-     "crypto:object and crypto:material add layers of Cryptomatte.",
+     "geo_normal, sh_normal, dp_du, dp_dv, duv_dx, duv_dy, prim_index, shape_index (from 1); "
+     "guide_albedo, guide_normal: of the first rough surface behind mirrors and smooth glass, for "
+     "denoisers. crypto:object and crypto:material add layers of Cryptomatte.",
      true},
     {"crypto_depth", ParameterType::kInteger, "6", "ids per pixel of Cryptomatte layers, even"},
     {"crypto_samples", ParameterType::kInteger, "32",
@@ -46,6 +50,10 @@ constexpr Parameter kTable[] = {
      "Integrators that render the colour channels; each gets channels of its own.", false,
      Category::kIntegrator, 16},
 };
+
+/// Maximum number of samples per pixel and pass if there are guides only. Denoisers remove the noise
+/// of guides, which is far below that of the colour.
+constexpr uint32_t kMaxGuideSamples = 8;
 
 struct SurfaceHit {
   SurfaceInteraction si;
@@ -58,8 +66,9 @@ struct SurfaceHit {
 struct Type {
   const char* name;
   const char* suffixes;  ///< suffixes of the channels, one letter each
-  Vec3 (*value)(const SurfaceHit&);
+  Vec3 (*value)(const SurfaceHit&);  ///< nullptr for values of `guide`
   bool needs_next_rays = false;
+  const Columns3& (transport::Guides::*guide)() const = nullptr;
 };
 
 /// Shape indices start at 1, as in Mitsuba: 0 is the background.
@@ -76,6 +85,8 @@ constexpr Type kTypes[] = {
     {"duv_dx", "UV", [](const SurfaceHit& hit) { return Vec3(hit.duv_dx, 0); }, true},
     {"duv_dy", "UV", [](const SurfaceHit& hit) { return Vec3(hit.duv_dy, 0); }, true},
     {"albedo", "RGB", [](const SurfaceHit& hit) { return hit.si.shape->bsdf().albedo(hit.si); }},
+    {"guide_albedo", "RGB", nullptr, false, &transport::Guides::albedo},
+    {"guide_normal", "XYZ", nullptr, false, &transport::Guides::normal},
 };
 
 /// Returns the difference in uv between the point and the intersection of `ray` with its tangent
@@ -177,6 +188,9 @@ class AovWorker {
       return type->needs_next_rays;
     });
     if (needs_next_rays) next_.emplace(sensor, transport::kBlockSamples);
+    const bool needs_guides = std::any_of(types.begin(), types.end(),
+                                          [](const Type* type) { return type->guide != nullptr; });
+    if (needs_guides) guides_.emplace(scene, sensor, transport::kBlockSamples);
   }
 
   void render(const PixelSamples& samples, Tile& tile) {
@@ -187,6 +201,7 @@ class AovWorker {
     for (const transport::Surfaces::Range& range : camera_.surfaces().ranges()) {
       for (size_t i = range.first; i < range.first + range.count; ++i) fill(i);
     }
+    if (guides_) fill_guides(samples, tile.counters);
     film_.add(samples, camera_.film_position(), values_, tile.film);
   }
 
@@ -205,8 +220,26 @@ class AovWorker {
     }
     size_t at = 0;
     for (const Type* type : types_) {
+      if (!type->value) {
+        at += std::string_view(type->suffixes).size();
+        continue;
+      }
       const Vec3 value = type->value(hit);
       for (int c = 0; type->suffixes[c] != 0; ++c) values_[at++][ray] = value[c];
+    }
+  }
+
+  /// Sets the values of all rays that come from the guides.
+  void fill_guides(const PixelSamples& samples, RenderCounters& counters) {
+    guides_->find(camera_, samples, counters);
+    size_t at = 0;
+    for (const Type* type : types_) {
+      if (type->guide) {
+        const Columns3& guide = ((*guides_).*type->guide)();
+        const float* const columns[] = {guide.x, guide.y, guide.z};
+        for (size_t c = 0; c < 3; ++c) std::copy_n(columns[c], samples.count(), values_[at + c]);
+      }
+      at += std::string_view(type->suffixes).size();
     }
   }
 
@@ -216,6 +249,7 @@ class AovWorker {
   transport::Arena arena_;
   std::vector<float*> values_;
   std::optional<NextRays> next_;
+  std::optional<transport::Guides> guides_;
 };
 
 class AovIntegrator final : public NestingIntegrator {
@@ -246,12 +280,22 @@ class AovIntegrator final : public NestingIntegrator {
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     NestingIntegrator::render(scene, sensor, context);
+    render_own(scene, sensor, context);
+  }
+
+ protected:
+  void render_own(const Scene& scene, const Sensor& all, RenderContext& context) const override {
     if (!cryptomatte_.is_empty()) {
-      cryptomatte_.render(scene, sensor, context, cryptomatte_layer_);
+      cryptomatte_.render(scene, all, context, cryptomatte_layer_);
     }
     if (layer_ < 0) return;
     const transport::SceneTable table(scene);
-    const auto values = static_cast<size_t>(sensor.film().value_count(layer_));
+    const auto values = static_cast<size_t>(all.film().value_count(layer_));
+    const bool has_guides_only = std::ranges::all_of(
+        types_, [](const Type* type) { return type->guide != nullptr; });
+    const bool takes_fewer = has_guides_only && all.sampler().sample_count() > kMaxGuideSamples;
+    const auto fewer = takes_fewer ? all.with_sample_count(kMaxGuideSamples) : nullptr;
+    const Sensor& sensor = fewer ? *fewer : all;
     transport::render_tiles<AovWorker>(
         sensor, context, layer_,
         [&] { return std::make_unique<AovWorker>(table, sensor, types_, values); },

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -62,6 +63,11 @@ class NestingIntegrator : public Integrator {
       return nested.integrator->gives_samples();
     });
   }
+  std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
+                                double seconds) const override {
+    if (nested_.empty()) return Integrator::begin(scene, sensor, context, seconds);
+    return std::make_unique<NestedPasses>(*this, scene, sensor, context, seconds);
+  }
   std::vector<Inspection> inspect(const Scene& scene, const Sensor& sensor, RenderContext& context,
                                   const Vec2& film_position) const override {
     if (nested_.empty()) return Integrator::inspect(scene, sensor, context, film_position);
@@ -88,6 +94,10 @@ class NestingIntegrator : public Integrator {
     int first_layer;
   };
   const std::vector<Nested>& nested() const { return nested_; }
+  /// Renders the layers of this integrator itself. Called after the nested integrators of a pass,
+  /// with the pass's share of the scene's samples.
+  virtual void render_own(const Scene& /*scene*/, const Sensor& /*sensor*/,
+                          RenderContext& /*context*/) const {}
 
   /// Adds a layer of this integrator's own, whose values have these names. Returns its number.
   int add_layer(const std::vector<std::string>& names) {
@@ -111,6 +121,45 @@ class NestingIntegrator : public Integrator {
   }
 
  private:
+  /// Passes of all nested integrators, which prepare themselves only once. The first one sets the
+  /// number of samples.
+  class NestedPasses final : public Passes {
+   public:
+    NestedPasses(const NestingIntegrator& owner, const Scene& scene, const Sensor& sensor,
+                 RenderContext& context, double seconds)
+        : owner_(owner), scene_(scene), sensor_(sensor), context_(context) {
+      for (const Nested& nested : owner.nested_) {
+        const FilmLayers first(sensor.film(), nested.first_layer);
+        passes_.push_back(nested.integrator->begin(scene, sensor, context, seconds));
+      }
+    }
+    double samples() const override { return passes_.front()->samples(); }
+    double seconds_per_sample() const override { return passes_.front()->seconds_per_sample(); }
+    double render(double samples) override {
+      const double rendered = render_nested(0, samples);
+      // A sample may be a different amount of work for each integrator.
+      const double share = rendered / this->samples();
+      for (size_t i = 1; i < passes_.size(); ++i) {
+        render_nested(i, std::max(1., share * passes_[i]->samples()));
+      }
+      const double own = std::round(share * sensor_.sampler().sample_count());
+      const auto count = static_cast<uint32_t>(std::clamp(own, 1., 0x1p30));
+      owner_.render_own(scene_, *sensor_.with_sample_count(count), context_);
+      return rendered;
+    }
+
+   private:
+    double render_nested(size_t index, double samples) {
+      const FilmLayers first(sensor_.film(), owner_.nested_[index].first_layer);
+      return passes_[index]->render(samples);
+    }
+    const NestingIntegrator& owner_;
+    const Scene& scene_;
+    const Sensor& sensor_;
+    RenderContext& context_;
+    std::vector<std::unique_ptr<Passes>> passes_;
+  };
+
   std::vector<Nested> nested_;
   std::vector<std::vector<std::string>> layers_;
   std::vector<FilmChannel> channels_;
