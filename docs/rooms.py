@@ -30,6 +30,7 @@ ROOMS = {
     "libs/audit": ["libs", "libs/audit/include"],
     "libs/scene_xml": ["libs", "libs/scene_xml/include"],
     "libs/editor": ["libs", "libs/editor/include"],
+    "libs/denoise": ["libs", "libs/denoise/include"],
     "libs/session": ["libs", "libs/session/include"],
     "libs/kit": ["libs"],
     "plugins": [],

@@ -16,7 +16,7 @@ if(TARGET kinome_mpi)
   set_target_properties(kinome_mpi PROPERTIES INSTALL_RPATH "$ORIGIN")
   install(TARGETS kinome_mpi LIBRARY DESTINATION lib COMPONENT mpi)
 endif()
-foreach(room core libs/audit libs/image_files libs/lights libs/meshes libs/output_files
+foreach(room core libs/audit libs/denoise libs/image_files libs/lights libs/meshes libs/output_files
     libs/sampling libs/scene_xml libs/editor libs/session libs/spectra)
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/${room}/include/kinome" DESTINATION include
     COMPONENT dev)

@@ -58,6 +58,7 @@ struct SceneEditor::State {
       expansion = expand(faults);
       builder = std::make_unique<loader::Builder>(expansion, loader::base_folders(name, options),
                                                   registry, faults, options.threads);
+      builder->set_denoising(options.denoising);
       contents = contents_of_scene();
     });
     parameters = std::make_unique<loader::ParameterList>(expansion.root, *builder, registry, name);

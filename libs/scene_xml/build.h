@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kinome/scene.h"
+#include "kinome/scene_loader.h"
 #include "kinome/shape_group.h"
 #include "kinome/stats.h"
 #include "scene_xml/node.h"
@@ -70,6 +71,8 @@ class Builder {
   void forget_gone();
   /// Uses `node` instead of the scene's integrator; nullptr ends this.
   void set_integrator(const Node* node) { integrator_ = node; }
+  /// Prepares scenes for denoising, unless nullptr. Call before any object is made.
+  void set_denoising(std::shared_ptr<DenoisingSetup> setup) { denoising_ = std::move(setup); }
   /// Returns the objects made since the last call, as "category/name".
   std::vector<std::string> take_made() { return std::exchange(made_, {}); }
   /// Unused BSDFs and textures, which were checked but not made.
@@ -117,6 +120,9 @@ class Builder {
                             const std::string& why, const Location& where);
   void warn_of_dark_emitter(const Shape& shape, const Location& where);
   void add_default_children(Properties& props, const PluginDescriptor& plugin);
+  std::shared_ptr<Object> create_film_for_denoising(Properties& props);
+  std::shared_ptr<Integrator> with_guides(std::shared_ptr<Integrator> integrator,
+                                          const Location& where);
   void add_to_scene(const Node& child, const Node& target, const std::shared_ptr<Object>& object,
                     Scene::Contents& contents);
   void set_parameter(const std::string& name, const Properties::Value& value, const Location& where,
@@ -139,6 +145,7 @@ class Builder {
   std::map<std::string, const Node*> ids_;
   Objects objects_;
   const Node* integrator_ = nullptr;
+  std::shared_ptr<DenoisingSetup> denoising_;
   std::vector<std::string> made_;
   std::map<std::string, std::shared_ptr<Object>> defaults_;  ///< default objects, by plugin
   std::set<const Node*> under_construction_;

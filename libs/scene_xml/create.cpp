@@ -93,7 +93,10 @@ std::shared_ptr<Object> Builder::create(Properties& props, const Location& type_
   const std::string name = std::string(to_string(props.category())) + "/" + props.plugin_name();
   if (std::find(plugins_.begin(), plugins_.end(), name) == plugins_.end()) plugins_.push_back(name);
   add_default_children(props, plugin);
-  auto object = begun ? begun->take() : registry_.create(props);
+  const bool is_changed = denoising_ && props.category() == Category::kFilm;
+  auto object = begun        ? begun->take()
+                : is_changed ? create_film_for_denoising(props)
+                             : registry_.create(props);
   warn_of_ignored(props, plugin);
   made_.push_back(name);
   if (const auto* const emitter = dynamic_cast<const Emitter*>(object.get())) {
@@ -138,6 +141,41 @@ void Builder::add_default_children(Properties& props, const PluginDescriptor& pl
     props.set("_default_" + std::string(to_string(missing.child)), create(child, props.where()),
               props.where());
   }
+}
+
+/// Creates a film with a box filter in place of its own, which is recorded. Replaces `props` by the
+/// film's properties.
+std::shared_ptr<Object> Builder::create_film_for_denoising(Properties& props) {
+  Properties boxed(Category::kFilm, props.plugin_name(), props.where());
+  boxed.set_id(props.id());
+  std::shared_ptr<const ReconstructionFilter> filter;
+  for (const auto& [name, entry] : props.entries()) {
+    const auto* const object = std::get_if<std::shared_ptr<Object>>(&entry.value);
+    auto own = object ? std::dynamic_pointer_cast<ReconstructionFilter>(*object) : nullptr;
+    if (own) {
+      filter = std::move(own);
+      Properties box(Category::kReconstructionFilter, "box", entry.where);
+      boxed.set(name, create(box, entry.where), entry.where);
+    } else {
+      boxed.set(name, entry.value, entry.where);
+    }
+  }
+  props = std::move(boxed);
+  auto object = registry_.create(props);
+  if (filter) denoising_->filters[dynamic_cast<const Film*>(object.get())] = std::move(filter);
+  return object;
+}
+
+/// Returns an `aov` integrator that nests the given one and adds the images that guide a denoiser.
+std::shared_ptr<Integrator> Builder::with_guides(std::shared_ptr<Integrator> integrator,
+                                                 const Location& where) {
+  Properties props(Category::kIntegrator, "aov", where);
+  props.set("aovs",
+            std::string(DenoisingSetup::kAlbedo) + ":guide_albedo," + DenoisingSetup::kNormal +
+                ":guide_normal",
+            where);
+  props.set(DenoisingSetup::kNested, std::shared_ptr<Object>(std::move(integrator)), where);
+  return std::dynamic_pointer_cast<Integrator>(create(props, where));
 }
 
 }  // namespace kinome::loader

@@ -188,6 +188,7 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
   }
   check_instances(contents);
   warn_of_ignored_media(where, contents);
+  if (denoising_) contents.integrator = with_guides(contents.integrator, where);
 }
 
 /// Warns if the scene has media that its integrator doesn't trace.

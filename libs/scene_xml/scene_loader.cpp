@@ -20,6 +20,7 @@ void read(const std::string& text, const std::string& name, const LoadOptions& o
           loader::expand_scene(text, name, options, whole_scene, registry, stats, faults);
       loader::Builder builder(expansion, loader::base_folders(name, options), registry, faults,
                               options.threads);
+      builder.set_denoising(options.denoising);
       use(expansion, builder);
     });
   } catch (const loader::Faults::Stop&) {

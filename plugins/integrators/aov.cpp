@@ -4,9 +4,9 @@
 /// rays that hit nothing count as 0. `aovs` lists name:type pairs. Channels have Mitsuba's names:
 /// NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on. The pairs crypto:object and
 /// crypto:material add the layers CryptoObject and CryptoMaterial: mattes in the format
-/// Cryptomatte, with the ids of the scene file as names. The
-/// guides for denoisers, which Mitsuba doesn't have, describe what mirrors and glass show: see
-/// transport/guides.h. If all channels are guides, they have at most 8 samples per pixel and pass.
+/// Cryptomatte, with the ids of the scene file as names. The guides for denoisers, which Mitsuba
+/// doesn't have, describe what mirrors and glass show: see transport/guides.h. If all channels are
+/// guides, they have at most 8 samples per pixel and pass.
 ///
 ///     <integrator type="aov">
 ///       <string name="aovs" value="depth:depth,n:sh_normal,albedo:albedo"/>

@@ -22,7 +22,7 @@ CORE, LIGHTS = "core", "libs/lights"
 FILES, SPECTRA = "libs/image_files", "libs/spectra"
 SAMPLING, MESHES, OUTPUT = "libs/sampling", "libs/meshes", "libs/output_files"
 LIBS = {LIGHTS, FILES, SPECTRA, SAMPLING, MESHES, OUTPUT, "libs/audit", "libs/scene_xml",
-        "libs/editor", "libs/session", "libs/kit"}
+        "libs/denoise", "libs/editor", "libs/session", "libs/kit"}
 # Rooms whose headers each room may include, in addition to its own.
 ROOMS = {
     CORE: set(),
@@ -34,6 +34,7 @@ ROOMS = {
     SPECTRA: {CORE},
     "libs/audit": {CORE, LIGHTS, SAMPLING},
     "libs/scene_xml": {CORE, SPECTRA},
+    "libs/denoise": {CORE, "libs/scene_xml"},
     "libs/editor": {CORE, FILES, OUTPUT, SPECTRA, MESHES, "libs/scene_xml"},
     "libs/session": {CORE, FILES, OUTPUT, "libs/scene_xml"},  # merged parts are written by the scene's film
     "libs/kit": {CORE, FILES, LIGHTS, SAMPLING, "libs/audit", "libs/scene_xml", "libs/session"},

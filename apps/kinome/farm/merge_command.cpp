@@ -14,6 +14,7 @@
 #include "kinome/plugin_registry.h"
 #include "kinome/read_files.h"
 #include "output_files/file_writer.h"
+#include "render/denoising.h"
 #include "render/image_formats.h"
 #include "render/render_image.h"
 #include "say.h"
@@ -60,7 +61,8 @@ int merge_command(const Options& options, Clock::time_point start) {
   set_activity("merging parts");
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
-  const MergedParts merged = merge_parts(options.files, options.allow_missing, registry);
+  const std::optional<Denoising> denoising = denoising_of(options);
+  MergedParts merged = merge_parts(options.files, options.allow_missing, registry);
   if (merged.is_mixed) {
     log_warn(
         fmt::format("the parts were rendered with several instruction sets ({}), so that no single "
@@ -69,6 +71,10 @@ int merge_command(const Options& options, Clock::time_point start) {
   }
   if (merged.non_finite > 0) {
     log_warn(fmt::format("dropped samples that were not finite: {}", merged.non_finite));
+  }
+  if (denoising) {
+    merged.image = denoising->denoise(merged.image, merged.metadata);
+    merged.metadata["kinome:denoised"] = options.denoise_as_layer ? "layer" : "image";
   }
   set_activity("writing the image");
   write_image_files(options, *merged.film, merged.image, merged.metadata, output, nullptr);

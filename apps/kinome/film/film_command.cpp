@@ -17,6 +17,7 @@
 #include "kinome/log.h"
 #include "kinome/read_files.h"
 #include "kinome/render.h"
+#include "render/denoising.h"
 #include "render/progress.h"
 #include "render/render_image.h"
 #include "say.h"
@@ -66,7 +67,8 @@ class FilmCommand {
         frames_(options.output, options.scene),
         registry_(PluginRegistry::default_folders(options.plugin_paths),
                   choose_instruction_set(options.isa)),
-        progress_(options.quiet) {}
+        progress_(options.quiet),
+        setup_(denoising_setup(options)) {}
 
   int run() {
     load();
@@ -98,8 +100,11 @@ class FilmCommand {
       log_warn(
           fmt::format("ffmpeg not found: writing PNG frames, {}, and no video", frames_.pattern()));
     }
+    denoising_ = denoising_of(options_);
     set_activity("loading the scene");
-    editor_.emplace(options_.scene, load_options(options_), registry_, &load_stats_);
+    LoadOptions load = load_options(options_);
+    load.denoising = setup_;
+    editor_.emplace(options_.scene, load, registry_, &load_stats_);
     warn_of_unused_instruction_set(options_, registry_);
     const auto scene = editor_->scene();
     sensor_ = sensor_index(*scene, options_.sensor);
@@ -161,8 +166,9 @@ class FilmCommand {
     const auto scene = editor_->scene();
     const Sensor& sensor = *scene->sensors()[sensor_];
     const Output files = output(frame);
-    const auto seconds_to_write = [&](const Image& image) {
-      return writing_seconds(options_, sensor.film(), image, files);
+    const auto seconds_to_finish = [&](Image image) {
+      const double denoise = denoising_ ? denoising_->measure(image, *setup_, sensor.film()) : 0;
+      return denoise + writing_seconds(options_, sensor.film(), image, files);
     };
     RenderContext context({.threads = options_.threads,
                            .seed = seed_of(options_, frame),
@@ -171,8 +177,8 @@ class FilmCommand {
                            .start = start,
                            .budget = {.seconds = options_.seconds,
                                       .rel_mse = options_.rel_mse,
-                                      .lanes = options_.renders,
-                                      .seconds_after = seconds_to_write}});
+                                      .lanes = renders_for_noise(options_, sensor),
+                                      .seconds_after = seconds_to_finish}});
     RenderStats& stats = context.job.stats();
     stats.left_out = load_stats_.left_out;
     stats.skipped = load_stats_.skipped;
@@ -183,6 +189,7 @@ class FilmCommand {
     stats.build_seconds = std::exchange(load_stats_.build_seconds, 0);
     Image image = render_image(options_, *scene, sensor, context, display_.get());
     if (!stats.complete) return false;
+    if (denoising_) image = denoising_->denoise(image, *setup_, sensor.film(), stats);
     finish_writing();
     ImageMetadata metadata = describe_image(options_, *scene, context, registry_);
     audit_render(*scene, sensor, context);
@@ -271,6 +278,8 @@ class FilmCommand {
   PluginRegistry registry_;
   Progress progress_;
   RenderStats load_stats_;
+  std::optional<Denoising> denoising_;
+  const std::shared_ptr<DenoisingSetup> setup_;
   std::optional<FilmKeys> keys_;
   std::optional<SceneEditor> editor_;
   std::optional<FilmEdits> edits_;

@@ -47,7 +47,6 @@ std::string advice_on(const std::string& name) {
       {"the scene sets the film's size; -D sets parameters of the scene",
        {"--size", "--resolution"}},
       {"--crop X,Y,W,H renders a part of the film", {"--region", "--window", "--crop-window"}},
-      {"there is no denoiser", {"--denoise"}},
       {"-D integrator=NAME sets the integrator of scenes that use $integrator", {"-i"}},
       {"leave it out: it is for Mitsuba's LLVM and CUDA variants", {"-O", "-S", "-W", "-V"}},
       {"this build of kinome has no MPI", {"--mpi"}}};

@@ -75,6 +75,18 @@ void check_checkpoint(const RawOptions& raw, const Options& options) {
   if (!(options.every >= 0)) throw Error("--every: must be a number of seconds, 0 or more");
 }
 
+/// Parses --denoise: "layer", or "true" without a value.
+void interpret_denoise(const RawOptions& raw, Options& options) {
+  const std::string* const text = raw.find("--denoise");
+  if (!text) return;
+  if (*text != "layer" && *text != "true") {
+    throw Error("--denoise: expected no value, or 'layer', got '" + *text + "'");
+  }
+  if (options.inspect) throw Error(std::string("--denoise: ") + kNoRender);
+  options.denoise = true;
+  options.denoise_as_layer = *text == "layer";
+}
+
 /// Parses --part: "3/16" or "all/16".
 void interpret_part(const RawOptions& raw, Options& options) {
   const std::string* const text = raw.find("--part");
@@ -178,6 +190,7 @@ void interpret(const RawOptions& raw, Options& options) {
     interpret_part(raw, options);
     interpret_crop(raw, options);
   }
+  interpret_denoise(raw, options);
   if (const std::string* const text = raw.find("--mpi")) {
     const std::map<std::string, Options::Mpi> modes = {
         {"auto", Options::Mpi::kAuto}, {"on", Options::Mpi::kOn}, {"off", Options::Mpi::kOff}};

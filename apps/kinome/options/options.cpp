@@ -64,6 +64,15 @@ void declare_png(CLI::App& app, Options& options) {
          options.exposure);
 }
 
+void declare_denoise(CLI::App& app) {
+  app.add_flag("--denoise")
+      ->description(
+          "Denoise the image by Open Image Denoise, and keep the noisy one as channels noisy.R, "
+          ".G, "
+          ".B; --denoise=layer: keep the noisy image, with channels denoised.R, .G, .B")
+      ->type_name("[=layer]");
+}
+
 /// Declares the options about the scene of all commands that render.
 void declare_scene(CLI::App& app, Options& options, RawOptions& raw) {
   app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML format")->required();
@@ -96,6 +105,7 @@ void declare_render(CLI::App& app, Options& options) {
           "Render the samples in COUNT independent sets (default: 16), and write the image's "
           "variance as channels variance.R, .G, .B, for kinome-compare")
       ->type_name("[=COUNT]");
+  declare_denoise(app);
   begin_group(app, "Messages and statistics");
   declare_verbosity(app, options);
   app.add_flag("--stats")
@@ -181,6 +191,10 @@ void declare_merge(CLI::App& app, Options& options, RawOptions& /*raw*/) {
   begin_group(app, "Image");
   option(app, "-o,--output", "FILE", "Image file", options.output)->required();
   declare_png(app, options);
+  declare_denoise(app);
+  option(app, "-t,--threads", "COUNT", "Number of threads for --denoise; default: one per core",
+         options.threads)
+      ->check(in_range(1, 1024));
   flag(app, "--allow-missing", "Merge although parts are missing or were interrupted",
        options.allow_missing);
   begin_group(app, "Messages");

@@ -44,12 +44,14 @@ struct Options {
   std::string trace;  ///< file for the work of each thread, or ""
   bool png = false;
   float exposure = 0;
-  std::optional<Rect> crop;  ///< --crop: pixels of the full film that replace the scene's crop
-  double seconds = 0;        ///< --time; 0 if not given
-  double rel_mse = 0;        ///< --error; 0 if not given
-  uint32_t renders = 0;      ///< --variance; 0 if not given
-  std::string checkpoint;    ///< "" if none is written
-  double every = 60;         ///< seconds between checkpoints
+  std::optional<Rect> crop;       ///< --crop: pixels of the full film that replace the scene's crop
+  double seconds = 0;             ///< --time; 0 if not given
+  double rel_mse = 0;             ///< --error; 0 if not given
+  uint32_t renders = 0;           ///< --variance; 0 if not given
+  bool denoise = false;           ///< --denoise
+  bool denoise_as_layer = false;  ///< --denoise=layer
+  std::string checkpoint;         ///< "" if none is written
+  double every = 60;              ///< seconds between checkpoints
   bool resume = false;
   /// --part: number of the part, counted from 1 (0 for all parts), and number of parts (0 if not
   /// given).

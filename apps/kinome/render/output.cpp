@@ -63,6 +63,12 @@ Output choose_output(const Options& options, const Film& film) {
     throw Error(
         fmt::format("--variance: needs an .exr file; {} files store only colour", extension));
   }
+  if (options.denoise && !extension.empty() && extension != ".exr") {
+    throw Error(fmt::format(
+        "--denoise: needs an .exr file; {} files can't store the noisy image beside the "
+        "denoised one",
+        extension));
+  }
   if (options.part > 0 && !extension.empty() && extension != film.file_extension()) {
     throw Error(fmt::format("--part: a part is an {} file, for kinome merge, not {}",
                             film.file_extension(), extension));
@@ -150,6 +156,9 @@ Checkpoint::Identity identity_of(const Options& options, const Scene& scene, con
       {"--variance", std::to_string(options.renders)},
       {"--error", fmt::format("{}", options.rel_mse)},
       {"--part", part_text(options)},
+      {"--denoise", options.denoise_as_layer ? "layer"
+                    : options.denoise        ? "given"
+                                             : ""},
       {"--isa", to_string(instruction_set)}};
 }
 

@@ -21,6 +21,7 @@
 #include "kinome/process_group.h"
 #include "kinome/render.h"
 #include "output_files/file_writer.h"
+#include "render/denoising.h"
 #include "render/image_formats.h"
 #include "say.h"
 #include "signals.h"
@@ -170,8 +171,13 @@ ImageMetadata describe_image(const Options& options, const Scene& scene, RenderC
       metadata_of(scene, context.job, integrator_names(stats.plugins), stats);
   if (options.parts > 0 && !part) metadata.merge(metadata_of_parts(options.parts));
   std::vector<std::string> channels;
-  for (const FilmChannel& channel : scene.integrator().channels()) channels.push_back(channel.name);
+  for (const FilmChannel& channel : scene.integrator().channels()) {
+    channels.push_back(options.denoise ? scene_channel(channel.name) : channel.name);
+  }
   metadata.merge(cryptomatte_metadata(scene, channels));
+  if (options.denoise && !part) {
+    metadata["kinome:denoised"] = options.denoise_as_layer ? "layer" : "image";
+  }
   return metadata;
 }
 
@@ -203,11 +209,12 @@ RenderSummary summary_of(const Options& options, const Sensor& sensor, RenderCon
 RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,
                            RenderContext& context, const PluginRegistry& registry,
                            const Image& image, const Output& output, Checkpoint* checkpoint,
-                           const PartRender* part) {
+                           const PartRender* part, const DenoisingSetup* setup) {
   RenderStats& stats = context.job.stats();
   const Clock::time_point write_start = Clock::now();
   set_activity("writing the image");
-  const ImageMetadata metadata = describe_image(options, scene, context, registry, part);
+  ImageMetadata metadata = describe_image(options, scene, context, registry, part);
+  if (setup && part) add_filter(*setup, sensor.film(), metadata);
   write_image_files(options, sensor.film(), image, metadata, output, checkpoint, part);
   if (checkpoint && stats.complete) remove_checkpoint(*checkpoint, output);
   stats.write_seconds = seconds_since(write_start);

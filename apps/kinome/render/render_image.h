@@ -40,11 +40,13 @@ void audit_render(const Scene& scene, const Sensor& sensor, RenderContext& conte
 RenderSummary summary_of(const Options& options, const Sensor& sensor, RenderContext& context,
                          const Image& image, const Output& output);
 /// Writes the image, removes the checkpoint (which may be nullptr) if the image is complete, and
-/// audits plugins. Adds times and faults to the context's statistics.
+/// audits plugins. Adds times and faults to the context's statistics. `setup`: that of the scene for
+/// --denoise, or nullptr.
 RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,
                            RenderContext& context, const PluginRegistry& registry,
                            const Image& image, const Output& output, Checkpoint* checkpoint,
-                           const PartRender* part = nullptr);
+                           const PartRender* part = nullptr,
+                           const DenoisingSetup* setup = nullptr);
 
 /// Warns of non-finite samples and faulty plugins.
 void report_faults(const Options& options, const RenderStats& stats);

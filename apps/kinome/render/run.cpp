@@ -17,6 +17,7 @@
 #include "options/sensor_index.h"
 #include "output_files/file_writer.h"
 #include "render/crop.h"
+#include "render/denoising.h"
 #include "render/inspect.h"
 #include "render/progress.h"
 #include "render/render_image.h"
@@ -98,7 +99,7 @@ int check_command(const Options& options) {
        {std::pair("-o", !options.output.empty()), std::pair("-s", has_sensor),
         std::pair("--png", options.png), std::pair("--crop", options.crop.has_value()),
         std::pair("--display", !options.display.empty()), std::pair("--part", options.parts > 0),
-        std::pair("--trace", !options.trace.empty())}) {
+        std::pair("--denoise", options.denoise), std::pair("--trace", !options.trace.empty())}) {
     if (is_given) log_warn(fmt::format("{} is ignored: --check renders nothing", name));
   }
   warn_of_missing_folders(options);
@@ -144,26 +145,18 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   Progress progress(options.quiet);
   const Film* film_to_write = nullptr;
   Output output;
-  const auto seconds_to_write = [&](const Image& image) {
-    return writing_seconds(options, *film_to_write, image, output);
+  std::optional<Denoising> denoising;
+  const std::shared_ptr<DenoisingSetup> setup = denoising_setup(options);
+  const auto seconds_to_finish = [&](Image image) {
+    const double denoise = denoising ? denoising->measure(image, *setup, *film_to_write) : 0;
+    return denoise + writing_seconds(options, *film_to_write, image, output);
   };
   std::optional<Timeline> timeline;
   if (options.stats != StatsFormat::kNone || !options.trace.empty()) timeline.emplace(start);
   const auto end_serial = [&timeline](const char* stage) {
     if (timeline) timeline->end_serial(stage);
   };
-  RenderContext context({.threads = options.threads,
-                         .seed = options.seed,
-                         .cancel = &cancel_flag(),
-                         .progress = [&](double fraction) { progress.update(fraction); },
-                         .start = start,
-                         .budget = {.seconds = options.seconds,
-                                    .rel_mse = options.rel_mse,
-                                    .lanes = options.renders,
-                                    .seconds_after = seconds_to_write},
-                         .group = group,
-                         .timeline = timeline ? &*timeline : nullptr});
-  RenderStats& stats = context.job.stats();
+  RenderStats loaded;
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
   set_activity("loading the scene");
@@ -172,7 +165,10 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   std::unique_ptr<const PartRender> part;
   Checkpoint::Identity identity;
   together(group, [&] {
-    scene = load_scene(options.scene, load_options(options), registry, &stats);
+    if (is_root) denoising = denoising_of(options);
+    LoadOptions load = load_options(options);
+    load.denoising = setup;
+    scene = load_scene(options.scene, load, registry, &loaded);
     warn_of_unused_instruction_set(options, registry);
     sensor = scene->sensors()[sensor_index(*scene, options.sensor)].get();
     apply_crop(options, *sensor);
@@ -192,6 +188,19 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
     }
   });
   if (group) check_alike(*group, identity);
+  RenderContext context({.threads = options.threads,
+                         .seed = options.seed,
+                         .cancel = &cancel_flag(),
+                         .progress = [&](double fraction) { progress.update(fraction); },
+                         .start = start,
+                         .budget = {.seconds = options.seconds,
+                                    .rel_mse = options.rel_mse,
+                                    .lanes = renders_for_noise(options, *sensor),
+                                    .seconds_after = seconds_to_finish},
+                         .group = group,
+                         .timeline = timeline ? &*timeline : nullptr});
+  RenderStats& stats = context.job.stats();
+  stats = std::move(loaded);
   if (checkpoint) {
     checkpoint->set_identity(identity);
     context.job.set_work_source(checkpoint.get());
@@ -209,14 +218,15 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
   end_serial("load");
   begin_interruptible_render(group != nullptr);
   progress.begin();
-  const Image image = render_image(options, *scene, *sensor, context, display.get(), part.get());
+  Image image = render_image(options, *scene, *sensor, context, display.get(), part.get());
   progress.finish();
   end_serial("develop");
   int status = 0;
   together(group, [&] {
     if (!is_root) return;
+    if (denoising) image = denoising->denoise(image, *setup, sensor->film(), stats);
     RenderSummary summary = finish_image(options, *scene, *sensor, context, registry, image, output,
-                                         checkpoint.get(), part.get());
+                                         checkpoint.get(), part.get(), setup.get());
     stats.total_seconds = seconds_since(start);
     end_serial("write");
     if (timeline) summary.stage_threads = stage_threads(*timeline, context.scheduler.threads());

@@ -5,10 +5,24 @@
 #include <string>
 #include <vector>
 
+#include "kinome/film.h"
 #include "kinome/plugin_registry.h"
+#include "kinome/reconstruction_filter.h"
 #include "kinome/scene.h"
 
 namespace kinome {
+
+/// Changes to a scene that is rendered for a denoiser. Films get a box filter of one pixel, so that
+/// the noise of pixels is independent. The scene's integrator is nested in `aov`, which adds the
+/// channels kAlbedo + ".R", ".G", ".B" and kNormal + ".X", ".Y", ".Z". Channels of the scene's own
+/// integrator have the prefix kNested + ".".
+struct DenoisingSetup {
+  static constexpr const char* kNested = "_noisy";
+  static constexpr const char* kAlbedo = "_guide_albedo";
+  static constexpr const char* kNormal = "_guide_normal";
+  /// Filters that the scene gives to its films. Set by the loader.
+  std::map<const Film*, std::shared_ptr<const ReconstructionFilter>> filters;
+};
 
 /// Options for loading a scene.
 struct LoadOptions {
@@ -19,6 +33,8 @@ struct LoadOptions {
   /// Skips features of Mitsuba that Kinome lacks and lists them in RenderStats::left_out. Otherwise
   /// they are errors.
   bool lenient = false;
+  /// Prepares the scene for denoising, unless nullptr.
+  std::shared_ptr<DenoisingSetup> denoising = nullptr;
 };
 
 /// Loads a scene in Mitsuba's XML format. Throws Errors with all errors in the scene and the files
