@@ -23,6 +23,7 @@ from . import util  # noqa: E402
 from ._bitmap import Bitmap, Struct  # noqa: E402
 from ._color import linear_to_srgb, luminance, srgb_to_linear  # noqa: E402
 from ._compare import compare  # noqa: E402
+from ._denoise import denoise  # noqa: E402
 from ._mesh import Mesh, Properties  # noqa: E402
 from ._object import Object  # noqa: E402
 from ._parameters import Changes, Parameter, SceneParameters  # noqa: E402
@@ -44,8 +45,8 @@ __all__ = ["AffineTransform4f", "Bitmap", "BoundingBox3f", "Changes", "Color3f",
            "Properties", "ScalarAffineTransform4f", "ScalarBoundingBox3f", "ScalarColor3f",
            "ScalarFrame3f", "ScalarNormal3f", "ScalarPoint3f", "ScalarProjectiveTransform4f",
            "ScalarTransform4f", "ScalarVector3f", "Scene", "SceneParameters", "Struct", "Transform",
-           "Transform4f", "Vector3f", "compare", "cornell_box", "inspect", "linear_to_srgb",
-           "load_dict", "load_file", "luminance", "plugins", "render", "set_log_level",
+           "Transform4f", "Vector3f", "compare", "cornell_box", "denoise", "inspect",
+           "linear_to_srgb", "load_dict", "load_file", "luminance", "plugins", "render", "set_log_level",
            "set_variant", "srgb_to_linear", "traverse", "util", "variant", "variants"]
 
 cornell_box = util.cornell_box

@@ -372,6 +372,11 @@ def compare(a: Picture | Sequence[ArrayLike], b: Picture | Sequence[ArrayLike],
             alpha: float = 0.01) -> Any:
     """Tests if two renders have the same expectation. Returns a verdict, which has `passed`."""
 
+def denoise(picture: Picture, albedo: ArrayLike | None = None, normal: ArrayLike | None = None,
+            variance: ArrayLike | None = None, threads: int = 0) -> Picture:
+    """Denoises the colour by Open Image Denoise. albedo, normal, variance: arrays (height, width,
+    3); by default, the picture's layers of these names."""
+
 def plugins() -> list[dict[str, Any]]:
     """Returns all plugins: "category", "name", "doc" and "parameters"."""
 

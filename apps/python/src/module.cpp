@@ -11,6 +11,7 @@
 
 #include "kinome/inspection.h"
 #include "kinome/log.h"
+#include "denoise.h"
 #include "pictures.h"
 #include "rendering.h"
 #include "scene_queries.h"
@@ -347,6 +348,8 @@ NB_MODULE(_kinome, m) {
   m.def("write_picture", &write_picture);
   m.def("encode_picture", &encode_picture);
   m.def("write_bytes", &write_bytes);
+  m.def("denoise", &denoise, nb::arg().none(), nb::arg().none(), nb::arg().none(), nb::arg().none(),
+        nb::arg(), nb::arg());
   nb::class_<Editor>(m, "Editor")
       .def(nb::init<const std::string&, const std::map<std::string, std::string>&,
                     const std::vector<std::string>&, bool>())
