@@ -9,6 +9,7 @@ from ._errors import Error
 PAIRS = {"size": ("width", "height"), "crop_size": ("crop_width", "crop_height"),
          "crop_offset": ("crop_offset_x", "crop_offset_y")}
 UNSET = object()  # value of an edit that unsets a parameter
+REVERTED = object()  # value of an edit that restores a parameter
 DEFAULT_SIZE = 768, 576  # of films
 HALF_DIAGONAL = math.hypot(36, 24) / 2  # of a 35 mm film in mm, to which focal_length refers
 

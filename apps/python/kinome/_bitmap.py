@@ -11,7 +11,8 @@ from ._errors import Error
 from ._object import load_object
 
 
-_ENCODED = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".ppm")  # formats with 8 bits and sRGB
+_LINEAR = (".tif", ".tiff", ".fits")  # formats with linear values of any type, and any channels
+_WITH_ALPHA = (".png", ".tga", ".webp")  # formats with 8 bits and sRGB that store alpha
 _OF_COUNT = {1: PixelFormat.Y, 2: PixelFormat.YA, 3: PixelFormat.RGB, 4: PixelFormat.RGBA}
 _FILTER_VALUES = 4097  # per filter, from its centre to its edge
 
@@ -199,11 +200,12 @@ class Bitmap:
             values[..., colors] = _color.srgb_to_linear(values[..., colors])
         is_premultiplied = self._is_premultiplied
         if alpha is not None and alpha_transform is not AlphaTransform.Empty:
-            opacity = values[..., [alpha]]
             is_premultiplied = alpha_transform is AlphaTransform.Premultiply
-            factor = opacity if is_premultiplied else np.divide(
-                1, opacity, where=opacity > 0, out=np.ones_like(opacity))
-            values[..., colors] *= factor
+            if is_premultiplied != self._is_premultiplied:
+                opacity = values[..., [alpha]]
+                factor = opacity if is_premultiplied else np.divide(
+                    1, opacity, where=opacity > 0, out=np.ones_like(opacity))
+                values[..., colors] *= factor
         names = self._names
         if pixel_format is not self._format:
             values = _color.in_format(values, self._names, self._format, pixel_format)
@@ -272,7 +274,8 @@ class Bitmap:
             try:
                 _images().write(file, array, names, max(quality, 0), attributes)
             except RuntimeError as reason:
-                raise Error(f"{path}: {reason}", str(reason), path, 0, 0) from None
+                message = str(reason).replace(file, path)
+                raise Error(f"{path}: {message}", message, path, 0, 0) from None
             with open(file, "rb") as made:
                 _kinome.write_bytes(path, made.read())
 
@@ -284,14 +287,6 @@ class Bitmap:
         """Returns the image in a form that the file format can store."""
         is_float = self._array.dtype.kind == "f"
         kind = self.component_format()
-        if extension in _ENCODED:
-            fits = kind is Struct.Type.UInt8 or (kind is Struct.Type.UInt16 and extension == ".png")
-            image = self._only_color()
-            has_alpha = image.has_alpha() and extension in (".png", ".tga")
-            is_grey = image._format in (PixelFormat.Y, PixelFormat.YA)
-            base = "Y" if is_grey else "RGB"
-            return image.convert(PixelFormat[base + "A" * has_alpha],
-                                 None if fits else Struct.Type.UInt8, self._is_encoded or not fits)
         if extension == ".exr":
             fits = kind in (Struct.Type.Float16, Struct.Type.Float32, Struct.Type.UInt32)
             return self.convert(None, None if fits else Struct.Type.Float32, False)
@@ -300,8 +295,16 @@ class Bitmap:
             is_grey = extension == ".pfm" and image._format in (PixelFormat.Y, PixelFormat.YA)
             return image.convert(PixelFormat.Y if is_grey else PixelFormat.RGB,
                                  Struct.Type.Float32, False)
-        return self if is_float or kind.value.startswith("uint") else self.convert(
-            None, Struct.Type.Float32, False)
+        if extension in _LINEAR:
+            return self if is_float or kind.value.startswith("uint") else self.convert(
+                None, Struct.Type.Float32, False)
+        fits = kind is Struct.Type.UInt8 or (kind is Struct.Type.UInt16 and extension == ".png")
+        image = self._only_color()
+        has_alpha = image.has_alpha() and extension in _WITH_ALPHA
+        is_grey = image._format in (PixelFormat.Y, PixelFormat.YA)
+        base = "Y" if is_grey else "RGB"
+        return image.convert(PixelFormat[base + "A" * has_alpha],
+                             None if fits else Struct.Type.UInt8, self._is_encoded or not fits)
 
     def _only_color(self):
         """Returns the colour and alpha of an image with several layers."""

@@ -160,12 +160,13 @@ class Mesh:
     def add_attribute(self, name, size, values):
         """Adds an attribute for the texture mesh_attribute. name: "vertex_…" or "face_…"; size: 1 or 3
         numbers per vertex or face. It is then one of the arrays of traverse(mesh)."""
-        element = check.instance(name, "name", str, "a string").partition("_")[0]
-        if element not in ("vertex", "face"):
-            raise ValueError(f"name takes a name that begins with vertex_ or face_, got {name!r}")
+        check.instance(name, "name", str, "a string")
+        if name in ARRAYS or not re.fullmatch(r"(vertex|face)_\w+", name, re.ASCII):
+            raise ValueError("name takes vertex_ or face_ and letters, digits or _, except for the "
+                             f"names of the mesh's own arrays, got {name!r}")
         if size not in (1, 3):
             raise ValueError(f"size takes 1 or 3, got {size!r}")
-        count = self.vertex_count() if element == "vertex" else self.face_count()
+        count = self.vertex_count() if name.startswith("vertex_") else self.face_count()
         array = numbers(values)
         if array is None or array.size != size * count:
             raise check.fault(ValueError, "values", f"{size * count} numbers", values)

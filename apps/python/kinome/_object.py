@@ -5,7 +5,7 @@ from . import _arguments as check
 from . import _kinome
 from ._describe import Located, describe, fail, tag_of
 from ._errors import Error
-from ._aliases import UNSET
+from ._aliases import REVERTED, UNSET
 from ._mesh import ARRAYS, write_ply
 from ._parameters import SceneParameters
 from ._repr import Texts
@@ -21,6 +21,8 @@ class Object:
         self._editor = editor
         self._path = path
         self._source = source
+        self._original = copied(source)
+        self._edits = {}  # values by paths, the latest last
         self._lost_edit = None  # an edit that the dict can't express
         self.category, _, self.plugin = plugin.partition("/")
 
@@ -45,6 +47,11 @@ class Object:
 
     def _record(self, edits):
         for path, value in edits:
+            self._edits.pop(path, None)
+            if value is not REVERTED:
+                self._edits[path] = value
+        self._source, self._lost_edit = copied(self._original), None
+        for path, value in self._edits.items():
             try:
                 place(self._source, path.split("."), value)
             except ValueError:

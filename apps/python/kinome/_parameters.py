@@ -72,7 +72,7 @@ class SceneParameters(collections.abc.MutableMapping):
     def revert(self, path):
         """Restores the parameter's value from the scene file or dict. update() applies this."""
         self._editor.revert(self._full(path))
-        self._edits = [edit for edit in self._edits if edit[0] != path]
+        self._edits.append((path, aliases.REVERTED))
 
     def keep(self, keys):
         """Lists only the parameters of these paths, or that match one of these regular expressions.
@@ -182,7 +182,7 @@ class SceneParameters(collections.abc.MutableMapping):
                                 zip(new, self._core_values(path, now))):
                 if defaults is None:
                     defaults = {row.path for row in self._rows()
-                              if not row.is_set and row.type != "array"}
+                                if not row.is_set and row.type != "array"}
                 if path in defaults:
                     continue
             pairs += new
@@ -202,8 +202,8 @@ class SceneParameters(collections.abc.MutableMapping):
 
     def update(self, values=None):
         """Sets `values`, if any, then applies all edits and returns the Changes. If that fails,
-        raises Error, leaves the scene unchanged and discards `values`. Skips defaults and None that equal
-        the current value, so that a whole dict of values can be passed back."""
+        raises Error, leaves the scene unchanged and discards `values`. Skips defaults and None that
+        equal the current value, so that a whole dict of values can be passed back."""
         takes = "a dict of values by their paths"
         check.instance(values, "values", (collections.abc.Mapping, type(None)), takes)
         if values:

@@ -156,8 +156,9 @@ def render(scene, integrator=None, sensor=0, spp=None, seed=0, time=None, error=
         on_pass(Picture(array, channels, stats), stats["samples"])
     editor = _editor(scene)
     array, channels, stats = editor.render(
-        _integrator(integrator, editor), *_sensor(sensor, editor), spp or 0, _seed(seed), time or 0., error or 0.,
-        variance or 0, check.whole(threads, "threads", 0, MAX_THREADS), progress,
+        _integrator(integrator, editor), *_sensor(sensor, editor), spp or 0, _seed(seed),
+        time or 0., error or 0., variance or 0,
+        check.whole(threads, "threads", 0, MAX_THREADS), progress,
         None if on_pass is None else give)
     return Picture(array, channels, stats)
 

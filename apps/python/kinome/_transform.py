@@ -32,7 +32,7 @@ class Transform:
         self.matrix = np.eye(4) if matrix is None else numbers(matrix, "matrix", 16).reshape(4, 4)
 
     def __array__(self, dtype=None, copy=None):
-        return self.matrix if dtype is None else self.matrix.astype(dtype)
+        return self.matrix.astype(dtype or self.matrix.dtype, copy=bool(copy))
 
     def __matmul__(self, other):
         if isinstance(other, (Vector3f, Normal3f)):

@@ -77,6 +77,9 @@ class BitmapTest(unittest.TestCase):
         self.assertFalse(straight.premultiplied_alpha())
         again = straight.convert(alpha_transform=Bitmap.AlphaTransform.Premultiply)
         np.testing.assert_allclose(np.array(again)[0, 0], image[0, 0])
+        # Colours that aren't multiplied by alpha stay as they are.
+        same = straight.convert(alpha_transform=Bitmap.AlphaTransform.Unpremultiply)
+        self.assertEqual(same, straight)
 
     def test_files(self):
         """What a file can store comes back."""
@@ -92,6 +95,10 @@ class BitmapTest(unittest.TestCase):
                 self.assertEqual(read.srgb_gamma(), extension in (".png", ".bmp", ".tga", ".jpg"))
                 linear = np.array(read.convert(component_format=Type.Float32, srgb_gamma=False))
                 np.testing.assert_allclose(linear, pixels, atol=tolerance)
+        for extension in (".webp", ".gif"):  # sRGB of 0.25 is 137
+            path = self.folder / ("grey" + extension)
+            Bitmap(np.full((8, 8, 3), 0.25, np.float32)).write(path)
+            np.testing.assert_allclose(np.array(Bitmap(str(path)))[..., :3], 137, atol=3)
         names = ["R", "G", "B", "depth", "albedo.R", "albedo.G", "albedo.B"]
         many = Bitmap(np.zeros((2, 3, 7), np.float16), channel_names=names)
         many.write(self.folder / "many.exr")

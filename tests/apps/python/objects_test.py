@@ -198,6 +198,10 @@ class Alone(unittest.TestCase):
         parameters.unset("radius")
         parameters.update()
         self.assertNotIn("radius", shape.as_dict())
+        parameters.revert("bsdf.bsdf.reflectance.value")
+        parameters.update()
+        self.assertEqual(shape.as_dict()["bsdf"]["nested"]["reflectance"], 0.5)
+        self.assertNotIn("radius", shape.as_dict())
 
 
 class Names(unittest.TestCase):
@@ -377,8 +381,9 @@ class Meshes(unittest.TestCase):
                 parameters.update()
         with self.assertRaises(KeyError):
             mi.traverse(mesh)["normals"] = [1]
-        with self.assertRaises(ValueError):
-            mesh.add_attribute("color", 3, [1] * 9)
+        for name in ("color", "vertex_positions", "vertex_a b"):
+            with self.assertRaises(ValueError):
+                mesh.add_attribute(name, 3, [1] * 9)
         with self.assertRaises(ValueError):
             mesh.add_attribute("vertex_color", 3, [1] * 8)
 
