@@ -122,8 +122,9 @@ std::string image_path(const std::string& output, const std::string& film_extens
   if (given.empty() || is_number_or_version(given)) return output + film_extension;
   if (is_known_format(given)) return output;
   const std::string& failure = open_image_io().failure;
-  throw Error(fmt::format("-o {}: unknown image format '{}': use {}, .exr, .pfm, .hdr or .png{}",
-                          output, given, film_extension,
+  const std::string own = film_extension == kExr ? "" : film_extension + ", ";
+  throw Error(fmt::format("-o {}: unknown image format '{}': use {}.exr, .pfm, .hdr or .png{}",
+                          output, given, own,
                           failure.empty() ? ", or another format that OpenImageIO writes, such as "
                                             ".tif, .jpg, .webp, .tga or .bmp"
                                           : " (OpenImageIO isn't available: " + failure + ")"));

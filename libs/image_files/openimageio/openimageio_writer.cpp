@@ -58,7 +58,7 @@ extern "C" KINOME_EXPORT bool kinome_find_image_writer(const char* extension,
     traits.is_linear = has(kLinearFormats, output->format_name());
     traits.has_alpha = output->supports("alpha") != 0;
     return true;
-  } catch (const std::exception&) {
+  } catch (...) {
     return false;
   }
 }
@@ -70,6 +70,9 @@ extern "C" KINOME_EXPORT bool kinome_write_image(const char* path, const Pixels&
     return true;
   } catch (const std::exception& failure) {
     error = *failure.what() ? failure.what() : "unknown error";
+    return false;
+  } catch (...) {
+    error = "unknown error";
     return false;
   }
 }
