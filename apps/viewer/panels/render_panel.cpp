@@ -31,6 +31,13 @@ class RenderPanel final : public Panel {
     if (ImGui::Button("Restart")) frame.session.restart();
     ImGui::SameLine();
     if (ImGui::Button("Reload file")) frame.session.reload();
+    bool is_denoising = frame.status.is_denoising;
+    if (ImGui::Checkbox("Denoise previews", &is_denoising)) {
+      frame.session.set_denoising(is_denoising);
+    }
+    if (ImGui::IsItemHovered()) {
+      ImGui::SetTooltip("By Open Image Denoise, while the camera moves or parameters change");
+    }
     ImGui::SetNextItemWidth(110);
     ImGui::InputInt("samples", &samples_, 16, 64);
     samples_ = std::clamp(samples_, 1, 1 << 20);

@@ -6,14 +6,23 @@
 namespace kinome::viewer {
 namespace {
 
+class OnePixelFilter final : public ReconstructionFilter {
+ public:
+  float eval(float x) const override { return x >= -radius() && x < radius() ? 1.f : 0.f; }
+};
+
 class PreviewFilm final : public Film {
  public:
-  PreviewFilm(const Film& film, int width, int height) {
+  PreviewFilm(const Film& film, int width, int height, bool has_box_filter) {
     width_ = width;
     height_ = height;
     crop_ = {0, 0, width, height};
     sample_border_ = film.sample_border();
     has_alpha_ = film.has_alpha();
+    if (has_box_filter) {
+      filter_ = std::make_shared<OnePixelFilter>();
+      return;
+    }
     // Shares the filter without owning it. The cast is safe because filters are never changed.
     filter_ = std::shared_ptr<ReconstructionFilter>(
         std::shared_ptr<void>(), const_cast<ReconstructionFilter*>(&film.filter()));
@@ -27,12 +36,12 @@ class PreviewFilm final : public Film {
 
 class PreviewSensor final : public Sensor {
  public:
-  PreviewSensor(const Sensor& sensor, int width, int height, uint32_t samples)
+  PreviewSensor(const Sensor& sensor, int width, int height, uint32_t samples, bool has_box_filter)
       : sensor_(sensor),
         corner_(sensor.film().crop().x0, sensor.film().crop().y0),
         scale_(Vec2(sensor.film().crop().width(), sensor.film().crop().height()) /
                Vec2(width, height)) {
-    film_ = std::make_shared<PreviewFilm>(sensor.film(), width, height);
+    film_ = std::make_shared<PreviewFilm>(sensor.film(), width, height, has_box_filter);
     sampler_ = sensor.sampler().with_sample_count(samples);
   }
 
@@ -72,9 +81,9 @@ class PreviewSensor final : public Sensor {
 
 }  // namespace
 
-std::unique_ptr<Sensor> with_own_film(const Sensor& sensor, int width, int height,
-                                      uint32_t samples) {
-  return std::make_unique<PreviewSensor>(sensor, width, height, samples);
+std::unique_ptr<Sensor> with_own_film(const Sensor& sensor, int width, int height, uint32_t samples,
+                                      bool has_box_filter) {
+  return std::make_unique<PreviewSensor>(sensor, width, height, samples, has_box_filter);
 }
 
 }  // namespace kinome::viewer

@@ -105,6 +105,7 @@ void RenderSession::set_integrator(std::string name) {
                      scene_ = with_integrator(*editor_, name);
                      integrator_ = name;
                      preview_scene_.reset();
+                     guide_scene_.reset();
                    });
                    if (is_new) begin_anew();
                  }});
@@ -124,6 +125,16 @@ void RenderSession::set_sensor(size_t index) {
 
 void RenderSession::set_paused(bool is_paused) {
   request(false, {Request::Kind::kOther, [this, is_paused] { is_paused_ = is_paused; }});
+}
+
+void RenderSession::set_denoising(bool is_denoising) {
+  request(false, {Request::Kind::kOther, [this, is_denoising] {
+                    denoiser_.reset();
+                    if (!is_denoising) return;
+                    attempt([this] {
+                      denoiser_ = std::make_unique<const PreviewDenoiser>(options_.threads);
+                    });
+                  }});
 }
 
 void RenderSession::restart() {
@@ -259,6 +270,7 @@ void RenderSession::take_edited_scene() {
     const std::lock_guard lock(scene_mutex_);
     scene_ = with_integrator(*editor_, integrator_);
     preview_scene_.reset();
+    guide_scene_.reset();
     ++edition_;
   }
   begin_anew();

@@ -19,6 +19,7 @@
 #include "session/changes.h"
 #include "session/live_render.h"
 #include "session/picture.h"
+#include "session/preview_denoiser.h"
 
 namespace kinome::viewer {
 
@@ -81,10 +82,11 @@ enum class Activity { kLoading, kFailed, kPreview, kRendering, kPaused, kFinishe
 
 struct Status {
   Activity activity = Activity::kLoading;
-  double fraction = 0;     ///< finished part of the pass, or of the samples passed to render()
-  bool is_exact = false;   ///< render() is running or finished
-  bool is_paused = false;  ///< by set_paused(), independent of the activity
-  std::string integrator;  ///< selected integrator; "" for the scene's own
+  double fraction = 0;        ///< finished part of the pass, or of the samples passed to render()
+  bool is_exact = false;      ///< render() is running or finished
+  bool is_paused = false;     ///< by set_paused(), independent of the activity
+  bool is_denoising = false;  ///< by set_denoising()
+  std::string integrator;     ///< selected integrator; "" for the scene's own
 };
 
 /// An error, a warning or a note.
@@ -149,6 +151,9 @@ class RenderSession {
   void set_integrator(std::string name);
   void set_sensor(size_t index);
   void set_paused(bool is_paused);
+  /// Denoises previews, which are rendered while the camera moves or parameters change. Off at
+  /// first. A missing library is an error in messages(), and leaves it off.
+  void set_denoising(bool is_denoising);
   /// Restarts the image, even if it is the result of render().
   void restart();
   /// Renders the image that `kinome` renders with this number of samples per pixel,
@@ -272,6 +277,8 @@ class RenderSession {
   std::unique_ptr<LiveRender> live_;
   std::string integrator_;                      ///< selected integrator; "" for the scene's own
   std::shared_ptr<const Scene> preview_scene_;  ///< nullptr until preview_scene() makes it
+  std::unique_ptr<const PreviewDenoiser> denoiser_;  ///< nullptr unless previews are denoised
+  std::shared_ptr<const Scene> guide_scene_;         ///< nullptr until a preview is denoised
   uint64_t edition_ = 0;
   uint64_t generation_ = 0;
   uint64_t reported_edition_ = ~uint64_t{0};  ///< edition whose non-finite samples were reported

@@ -91,6 +91,9 @@ class Script {
       is_info_outdated_ = true;
     } else if (command == "integrator") {
       session_.set_integrator(rest);
+    } else if (command == "denoise") {
+      if (rest != "on" && rest != "off") throw Error("expected: denoise on, or denoise off");
+      session_.set_denoising(rest == "on");
     } else if (command == "lookat") {
       std::printf("%s\n", camera().controls().lookat().c_str());
     } else if (move(command, rest)) {

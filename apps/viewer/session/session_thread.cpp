@@ -99,6 +99,7 @@ void RenderSession::set_activity(Activity activity) {
   status_.activity = activity;
   status_.is_exact = exact_samples_.has_value();
   status_.is_paused = is_paused_;
+  status_.is_denoising = denoiser_ != nullptr;
   status_.integrator = integrator_;
 }
 
@@ -202,6 +203,7 @@ void RenderSession::load() {
     const std::lock_guard lock(scene_mutex_);
     live_.reset();
     preview_scene_.reset();
+    guide_scene_.reset();
     history_.forget();
     scene_ = std::move(scene);
     editor_ = std::move(editor);
@@ -295,9 +297,14 @@ double RenderSession::preview_of(int width, int height, double start) {
   {
     const std::lock_guard lock(scene_mutex_);
     scene = &preview_scene();
+    if (denoiser_ && !guide_scene_) guide_scene_ = PreviewDenoiser::guides_of(*editor_);
   }
-  const auto film_sensor = with_own_film(sensor(), width, height, 1);
+  const auto film_sensor = with_own_film(sensor(), width, height, 1, denoiser_ != nullptr);
   auto image = render_once(*scene, *film_sensor, *context_);
+  if (image && denoiser_ &&
+      !denoiser_->denoise(*image, *guide_scene_, *film_sensor, *context_)) {
+    image.reset();
+  }
   if (image) publish(*scene, std::move(*image), true, false, context_->job.seconds() - start, -1);
   return static_cast<double>(width) * height;
 }

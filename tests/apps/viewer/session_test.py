@@ -2,6 +2,7 @@
 """Tests of kinome-view with scripts instead of a window: edits during a render, their results,
 memory and saved files. KINOME_BUILD is the build folder.
 """
+import os
 import pathlib
 import random
 import re
@@ -113,6 +114,20 @@ class SessionTest(unittest.TestCase):
         self.run_script(["set camera.fov 60", "set red.reflectance.value 0.1 0.9 0.1",
                          "set ball.radius 0.7", "render 3", "picture d.exr"], scene="saved.xml")
         self.assertFalse(np.array_equal(a, self.picture("d.exr")))
+
+    def test_previews_are_denoised_on_request(self):
+        """The fake library of tests/apps/cli prints its calls. The final image isn't denoised."""
+        def run(*lines, library=BUILD / "tests/apps/cli/fake_oidn"):
+            return subprocess.run(
+                [PROGRAM, self.scene, "-t", "2", "--script", "-"], cwd=self.folder, text=True,
+                input="\n".join(lines), capture_output=True, timeout=1000,
+                env=os.environ | {"KINOME_OIDN": str(library), "FAKE_OIDN": "log"}).stderr
+        edits = ["set camera.fov 60", "wait", "sleep 0.5", "render 2", "picture a.exr"]
+        calls = run("denoise on", *edits)
+        self.assertIn("fake: albedo color normal cleanAux=1 hdr=1 threads=2\n", calls)
+        self.assertEqual(run(*edits[:-1], "picture b.exr"), "")
+        self.assertEqual((self.folder / "a.exr").read_bytes(), (self.folder / "b.exr").read_bytes())
+        self.assertIn("pip install pyoidn", run("denoise on", "wait", library="/nowhere"))
 
     def test_memory_does_not_grow_by_edits(self):
         lines = self.random_edits(MEMORY_EDITS, 2)
