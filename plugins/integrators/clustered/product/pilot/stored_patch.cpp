@@ -49,46 +49,22 @@ void SharedOfPatches::clear() {
 }
 
 StoredPatch::StoredPatch(const Patch& patch, SharedOfPatches& shared)
-    : bsdf(patch.bsdf),
-      normal(patch.normal),
-      position(patch.position),
-      records_end(patch.records_end),
-      count(patch.count),
+    : PatchValues(patch),
       form_(shared.form(patch.form)),
-      viewer_(patch.viewer),
-      cone_cosine_(patch.cone_cosine),
-      tolerance_(patch.tolerance),
-      diffuse_(patch.diffuse),
-      glossy_reflectance_(patch.glossy_reflectance),
       specular_(patch.form.specular),
       alpha_u_(is_microfacet(patch.form) ? patch.form.alpha_u : patch.lobe.alpha_u),
       alpha_v_(is_microfacet(patch.form) ? patch.form.alpha_v : patch.lobe.alpha_v),
-      glossy_(patch.glossy),
-      cell_share_(patch.cell_share),
-      eye_rays_(patch.eye_rays),
-      probed_(shared.add(patch.probed)),
-      is_described_(patch.is_described),
-      is_uniform_(patch.is_uniform) {
-  set_learned(patch);
-}
+      probed_(shared.add(patch.probed)) {}
 
 void StoredPatch::set_learned(const Patch& patch) {
-  mean_visibility_ = patch.mean_visibility;
-  lamp_visibility_ = patch.lamp_visibility;
-  trust_ = patch.trust;
+  mean_visibility = patch.mean_visibility;
+  lamp_visibility = patch.lamp_visibility;
+  trust = patch.trust;
 }
 
 Patch StoredPatch::restored(const SharedOfPatches& shared) const {
   Patch patch;
-  patch.bsdf = bsdf;
-  patch.normal = normal;
-  patch.position = position;
-  patch.viewer = viewer_;
-  patch.cone_cosine = cone_cosine_;
-  patch.tolerance = tolerance_;
-  patch.diffuse = diffuse_;
-  patch.glossy_reflectance = glossy_reflectance_;
-  patch.is_described = is_described_;
+  static_cast<PatchValues&>(patch) = *this;
   patch.form = *form_;
   patch.form.specular = specular_;
   if (is_microfacet(patch.form)) {
@@ -98,16 +74,7 @@ Patch StoredPatch::restored(const SharedOfPatches& shared) const {
   } else {
     patch.lobe = {alpha_u_, alpha_v_};
   }
-  patch.is_uniform = is_uniform_;
   patch.probed = shared.probed(probed_);
-  patch.count = count;
-  patch.records_end = records_end;
-  patch.glossy = glossy_;
-  patch.cell_share = cell_share_;
-  patch.mean_visibility = mean_visibility_;
-  patch.lamp_visibility = lamp_visibility_;
-  patch.eye_rays = eye_rays_;
-  patch.trust = trust_;
   return patch;
 }
 

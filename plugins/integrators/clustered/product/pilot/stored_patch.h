@@ -30,32 +30,20 @@ class SharedOfPatches {
 };
 
 /// A Patch in half of its memory, because large images have millions of patches. Leaves out the
-/// members that only planning uses (Patch::uncertainty and mean_sigma) and those of Patch::form that
-/// no patch uses (diffuse, surface_normal).
-class StoredPatch {
+/// members that only planning uses (Patch::uncertainty and mean_sigma) and those of Patch::form
+/// that no patch uses (diffuse, surface_normal).
+class StoredPatch : public PatchValues {
  public:
   StoredPatch(const Patch& patch, SharedOfPatches& shared);
   Patch restored(const SharedOfPatches& shared) const;
   /// Stores the members that learning sets.
   void set_learned(const Patch& patch);
 
-  // As those of Patch:
-  const Bsdf* bsdf;
-  Vec3 normal, position;
-  uint32_t records_end;
-  uint32_t count;
-
  private:
   const BsdfForm* form_;  ///< of the same kind
-  Vec3 viewer_;
-  float cone_cosine_, tolerance_;
-  Rgb diffuse_;
-  float glossy_reflectance_;
   Rgb specular_;
   float alpha_u_, alpha_v_;  ///< of the form if it is a microfacet's, else of the lobe
-  float glossy_, cell_share_, mean_visibility_, lamp_visibility_, eye_rays_;
   uint32_t probed_;
-  bool is_described_, is_uniform_, trust_;
 };
 
 }  // namespace kinome

@@ -12,9 +12,8 @@
 
 namespace kinome {
 
-/// A piece of surface of one material and nearly one normal, as a tile of pixels sees it. Its
-/// points share learned visibility and a list of cells.
-struct Patch {
+/// Members of a Patch that StoredPatch keeps as they are.
+struct PatchValues {
   const Bsdf* bsdf = nullptr;
   Vec3 normal{0, 0, 1};          ///< mean
   Vec3 position{0.f};            ///< mean
@@ -23,11 +22,27 @@ struct Patch {
   float tolerance = 0;           ///< maximum distance of the patch's points from its plane
   Rgb diffuse{0.f};              ///< mean
   float glossy_reflectance = 0;  ///< of the first point, mean of channels
-  /// True if all points have a BsdfForm of the same kind as `form`, so that kernels can evaluate
-  /// them.
+  uint32_t count = 0;            ///< number of the pilot's points
+  uint32_t records_end = 0;  ///< of TileKnowledge: end of the patch's records in those of its tile
+  /// True if all points have a BsdfForm of the same kind as Patch::form, so that kernels can
+  /// evaluate them.
   bool is_described = false;
-  BsdfForm form;
   bool is_uniform = false;  ///< also, the glossy lobes of all points are alike
+
+  // Results of the plan, for one primary:
+  bool trust = true;          ///< false if v doesn't predict the visibility of the glossy lobe well
+  float glossy = 0;           ///< unshadowed glossy radiance
+  float cell_share = 0.5f;    ///< fraction of candidates that are drawn from the cells
+  float mean_visibility = 1;  ///< mean v of glossy light, and of local light except lamps
+  float lamp_visibility = 1;
+  /// Mean number of eye rays per primary, at most 1.
+  float eye_rays = 0.5f;
+};
+
+/// A piece of surface of one material and nearly one normal, as a tile of pixels sees it. Its
+/// points share learned visibility and a list of cells.
+struct Patch : PatchValues {
+  BsdfForm form;
   /// For a diffuse lobe without a form: its value relative to a Lambertian lobe of `diffuse`, at
   /// the cosines of BsdfForm::transmittance. nullptr if it is 1. Only control terms depend on it.
   std::shared_ptr<const std::array<float, BsdfForm::kTableSize>> probed;
@@ -38,19 +53,10 @@ struct Patch {
   /// importance depends on it.
   simd::HalfVectorLobe lobe{1, 1};
   float alpha2() const { return lobe.alpha_u * lobe.alpha_v; }
-  uint32_t count = 0;  ///< number of the pilot's points
-  uint32_t records_end = 0;  ///< of TileKnowledge: end of the patch's records in those of its tile
 
   // Results of the plan, for one primary:
-  float uncertainty = 0;      ///< sum over strata of the weights by which rays are distributed
-  float glossy = 0;           ///< unshadowed glossy radiance
-  float cell_share = 0.5f;    ///< fraction of candidates that are drawn from the cells
-  float mean_visibility = 1;  ///< mean v of glossy light, and of local light except lamps
-  float lamp_visibility = 1;
+  float uncertainty = 0;  ///< sum over strata of the weights by which rays are distributed
   float mean_sigma = 1;
-  /// Mean number of eye rays per primary, at most 1.
-  float eye_rays = 0.5f;
-  bool trust = true;  ///< false if v doesn't predict the visibility of the glossy lobe well
 };
 
 /// Sine of a cone's half angle. 2 if the angle is 90 degrees or more: some normal of the cone then
