@@ -132,7 +132,7 @@ DEFECTS = [Defect(*row) for row in (
      "sum / dot(throughput, density)", "1.f / component(density, channel)",
      "volume_paths", "VolumePaths.ChannelsAreThoseOfGreyMedia"),
     ("roulette_without_its_weight_in_media", MEDIA + "volume_paths.cpp",
-     "carried / survival", "carried",
+     "carried / survives", "carried",
      "volume_paths", "VolumePaths.DeepMediaReflectAsTabulated"),
     ("scattered_rays_in_the_medium_of_the_other_side", MEDIA + "volume_paths.cpp",
      "select(cosine > 0.f, outside, inside)", "select(cosine > 0.f, inside, outside)",

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "clustered/media/fog_block.h"
 #include "clustered/media/fog_table.h"
 #include "clustered/media/segment_distances.h"
 #include "kinome/render_context.h"
@@ -16,7 +17,7 @@
 namespace kinome::test::fog_light_test {
 namespace {
 
-constexpr double kAlpha = 1e-4;  // level of each of about 15 tests
+constexpr double kAlpha = 1e-4;  // level of each of about 20 tests
 
 const char* const kWithoutTrial = "<boolean name=\"trial\" value=\"false\"/>";
 
@@ -37,6 +38,14 @@ std::unique_ptr<Scene> foggy(const std::string& integrator, const std::string& m
 
 const std::string kFog = fog_xml("0.5 0.5 0.5", "0.8 0.8 0.8");
 const std::string kPoint = point_xml("0.5 0.5 0.3", "1 2 3");
+
+const char* const kSun =
+    "<emitter type=\"directional\"><vector name=\"direction\" value=\"0.5 -0.8 -0.2\"/></emitter>";
+
+/// A sun that matters only for the choice of a method without a trial.
+const char* const kFaintSun =
+    "<emitter type=\"directional\"><vector name=\"direction\" value=\"0.5 -0.8 -0.2\"/>"
+    "<rgb name=\"irradiance\" value=\"0.001\"/></emitter>";
 
 struct Case {
   const char* name;
@@ -80,10 +89,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"SkyForward", fog_xml("0.9 0.9 0.9", "1 1 1", phase_xml(0.8f)), sky_xml(), -1},
         Case{"Coloured", fog_xml("0.3 0.9 0", "0.9 0.6 0.5", phase_xml(-0.3f)),
              kPoint + ball_xml() + sky_xml()},
-        Case{"Sun", kFog,
-             "<emitter type=\"directional\"><vector name=\"direction\" value=\"0.5 -0.8 "
-             "-0.2\"/></emitter>" +
-                 kPoint},
+        Case{"LampDeep", fog_xml("0.9 0.9 0.9", "0.9 0.9 0.9", phase_xml(0.6f)), kPoint, -1},
+        Case{"Sun", kFog, kSun + kPoint},
         Case{"Glass", kFog,
              kPoint + shape_xml("sphere", "<scale value=\"0.3\"/><translate x=\"0.4\" z=\"0.5\"/>",
                                 "<bsdf type=\"dielectric\"/>")},
@@ -140,7 +147,7 @@ TEST(FogLight, IsTriedTheSameOnAnyNumberOfThreads) {
 /// the method changes is as small as those before it.
 TEST(FogLight, PassesShareATrial) {
   const auto scene =
-      scene_from(fog_cube_xml(kFog) + kPoint + integrator_xml("clustered", 4) +
+      scene_from(fog_cube_xml(kFog) + kPoint + kFaintSun + integrator_xml("clustered", 4) +
                  sensor_xml("perspective", look_at("0.5 0.4 4", "0 -0.1 0", "0 1 0"), 144, 16));
   const Sensor& sensor = *scene->sensors().front();
   const auto render_passes = [&](unsigned threads) {
@@ -164,6 +171,72 @@ TEST(FogLight, PassesShareATrial) {
     return sensor.film().develop();
   };
   EXPECT_EQ(render_passes(1).data, render_passes(2).data);
+}
+
+/// The parts of a ray in a grid of sunlight have all of its length and are drawn with their
+/// density, and light that they find has the same mean as without a grid.
+TEST(FogLight, SunGridsHaveTheirDensityAndExpectation) {
+  const auto scene = foggy("volpath", fog_xml("0.8 0.8 0.8", "0.8 0.8 0.8"), kSun, 3, 2, 128);
+  Sensor& sensor = *scene->sensors().front();
+  sensor.film().prepare(scene->integrator().layers());
+  const transport::MediaTable media(*scene, sensor);
+  const transport::SceneTable table(*scene, media.phases());
+  RenderContext context({});
+  FogSources with(*scene, context.scheduler);
+  const FogSources without(*scene, context.scheduler);
+  with.find_suns(table, media, 1e5, context);
+  ASSERT_EQ(with.suns().size(), 1u);
+  std::vector<SunGrid::Part> parts;
+  with.suns()[0]->divide(Vec3(-9, 0.3f, 0.1f), Vec3(1, 0, 0), 20, 0.8f, parts);
+  float end = 0, sum = 0;
+  for (const SunGrid::Part& part : parts) {
+    EXPECT_EQ(part.begin, end);
+    EXPECT_GE(part.sum, sum);
+    end = part.end, sum = part.sum;
+  }
+  EXPECT_EQ(end, 20);
+  FogTable choices(with, media);
+  const transport::MediumLeg leg{
+      0, 1, Vec3(0.9f, 0.7f, 1), glm::normalize(Vec3(-0.6f, -0.8f, -1)), 2, Rgb(1)};
+  choices.begin(std::vector{leg});
+  choices.set_leg(leg);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform;
+  constexpr int kCount = 100000, kParts = 8;
+  std::vector<double> mean(kParts), squares(kParts);
+  for (int i = 0; i < kCount; ++i) {
+    const FogTable::Choice choice = choices.choose(uniform(random), uniform(random));
+    const auto part = std::min(static_cast<int>(choice.t / leg.length * kParts), kParts - 1);
+    mean[part] += 1 / choice.density / kCount;
+    squares[part] += std::pow(choice.density, -2.) / kCount;
+  }
+  for (int k = 0; k < kParts; ++k) {
+    const double expected = leg.length / kParts;
+    const double deviation = std::sqrt((squares[k] - mean[k] * mean[k]) / kCount);
+    EXPECT_NEAR(mean[k], expected, 5 * deviation + 1e-4 * expected) << k;
+  }
+  const auto estimate = [&](const FogSources& sources, uint64_t first_seed) {
+    constexpr int kBlocks = 48;
+    FogBlock block(table, media, sources, sensor, PathSettings());
+    std::vector<Estimate> result(3);
+    for (int i = 0; i < kBlocks; ++i) {
+      const uint32_t x[] = {0, 1, 0, 1}, y[] = {0, 0, 1, 1};
+      const PixelSamples samples{x, y, 4, 0, 128, first_seed + static_cast<uint64_t>(i)};
+      RenderCounters counters;
+      block.trace(samples, counters);
+      for (int c = 0; c < 3; ++c) {
+        double value = 0;
+        for (size_t k = 0; k < samples.count(); ++k) value += block.radiance().at(k)[c];
+        result[c].mean += value / kBlocks;
+        result[c].variance_of_mean += value * value / kBlocks;
+      }
+    }
+    for (Estimate& e : result) {
+      e.variance_of_mean = (e.variance_of_mean - e.mean * e.mean) / (kBlocks - 1);
+    }
+    return result;
+  };
+  expect_equal(estimate(with, 1), estimate(without, 1000), kAlpha, "sun");
 }
 
 /// The integral of the density is its inverse.

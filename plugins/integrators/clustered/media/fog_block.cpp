@@ -57,12 +57,12 @@ FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTab
                         !are_open(media)),
       sees_sky_(scene.scene().environment() && !settings.hide_emitters),
       share_(needs_collisions_ ? FogLight::kShare : kInfinity),
-      finds_later_(needs_collisions_ && sources.distant().empty() && are_open(media)),
+      finds_later_(needs_collisions_ && !sources.have_suns() && are_open(media)),
       max_depth_(static_cast<float>(settings.length.max_depth)),
       camera_(scene, sensor, kBlockSamples, false),
       segments_(scene, media, settings.hide_emitters, 2 * kBlockSamples),
       sources_(sources),
-      light_choice_(sources, directions_),
+      light_choice_(sources, directions_, media),
       paths_(scene, media, sensor.sampler(), settings, 2 * kBlockSamples, &light_choice_),
       fog_(scene, media, sources, directions_, sensor.sampler(), share_, kBlockSamples),
       film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
@@ -77,6 +77,7 @@ FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTab
       before_(per_path_.floats()),
       total_(per_path_.floats()),
       left_(per_path_.floats()),
+      reference_(per_path_.floats()),
       values_{radiance_.x, radiance_.y, radiance_.z} {
   if (sensor.film().has_alpha()) values_.push_back(alpha_);
 }
@@ -109,11 +110,13 @@ void FogBlock::trace(const PixelSamples& samples, RenderCounters& counters) {
     const StageTimer timer(counters.stage_seconds["shadow"]);
     fog_.add(samples, legs_, kFogDimension, kCandidates, radiance_, counters);
   }
+  std::fill_n(reference_, count, 0.f);
   const size_t collisions = needs_collisions_ ? add_collisions(samples, first) : 0;
+  light_choice_.set_visibility(fog_.visibility());
   const auto emitters = static_cast<float>(scene_.scene().emitters().size());
   paths_.trace_from(samples, count + collisions, share_ * emitters,
-                    kFogDimension + kCandidates * FogLight::kDimensions, radiance_, counters,
-                    finds_later_ ? this : nullptr);
+                    kFogDimension + kCandidates * FogLight::kDimensions, reference_, radiance_,
+                    counters, finds_later_ ? this : nullptr);
 }
 
 /// Traces later edges: like camera rays, but goes on from a collision or from the surface, each
@@ -183,6 +186,7 @@ size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& f
   // A leg's probability is proportional to its weight. The total weight is at most 3, since
   // throughputs begin with 1.
   for (size_t i = 0; i < count; ++i) {
+    reference_[i] = total_[i] / 3;
     total_[i] = std::max(total_[i], 3 / kPathsPerCollision);
     left_[i] = total_[i] * u_[i];
   }

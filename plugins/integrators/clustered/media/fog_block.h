@@ -43,7 +43,8 @@ class FogBlock : private transport::VolumePaths::EdgeTracer {
   const bool needs_collisions_;
   const bool sees_sky_;
   const float share_;  ///< see FogLight
-  /// True if FogLight finds the light of all collisions, not only on camera rays.
+  /// True if FogLight finds the light of all collisions, not only on camera rays. For distant
+  /// emitters, emitter samples at collisions are faster.
   const bool finds_later_;
   const float max_depth_;
   transport::Camera camera_;
@@ -61,6 +62,7 @@ class FogBlock : private transport::VolumePaths::EdgeTracer {
   float *alpha_, *u_, *u_distance_;
   float* before_;         ///< sum of the channels of a path's throughput before its edge
   float *total_, *left_;  ///< weights of the legs of a sample; see add_collisions()
+  float* reference_;      ///< of each sample: argument of VolumePaths::trace_from()
   std::vector<float*> values_;
   std::vector<transport::MediumLeg> legs_, lit_legs_;
   std::vector<Rgb> scattered_;  ///< of each leg; see add_collisions()

@@ -13,6 +13,11 @@ using transport::MediumLeg;
 
 /// One of this number of samples is used for learning.
 constexpr uint32_t kPilotStep = 8;
+/// Ratio of the probability of a candidate on a later edge to its expected light, which is relative
+/// to the mean of camera rays; and the minimum probability, since light may be unexpected.
+constexpr float kCandidateGain = 2, kMinCandidates = 0.1f;
+/// Number of camera rays of a block from which the expected light is averaged.
+constexpr size_t kReferenceRays = 32;
 /// Uses of random numbers of the pilot (RandomSeeds), and of the transmittance of shadow rays.
 constexpr uint32_t kPilotUse = 0x666f6770, kShadowUse = 0x666f6773;
 
@@ -49,7 +54,7 @@ FogLight::FogLight(const transport::SceneTable& scene, const transport::MediaTab
   points_.p = arena_.three();
   points_.n = arena_.three();
   points_.p_error = arena_.floats();
-  later_table_.begin_undirected();
+  later_table_.begin_unrelated({});
 }
 
 void FogLight::add(const PixelSamples& samples, std::span<const MediumLeg> legs, uint32_t dimension,
@@ -57,7 +62,8 @@ void FogLight::add(const PixelSamples& samples, std::span<const MediumLeg> legs,
   current_ = &table_;
   owners_ = nullptr;
   list_lit(legs, kPilotStep);
-  if (pilot_.empty() && rest_.empty()) return;
+  visibility_ = {};
+  if (pilot_.empty() && rest_.empty()) return later_table_.begin_unrelated({});
   std::vector<MediumLeg> typical;
   for (const uint32_t i : pilot_.empty() ? rest_ : pilot_) typical.push_back(legs[i]);
   table_.begin(typical);
@@ -65,8 +71,18 @@ void FogLight::add(const PixelSamples& samples, std::span<const MediumLeg> legs,
   for (uint32_t k = 0; k < candidates; ++k) {
     render(samples, pilot_, k, Numbers::kOwn, radiance, counters);
   }
-  if (rest_.empty()) return;
   table_.learn();
+  visibility_ = table_.visibility();
+  later_table_.begin_unrelated(visibility_);
+  // Expected light of the camera rays, for the roulette of later candidates.
+  float sum = 0;
+  const size_t step = std::max<size_t>(1, legs.size() / kReferenceRays);
+  size_t count = 0;
+  for (size_t k = step / 2; k < legs.size(); k += step, ++count) {
+    later_table_.set_leg(legs[k]);
+    sum += later_table_.expected_light() * mean_of(legs[k].throughput);
+  }
+  reference_ = std::max(count > 0 ? sum / static_cast<float>(count) : 0.f, 1e-30f);
   for (uint32_t k = 0; k < candidates; ++k) {
     render(samples, rest_, dimension + k * kDimensions, Numbers::kSampler, radiance, counters);
   }
@@ -154,7 +170,15 @@ void FogLight::make_candidate(size_t i, const MediumLeg& leg) {
   on_[i] = 0;
   medium_[i] = leg.medium;
   current_->set_leg(leg);
+  float kept = 1;
+  if (owners_) {
+    const float expected = current_->expected_light() * mean_of(leg.throughput);
+    kept = std::clamp(kCandidateGain * expected / reference_, kMinCandidates, 1.f);
+    if (!(u_source_[i] < kept)) return;
+    u_source_[i] /= kept;
+  }
   choices_[i] = current_->choose(u_source_[i], u_distance_[i]);
+  choices_[i].density *= kept;
   const FogTable::Choice& choice = choices_[i];
   if (!(choice.density > 0)) return;
   const kinome::Vec3 p = leg.o + leg.d * choice.t;
@@ -166,8 +190,10 @@ void FogLight::make_candidate(size_t i, const MediumLeg& leg) {
   const float factor = phase / (choice.density * (1 + ratio * ratio));
   const kinome::Rgb extinction = media_.extinction().at(leg.medium);
   const kinome::Rgb scattering = extinction * media_.albedo().at(leg.medium);
-  const kinome::Rgb value =
-      leg.throughput * exp_of(-extinction * choice.t) * scattering * light.weight * factor;
+  const kinome::Rgb transmittance = media_.is_coloured()
+                                        ? exp_of(-extinction * choice.t)
+                                        : kinome::Rgb(std::exp(-extinction.x * choice.t));
+  const kinome::Rgb value = leg.throughput * transmittance * scattering * light.weight * factor;
   if (is_black(value)) return;
   on_[i] = 1;
   points_.p.set(i, p);

@@ -34,11 +34,13 @@ class FogLight {
   void add(const PixelSamples& samples, std::span<const transport::MediumLeg> legs,
            uint32_t dimension, uint32_t candidates, const Columns3& radiance,
            RenderCounters& counters);
-  /// Adds the light of legs of paths, without learning. Near sources alone; their importances are
-  /// those of point lights without attenuation. `owner`: sample of each path.
+  /// Adds the light of legs of paths, without learning. Importances of near sources are those of
+  /// point lights without attenuation. `owner`: sample of each path.
   void add_later(const PixelSamples& samples, std::span<const transport::MediumLeg> legs,
                  const uint32_t* owner, uint32_t dimension, const Columns3& radiance,
                  RenderCounters& counters);
+  /// FogTable::visibility() after the last add(); empty if it had nothing to learn from.
+  std::span<const float> visibility() const { return visibility_; }
 
  private:
   enum class Numbers { kSampler, kOwn };
@@ -59,6 +61,8 @@ class FogLight {
   transport::Numbers numbers_;
   transport::MediumShadows shadows_;
   std::span<const transport::MediumLeg> legs_;
+  std::span<const float> visibility_;
+  float reference_ = 1;                 ///< mean expected light of camera rays
   float weight_ = 1;                    ///< of each candidate
   std::vector<uint32_t> pilot_, rest_;  ///< indices into legs_
   std::vector<FogTable::Choice> choices_;

@@ -20,6 +20,11 @@ constexpr uint32_t kProbes = 256;
 constexpr uint32_t kIntensityProbes = 64;
 constexpr float kIntensityDistance = 8;
 
+/// Shadow rays of grids, relative to the samples of the render; their bounds, and the maximum
+/// number of grids.
+constexpr double kSunShare = 0.05, kMaxSunResolution = 32;
+constexpr uint32_t kMinSunResolution = 6, kMaxSuns = 4;
+
 Vec3 random_direction(uint32_t i) {
   const uint64_t bits = hash_words(i, 0x70726f6265);
   const float z = 2 * to_unit_float(static_cast<uint32_t>(bits)) - 1;
@@ -75,9 +80,24 @@ FogSources::FogSources(const Scene& scene, const Scheduler& scheduler) {
       sun.flux = mean_of(sample->radiance) / sample->pdf;
     }
     distant_.push_back(sun);
+    has_suns_ = true;
   }
   first_cell_ = static_cast<uint32_t>(distant_.size());
   if (scene.environment()) add_environment(*scene.environment(), scheduler);
+}
+
+void FogSources::find_suns(const transport::SceneTable& scene, const transport::MediaTable& media,
+                           double samples, RenderContext& context) {
+  const uint32_t count = std::min(first_cell_, kMaxSuns);
+  if (count == 0) return;
+  const double cells = samples * kSunShare / (SunGrid::kRays * count);
+  const auto resolution = static_cast<uint32_t>(std::min(std::cbrt(cells), kMaxSunResolution));
+  if (resolution < kMinSunResolution) return;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (!distant_[i].emitter->is_delta()) return;
+    suns_.push_back(
+        std::make_unique<const SunGrid>(scene, media, distant_[i].d, resolution, context));
+  }
 }
 
 /// Returns false if the emitter's light comes from infinity.

@@ -6,6 +6,7 @@
 
 #include "clustered/cells/channel_mean.h"
 #include "clustered/cells/light_cells.h"
+#include "clustered/media/sun_grid.h"
 #include "kinome/scene.h"
 
 namespace kinome {
@@ -41,6 +42,13 @@ class FogSources {
   };
   const std::vector<Distant>& distant() const { return distant_; }
   uint32_t groups() const { return groups_; }
+  /// True if some sources are distant emitters other than the environment.
+  bool have_suns() const { return has_suns_; }
+  /// Where distant emitters shine: of the first sources of distant(), as many as have a grid.
+  const std::vector<std::unique_ptr<const SunGrid>>& suns() const { return suns_; }
+  /// Makes the grids for a render of so many samples.
+  void find_suns(const transport::SceneTable& scene, const transport::MediaTable& media,
+                 double samples, RenderContext& context);
   /// True if some sources are surfaces.
   bool have_surfaces() const { return have_surfaces_; }
 
@@ -63,10 +71,12 @@ class FogSources {
   bool add_near(const Scene& scene, const Emitter& emitter);
 
   std::vector<Near> near_;
+  std::vector<std::unique_ptr<const SunGrid>> suns_;
   std::vector<Distant> distant_;
   uint32_t groups_ = 0;
   uint32_t first_cell_ = 0;  ///< index into distant_
   bool have_surfaces_ = false;
+  bool has_suns_ = false;
   std::unique_ptr<const DistantCells> cells_;  ///< nullptr: none
 };
 

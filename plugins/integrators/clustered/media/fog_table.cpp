@@ -62,10 +62,21 @@ FogTable::FogTable(const FogSources& sources, const transport::MediaTable& media
       expected_weight_(sources.near().size()),
       distant_expected_(sources.distant().size()),
       seen_(sources.groups()),
-      distant_sum_(sources.distant().size()) {
+      distant_sum_(sources.distant().size()),
+      sky_arena_(std::max<size_t>(1, sources.distant().size())),
+      sky_d_(sky_arena_.three()),
+      sky_mean_cosine_(sky_arena_.floats()),
+      sky_flux_(sky_arena_.floats()),
+      sky_weight_(sky_arena_.floats()),
+      sun_importance_(sources.suns().size()),
+      sun_parts_(sources.suns().size()) {
   for (size_t s = 0; s < sources.near().size(); ++s) {
     near_p_.set(s, sources.near()[s].p);
     nearest_[s] = std::max(0.5f * sources.near()[s].radius, 1e-12f);
+  }
+  for (size_t s = 0; s < sources.distant().size(); ++s) {
+    sky_d_.set(s, sources.distant()[s].d);
+    sky_mean_cosine_[s] = sources.distant()[s].mean_cosine;
   }
 }
 
@@ -80,6 +91,7 @@ float FogTable::phase_toward(const MediumLeg& leg, const Vec3& d, float mean_cos
 }
 
 void FogTable::begin(std::span<const MediumLeg> legs) {
+  is_related_ = true;
   std::fill(near_records_.begin(), near_records_.end(), Record());
   std::fill(distant_records_.begin(), distant_records_.end(), Record());
   for (size_t s = 0; s < expected_.size(); ++s) expected_[s].fill(0);
@@ -93,7 +105,8 @@ void FogTable::begin(std::span<const MediumLeg> legs) {
   const MediumLeg& middle = legs[legs.size() / 2];
   for (size_t s = 0; s < distant_expected_.size(); ++s) {
     const FogSources::Distant& distant = sources_.distant()[s];
-    distant_expected_[s] = distant.flux * phase_toward(middle, distant.d, distant.mean_cosine);
+    const float phase = phase_toward(middle, distant.d, distant.mean_cosine);
+    distant_expected_[s] = s < sun_importance_.size() ? 0 : distant.flux * phase;
   }
   float highest = 0;
   for (size_t s = 0; s < expected_.size(); ++s) {
@@ -110,7 +123,8 @@ void FogTable::begin(std::span<const MediumLeg> legs) {
   set_distant_probabilities();
 }
 
-void FogTable::begin_undirected() {
+void FogTable::begin_unrelated(std::span<const float> visibility) {
+  is_related_ = false;
   std::fill(near_records_.begin(), near_records_.end(), Record());
   float highest = 0;
   for (const auto& source : sources_.near()) highest = std::max(highest, source.intensity);
@@ -120,7 +134,40 @@ void FogTable::begin_undirected() {
         highest > 0 ? std::max(sources_.near()[s].intensity, kMinImportance * highest) : 1;
   }
   set_near_probabilities();
-  distant_sum_.clear();
+  std::fill(distant_records_.begin(), distant_records_.end(), Record());
+  set_distant_probabilities();
+  float lit = 0;
+  for (const float v : visibility) lit = std::max(lit, v);
+  for (size_t s = 0; s < sources_.distant().size(); ++s) {
+    const FogSources::Distant& distant = sources_.distant()[s];
+    const float seen = lit > 0 ? std::max(visibility[distant.group], kEvenShare * lit) : 1.f;
+    sky_flux_[s] = s < sun_importance_.size() ? 0 : distant.flux * seen;
+  }
+}
+
+/// Sets the importances of distant sources for the ray.
+void FogTable::weigh_sky() {
+  using namespace wide;
+  Float sum(0.f);
+  const auto lobes = media_.medium(leg_.medium)->phase().lobes();
+  for_lanes(sources_.distant().size(), [&](size_t i) {
+    const Float cosine = dot(wide::Vec3::load(sky_d_, i), wide::Vec3(leg_.d));
+    Float phase(kEvenShare);
+    for (const HgLobe& lobe : lobes) {
+      if (!(lobe.weight > 0)) continue;
+      const Float g = Float::load(sky_mean_cosine_ + i) * lobe.g;
+      const Float base = max(1.f + g * g - 2.f * g * cosine, Float(1e-6f));
+      phase = phase + Float(lobe.weight) * (1.f - g * g) / (base * sqrt(base));
+    }
+    const Float weight = Float::load(sky_flux_ + i) * phase;
+    weight.store(sky_weight_ + i);
+    sum = sum + weight;
+  });
+  alignas(kColumnAlignment) float sums[kLanes];
+  sum.store(sums);
+  distant_total_ = 0;
+  for (const float s : sums) distant_total_ += s;
+  distant_total_ *= absorbed_ * albedo_ / (4 * kPi);
 }
 
 /// Adds the light of a near source that a ray's bins scatter, relative to the integral of 1/r².
@@ -200,7 +247,8 @@ void FogTable::set_leg(const MediumLeg& leg) {
   extinction_ = least_extinction(extinction);
   length_ = leg.length;
   reach_ = std::min(length_, kReach / extinction_);
-  absorbed_ = AttenuatedDistances(extinction_, length_).absorbed();
+  attenuated_ = AttenuatedDistances(extinction_, length_);
+  absorbed_ = attenuated_.absorbed();
   albedo_ = mean_of(media_.albedo().at(leg.medium));
   near_total_ = 0;
   const size_t count = expected_.size();
@@ -216,25 +264,62 @@ void FogTable::set_leg(const MediumLeg& leg) {
     });
     for (size_t s = 0; s < count; ++s) near_total_ += near_importance_[s];
   }
+  sun_total_ = 0;
+  for (size_t s = 0; s < sun_importance_.size(); ++s) {
+    const FogSources::Distant& sun = sources_.distant()[s];
+    sources_.suns()[s]->divide(leg.o, leg.d, length_, extinction_, sun_parts_[s]);
+    const float lit = sun_parts_[s].empty() ? 0 : sun_parts_[s].back().sum;
+    sun_importance_[s] = sun.flux * phase_toward(leg, sun.d, 1) * lit * albedo_;
+    sun_total_ += sun_importance_[s];
+  }
+  if (!is_related_) {
+    // Near sources as if the medium were isotropic.
+    const float scattering = extinction_ * albedo_ / (4 * kPi);
+    for (size_t s = 0; s < count; ++s) near_importance_[s] *= scattering;
+    near_total_ *= scattering;
+    return weigh_sky();
+  }
   distant_total_ = distant_sum_.empty() ? 0 : distant_sum_.back() * absorbed_ * albedo_;
 }
 
 FogTable::Choice FogTable::choose(float u_source, float u_distance) const {
-  const float total = near_total_ + distant_total_;
+  const float total = near_total_ + sun_total_ + distant_total_;
   if (!(total > 0)) return {0, kNoBin, 0, 0, 0};
   float at = u_source * total;
-  if (at < near_total_ || distant_sum_.empty()) {
+  const bool has_distant = distant_total_ > 0;
+  if (sun_total_ > 0 && at >= near_total_ && (at < near_total_ + sun_total_ || !has_distant)) {
+    at -= near_total_;
+    uint32_t s = 0;
+    const auto last = static_cast<uint32_t>(sun_importance_.size()) - 1;
+    for (; s < last && at >= sun_importance_[s]; ++s) at -= sun_importance_[s];
+    return choose_sun(s, sun_importance_[s] / total, u_distance);
+  }
+  if (at < near_total_ || !has_distant) {
     uint32_t s = 0;
     const auto last = static_cast<uint32_t>(expected_.size()) - 1;
     for (; s < last && at >= near_importance_[s]; ++s) at -= near_importance_[s];
     return choose_near(s, near_importance_[s] / total, u_distance);
   }
-  at = (at - near_total_) / distant_total_ * distant_sum_.back();
+  if (!is_related_) return choose_from_sky(at - near_total_ - sun_total_, total, u_distance);
+  at = (at - near_total_ - sun_total_) / distant_total_ * distant_sum_.back();
   const auto found = std::upper_bound(distant_sum_.begin(), distant_sum_.end() - 1, at);
   const auto index = static_cast<uint32_t>(found - distant_sum_.begin());
   const float before = index > 0 ? distant_sum_[index - 1] : 0;
   const float share = (distant_sum_[index] - before) / distant_sum_.back();
   return choose_distant(index, share * (distant_total_ / total), u_distance);
+}
+
+FogTable::Choice FogTable::choose_from_sky(float at, float total, float u) const {
+  const float scale = absorbed_ * albedo_ / (4 * kPi);
+  at /= scale;
+  size_t chosen = 0;
+  for (size_t s = 0; s < sources_.distant().size(); ++s) {
+    if (!(sky_weight_[s] > 0)) continue;
+    chosen = s;
+    if (at < sky_weight_[s]) break;
+    at -= sky_weight_[s];
+  }
+  return choose_distant(static_cast<uint32_t>(chosen), sky_weight_[chosen] * scale / total, u);
 }
 
 FogTable::Choice FogTable::choose_near(uint32_t source, float probability, float u) const {
@@ -254,10 +339,25 @@ FogTable::Choice FogTable::choose_near(uint32_t source, float probability, float
   return {source, bin, t, of_bin * kBins * distances.density(t), of_bin / expected};
 }
 
+FogTable::Choice FogTable::choose_sun(uint32_t index, float probability, float u) const {
+  const auto& parts = sun_parts_[index];
+  const float all = parts.back().sum;
+  size_t k = 0;
+  while (k + 1 < parts.size() && u * all >= parts[k].sum) ++k;
+  const SunGrid::Part& part = parts[k];
+  const float before = k > 0 ? parts[k - 1].sum : 0, weight = part.sum - before;
+  if (!(weight > 0)) return {0, kNoBin, 0, 0, 0};
+  const float within = std::clamp((u * all - before) / weight, 0.f, 1 - 0x1p-24f);
+  const AttenuatedDistances distances(extinction_, part.end - part.begin);
+  const float t = distances.at(within);
+  return {static_cast<uint32_t>(sources_.near().size()) + index, kNoBin, part.begin + t,
+          probability * (weight / all) * distances.density(t), 0};
+}
+
 FogTable::Choice FogTable::choose_distant(uint32_t index, float probability, float u) const {
   const uint32_t group = sources_.distant()[index].group;
   const uint32_t bin = select_bin(distant_bins_[group], u);
-  const AttenuatedDistances distances(extinction_, length_);
+  const AttenuatedDistances& distances = attenuated_;
   const float t = distances.at((static_cast<float>(bin) + u) / kBins);
   const float of_bin = probability * distant_bins_[group][bin];
   const float expected = distant_expected_[index] * absorbed_ * albedo_ / kBins;

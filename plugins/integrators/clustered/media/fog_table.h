@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "clustered/media/fog_sources.h"
+#include "clustered/media/segment_distances.h"
 #include "transport/arena.h"
 #include "transport/media/segments.h"
 
@@ -27,8 +28,10 @@ class FogTable {
   /// Computes importances that assume that nothing is in the light's way.
   void begin(std::span<const transport::MediumLeg> legs);
 
-  /// Sets importances that don't depend on the rays' directions, for near sources alone.
-  void begin_undirected();
+  /// Sets importances for rays that have nothing in common: the distribution of distances to near
+  /// sources is equiangular, and the phase function is that of each ray. `visibility`: as
+  /// visibility() of another table; 1 if it is empty.
+  void begin_unrelated(std::span<const float> visibility);
 
   /// Position and source of a candidate.
   struct Choice {
@@ -43,11 +46,16 @@ class FogTable {
   /// Sets the ray for choose().
   void set_leg(const transport::MediumLeg& leg);
   Choice choose(float u_source, float u_distance) const;
+  /// Expected light of the ray, with an unknown factor that is the same for all rays. Visibility is
+  /// included as far as it was learned.
+  float expected_light() const { return near_total_ + sun_total_ + distant_total_; }
 
   /// Records the light of a candidate, including its visibility.
   void record(const Choice& choice, float light);
   /// Updates the importances from all records since begin().
   void learn();
+  /// Learned mean transmittance, including visibility, to each group of distant sources.
+  std::span<const float> visibility() const { return seen_; }
 
  private:
   using Bins = std::array<float, kBins>;
@@ -55,7 +63,10 @@ class FogTable {
     Bins squares{}, counts{};
   };
   Choice choose_near(uint32_t source, float probability, float u) const;
+  Choice choose_sun(uint32_t index, float probability, float u) const;
   Choice choose_distant(uint32_t index, float probability, float u) const;
+  void weigh_sky();
+  Choice choose_from_sky(float at, float total, float u) const;
   void add_expected(const transport::MediumLeg& leg, uint32_t near);
   void set_near_probabilities();
   void set_distant_probabilities();
@@ -71,12 +82,20 @@ class FogTable {
   std::vector<Record> near_records_, distant_records_;
   std::vector<float> expected_weight_;   ///< of near sources
   std::vector<float> distant_expected_;  ///< flux x phase function
-  std::vector<float> seen_;              ///< of each group: learned mean visibility
+  std::vector<float> seen_;              ///< see visibility()
   std::vector<float> distant_sum_;       ///< running sum of the importances
 
+  bool is_related_ = true;  ///< false after begin_unrelated()
+  /// Distant sources without a grid, for rays that are unrelated: columns.
+  transport::Arena sky_arena_;
+  Columns3 sky_d_;
+  float *sky_mean_cosine_, *sky_flux_, *sky_weight_;
   transport::MediumLeg leg_{};
+  AttenuatedDistances attenuated_{1, 1};
   float extinction_ = 0, length_ = 0, reach_ = 0, absorbed_ = 0, albedo_ = 0;
-  float near_total_ = 0, distant_total_ = 0;
+  float near_total_ = 0, sun_total_ = 0, distant_total_ = 0;
+  std::vector<float> sun_importance_;                  ///< of FogSources::suns(), for the ray
+  std::vector<std::vector<SunGrid::Part>> sun_parts_;  ///< of the ray
 };
 
 /// Extinction of the channel with the longest way, of those with any extinction. Densities of

@@ -53,13 +53,16 @@ MediaRender::MediaRender(const Scene& scene, const Sensor& sensor, const PathSet
       media_(scene, sensor),
       table_(scene, media_.phases()) {
   const StageTimer timer(context.job.stats().counters.stage_seconds["cells"]);
-  sources_ = std::make_unique<const FogSources>(scene, context.scheduler);
+  auto sources = std::make_unique<FogSources>(scene, context.scheduler);
+  const double pixels = sensor.film().crop().area();
+  sources->find_suns(table_, media_, pixels * sensor.sampler().sample_count(), context);
+  sources_ = std::move(sources);
 }
 
 void MediaRender::choose(const Sensor& sensor) {
   if (!has_trial_) return;
   const size_t blocks = blocks_of_trial(sensor);
-  if (blocks == 0 && tried_ == 0) uses_paths_ = prefers_paths_untried(settings_);
+  if (blocks == 0 && tried_ == 0) uses_paths_ = prefers_paths_untried(*sources_, settings_);
   if (blocks == 0 || blocks < kMinTrialGrowth * tried_) return;
   uses_paths_ = prefers_paths(table_, media_, *sources_, sensor, settings_, blocks, context_);
   tried_ = blocks;

@@ -22,13 +22,14 @@ using transport::kBlockSamples;
 /// large as those of the render, because FogBlock learns in each block.
 constexpr uint32_t kMinSamples = 16, kMaxSamples = 128;
 constexpr size_t kMaxPixels = kBlockSamples / kMinSamples;
-/// Bounds on the number of blocks, and the share of the render's samples for the trial.
-constexpr double kMinBlocks = 4, kMaxBlocks = 24, kTrialShare = 0.05;
-/// Maximum `max_depth` at which FogBlock renders without a trial.
+/// Bounds on the number of blocks, the share of the render's samples for the trial, and the maximum
+/// share of the fewest blocks.
+constexpr double kMinBlocks = 3, kMaxBlocks = 24, kTrialShare = 0.05, kMaxTrialShare = 0.15;
+/// Maximum `max_depth` at which FogBlock renders scenes with directional emitters without a trial.
 constexpr uint32_t kMaxDepthUntried = 3;
-/// Time of a camera sample without rays, relative to that of a ray; and the part of it for each
-/// source at a finite distance.
-constexpr double kCostOfPath = 1.5, kCostOfFog = 4, kCostOfSource = 1. / 64;
+/// Time of FogBlock for each ray, with all other work, relative to that of `volpath`; and the part
+/// of it for each source at a finite distance. Measured in eight scenes.
+constexpr double kCostOfRay = 1.6, kCostOfSource = 1. / 80;
 constexpr uint64_t kTrialSeed = 0x666f6774;
 
 /// Results of one method in one block.
@@ -38,7 +39,7 @@ struct Measured {
 };
 
 template <class Block>
-Measured measure(Block& block, const PixelSamples& samples, double cost_of_sample) {
+Measured measure(Block& block, const PixelSamples& samples, double cost_of_ray) {
   RenderCounters counters;
   block.trace(samples, counters);
   Measured result;
@@ -56,7 +57,7 @@ Measured measure(Block& block, const PixelSamples& samples, double cost_of_sampl
   for (const RayKind kind : {RayKind::kCamera, RayKind::kShadow, RayKind::kBsdf}) {
     rays += static_cast<double>(counters[kind]);
   }
-  result.cost = rays + cost_of_sample * kBlockSamples;
+  result.cost = rays * cost_of_ray;
   return result;
 }
 
@@ -65,12 +66,13 @@ Measured measure(Block& block, const PixelSamples& samples, double cost_of_sampl
 size_t blocks_of_trial(const Sensor& sensor) {
   const double samples =
       static_cast<double>(sensor.film().crop().area()) * sensor.sampler().sample_count();
-  const double share = samples * kTrialShare / (2 * kBlockSamples);
-  return share < kMinBlocks ? 0 : static_cast<size_t>(std::min(share, kMaxBlocks));
+  const double blocks = samples / (2 * kBlockSamples);
+  if (blocks * kMaxTrialShare < kMinBlocks) return 0;
+  return static_cast<size_t>(std::clamp(blocks * kTrialShare, kMinBlocks, kMaxBlocks));
 }
 
-bool prefers_paths_untried(const PathSettings& settings) {
-  return settings.length.max_depth > kMaxDepthUntried;
+bool prefers_paths_untried(const FogSources& sources, const PathSettings& settings) {
+  return sources.have_suns() && settings.length.max_depth > kMaxDepthUntried;
 }
 
 bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTable& media,
@@ -84,7 +86,7 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
   const StageTimer timer(context.job.stats().counters.stage_seconds["trial"]);
   const uint64_t seed = hash_words(key_seed(context.job, sensor.sampler()), kTrialSeed);
   const double cost_of_fog =
-      kCostOfFog + kCostOfSource * static_cast<double>(sources.near().size());
+      kCostOfRay + kCostOfSource * static_cast<double>(sources.near().size());
   std::vector<std::array<Measured, 2>> measured(count);
   transport::Workers<FogBlock> fog_blocks;
   transport::Workers<transport::VolumeBlock> path_blocks;
@@ -104,9 +106,7 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
         [&](FogBlock& fog) { measured[i][0] = measure(fog, block, cost_of_fog); });
     path_blocks.with_one(
         [&] { return std::make_unique<transport::VolumeBlock>(scene, media, sensor, settings); },
-        [&](transport::VolumeBlock& paths) {
-          measured[i][1] = measure(paths, block, kCostOfPath);
-        });
+        [&](transport::VolumeBlock& paths) { measured[i][1] = measure(paths, block, 1); });
   });
   double mean = 0;
   for (const auto& both : measured) {

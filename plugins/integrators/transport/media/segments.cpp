@@ -166,8 +166,10 @@ void Segments::list_legs(const RayHit16* rays, size_t count, const uint32_t* pat
     const kinome::Rgb throughput = state.throughput.at(k);
     state.legs->push_back({k, medium, ray.o, ray.d, end, throughput});
     const kinome::Rgb depth = media_.extinction().at(medium) * end;
-    state.throughput.set(
-        k, throughput * kinome::Rgb(std::exp(-depth.x), std::exp(-depth.y), std::exp(-depth.z)));
+    kinome::Rgb transmittance(std::exp(-depth.x));
+    if (media_.is_coloured())
+      transmittance.y = std::exp(-depth.y), transmittance.z = std::exp(-depth.z);
+    state.throughput.set(k, throughput * transmittance);
   }
 }
 

@@ -23,6 +23,9 @@ constexpr float kLongPath = 1024;
 float max_survival_at_surfaces() {
   return survival_probability(kinome::Rgb(1.f));
 }
+/// Ratio of a path's probability to survive roulette to its part of the throughput of its sample's
+/// paths.
+constexpr float kSurvivalGain = 3;
 
 }  // namespace
 
@@ -83,13 +86,15 @@ void VolumePaths::trace(const PixelSamples& samples, const RayHit16* camera_rays
   begin(samples, camera_rays);
   first_share_ = 0;
   later_ = nullptr;
+  reference_ = nullptr;
   trace_on(samples, kCameraDimensions, radiance, alpha, counters);
 }
 
 void VolumePaths::trace_from(const PixelSamples& samples, size_t count, float share,
-                             uint32_t dimension, const Columns3& radiance, RenderCounters& counters,
-                             EdgeTracer* later) {
+                             uint32_t dimension, float* reference, const Columns3& radiance,
+                             RenderCounters& counters, EdgeTracer* later) {
   later_ = later;
+  reference_ = reference;
   count_ = count;
   for_lanes(count_, [&](size_t i) {
     Float(0.f).store(along_.scatterings + i);
@@ -226,7 +231,7 @@ void VolumePaths::sample(const PixelSamples& samples, uint32_t dimension) {
     std::fill_n(pdf_factor_ + first, padded_count,
                 !(weight > 0) ? 0.f
                 : is_first    ? 1 / first_share_
-                : choice_     ? emitters_.pick_pdf()
+                : choice_     ? emitters_.pick_pdf() / (is_medium ? LightChoice::kMediumShare : 1)
                               : 1.f);
     std::fill_n(relative_index2_ + first, padded_count, sqr(range.row->bsdf->relative_index()));
     std::fill_n(max_survival_ + first, padded_count,
@@ -283,12 +288,37 @@ Float VolumePaths::index2_factor(size_t i) const {
   return select(goes_through, select(from > 0.f, factor, 1.f / factor), Float(1.f));
 }
 
+/// Adds the throughputs behind the first surfaces to the references of their samples.
+void VolumePaths::add_to_reference() {
+  const SurfaceBlock& points = met_.points();
+  for (size_t i = 0; i < met_.reflecting(); ++i) {
+    const bool is_surface = points.n.at(i) != kinome::Vec3(0.f);
+    if (!is_surface || at_.scatterings[i] > 0 || !(met_.live()[i] > 0)) continue;
+    if (!(answer_.sample_pdf[i] > 0) || answer_.is_delta[i] == kNullSample) continue;
+    const kinome::Rgb carried = at_.throughput.at(i) * answer_.weight.at(i);
+    reference_[at_.owner[i]] += (carried.x + carried.y + carried.z) * (1 / 3.f);
+  }
+}
+
+/// Probability that roulette keeps a path. In proportion to its throughput relative to that of all
+/// paths of its sample, since a path of small weight isn't worth its time; absolute throughputs
+/// would end the paths of dark pixels. `is_late`: beyond the number of points from which all paths
+/// must end at some time. `weight`: of paths of this length.
+Float VolumePaths::survival(size_t i, const wide::Rgb& carried, Float weight, Mask is_late) const {
+  const Float most = select(is_late, Float::load(max_survival_ + i), Float(1.f));
+  if (!reference_) return select(is_late, min(max_component(carried) / weight, most), Float(1.f));
+  const Float all = gather(reference_, Int::load(at_.owner + i));
+  const Float relative = max_component(carried) / max(all, Float(1e-20f));
+  return min(relative * kSurvivalGain / weight, most);
+}
+
 /// Scatters the paths of `steps` steps: makes their next rays, some of which are off.
 void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, uint32_t steps,
                           float* alpha) {
   const SurfaceBlock& points = met_.points();
   const size_t count = met_.reflecting();
   numbers_.fill_1d(sampler_, samples, dimension + kBsdfDimensions, at_.owner, count, u1_);
+  if (reference_) add_to_reference();
   const Float max_depth = static_cast<float>(length_.max_depth);
   const Float rr_depth = static_cast<float>(length_.rr_depth);
   const Float weight = weight_of_length(static_cast<float>(steps), kLongPath);
@@ -303,11 +333,11 @@ void VolumePaths::scatter(const PixelSamples& samples, uint32_t dimension, uint3
               (scatterings < max_depth);
     const Float index2 = Float::load(at_.index2 + i) * index2_factor(i);
     index2.store(at_.index2 + i);
-    const Float survival =
-        min(max_component(carried * index2) / weight, Float::load(max_survival_ + i));
-    const Mask is_chosen = (scatterings > rr_depth) & !is_straight;
-    on &= (Float::load(u1_ + i) < survival) | !is_chosen;
-    carried = select(is_chosen, carried / survival, carried);
+    const Mask is_late = scatterings > rr_depth;
+    const Float survives = survival(i, carried * index2, weight, is_late);
+    const Mask is_chosen = (reference_ ? Mask(survives < 1.f) : is_late) & !is_straight;
+    on &= (Float::load(u1_ + i) < survives) | !is_chosen;
+    carried = select(is_chosen, carried / survives, carried);
     carried = select(on, carried);
     carried.store(carried_, i);
     on &= !is_black(carried);

@@ -12,13 +12,19 @@ namespace kinome::transport {
 /// Chooses an emitter sample for each point of a block, in place of EmitterSamples. One per thread.
 class LightChoice {
  public:
+  /// Factor of the densities of emitter samples in media in weights against those of phase
+  /// functions. A choice that knows the phase function is the better one of the two.
+  static constexpr float kMediumShare = 8;
+
   virtual ~LightChoice() = default;
-  /// Dimensions of the sampler, and arguments: as for EmitterSamples::sample(). Densities of `out`
-  /// include the probability of the emitter. `emitter_pdf`: densities of the emitter's own samples
-  /// of the same directions, per solid angle, for weights.
+  /// Dimensions of the sampler, and arguments: as for EmitterSamples::sample(). All points are on
+  /// surfaces (MediaTable::kVacuum) or in the same medium. Densities of `out` include the
+  /// probability of the emitter. `emitter_pdf`: densities of the emitter's own samples of the same
+  /// directions, per solid angle, for weights.
   virtual void sample(const Sampler& sampler, const PixelSamples& samples, uint32_t dimension,
-                      const SurfaceBlock& points, const uint32_t* owner, size_t count,
-                      Numbers& numbers, const DirectBlock& out, float* emitter_pdf) = 0;
+                      const SurfaceBlock& points, uint32_t medium, const uint32_t* owner,
+                      size_t count, Numbers& numbers, const DirectBlock& out,
+                      float* emitter_pdf) = 0;
 };
 
 /// Paths from the camera through media. Each point where light is scattered, in a medium or on a
@@ -64,10 +70,14 @@ class VolumePaths {
   /// owners are equal. The first points in media whose MediaTable::emitter_weight() is 1 get no
   /// emitter samples, because the caller finds that light with a density of `share` times that of
   /// emitter samples. `dimension`: first dimension of the sampler that is used.
+  /// `reference`: for each sample of the block, the mean throughput behind all points in media
+  /// where its camera ray is scattered; that of its surface is added here. Roulette keeps paths in
+  /// proportion to their throughput, relative to this one: see survival().
   /// `later`: traces all later edges; their collisions get no emitter samples, either. nullptr:
   /// only the first edges are the caller's.
   void trace_from(const PixelSamples& samples, size_t count, float share, uint32_t dimension,
-                  const Columns3& radiance, RenderCounters& counters, EdgeTracer* later = nullptr);
+                  float* reference, const Columns3& radiance, RenderCounters& counters,
+                  EdgeTracer* later = nullptr);
 
  private:
   /// Dimensions of the sampler for a step: the distance and its channel, an emitter sample, a BSDF
@@ -112,6 +122,9 @@ class VolumePaths {
   uint32_t medium_of(const Surfaces::Range& range) const;
   void find_media(size_t count, const Columns3& d, uint32_t* medium) const;
   wide::Float index2_factor(size_t i) const;
+  void add_to_reference();
+  wide::Float survival(size_t i, const wide::Rgb& carried, wide::Float weight,
+                       wide::Mask is_late) const;
   void scatter(const PixelSamples& samples, uint32_t dimension, uint32_t steps, float* alpha);
   void set_alpha(float* alpha) const;
   void sort_rays();
@@ -150,6 +163,7 @@ class VolumePaths {
   /// In the first step of trace_from(), its argument `share`; else 0.
   float first_share_ = 0;
   EdgeTracer* later_ = nullptr;  ///< argument of trace_from()
+  float* reference_ = nullptr;   ///< argument of trace_from()
   Columns3 wo_, d_, light_, carried_;
   float *u1_, *pdf_, *distance_;
   Columns2 u2_;

@@ -65,15 +65,20 @@ void VolumePaths::sample_emitters(const PixelSamples& samples, uint32_t dimensio
     return emitters_.sample(sampler_, samples, dimension, met_.points(), at_.owner, count,
                             numbers_);
   }
-  size_t first = 0;
   for (const Surfaces::Range& range : met_.ranges()) {
-    if (!is_found_elsewhere(range)) break;
-    first = range.first + padded(range.count);
+    const size_t first = range.first, padded_count = padded(range.count);
+    if (first >= count) return;
+    if (is_found_elsewhere(range)) continue;
+    const uint32_t medium = medium_of(range);
+    choice_->sample(sampler_, samples, dimension, met_.points().part(first, padded_count), medium,
+                    at_.owner + first, padded_count, numbers_, sampled_.from(first),
+                    weight_pdf_ + first);
+    if (medium == MediaTable::kVacuum) continue;
+    for_lanes(padded_count, [&](size_t lane) {
+      float* const pdf = weight_pdf_ + first + lane;
+      (Float::load(pdf) * LightChoice::kMediumShare).store(pdf);
+    });
   }
-  if (first >= count) return;
-  choice_->sample(sampler_, samples, dimension, met_.points().part(first, count - first),
-                  at_.owner + first, count - first, numbers_, sampled_.from(first),
-                  weight_pdf_ + first);
 }
 
 /// True if the caller of trace_from() finds the light of emitter samples at the points.
