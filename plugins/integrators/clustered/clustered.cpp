@@ -75,8 +75,8 @@ constexpr Parameter kParameters[] = {
      "'product': draw light points where they contribute to the image."},
     {"trial", ParameterType::kBoolean, "true",
      "'product': render with 'path' (with media, 'volpath') if a trial on some tiles finds that it "
-     "takes less work for the same error, or if the render is short (with media, only if there are "
-     "directional emitters and max_depth is above 3). Never if 'path' can't find some of the light."},
+     "takes less work for the same error, or if the render is short (with media, and a max_depth "
+     "above 3). Never if 'path' can't find some of the light."},
     {"rr_depth", ParameterType::kInteger, "5",
      "'product': Russian roulette ends paths from the camera from this many surface points on."},
     KINOME_POINT_LIGHT_PARAMETERS,

@@ -62,7 +62,7 @@ MediaRender::MediaRender(const Scene& scene, const Sensor& sensor, const PathSet
 void MediaRender::choose(const Sensor& sensor) {
   if (!has_trial_) return;
   const size_t blocks = blocks_of_trial(sensor);
-  if (blocks == 0 && tried_ == 0) uses_paths_ = prefers_paths_untried(*sources_, settings_);
+  if (blocks == 0 && tried_ == 0) uses_paths_ = prefers_paths_untried(settings_);
   if (blocks == 0 || blocks < kMinTrialGrowth * tried_) return;
   uses_paths_ = prefers_paths(table_, media_, *sources_, sensor, settings_, blocks, context_);
   tried_ = blocks;

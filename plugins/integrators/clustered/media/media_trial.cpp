@@ -25,7 +25,7 @@ constexpr size_t kMaxPixels = kBlockSamples / kMinSamples;
 /// Bounds on the number of blocks, the share of the render's samples for the trial, and the maximum
 /// share of the fewest blocks.
 constexpr double kMinBlocks = 3, kMaxBlocks = 24, kTrialShare = 0.05, kMaxTrialShare = 0.15;
-/// Maximum `max_depth` at which FogBlock renders scenes with directional emitters without a trial.
+/// Maximum `max_depth` at which FogBlock renders without a trial.
 constexpr uint32_t kMaxDepthUntried = 3;
 /// Time of FogBlock for each ray, with all other work, relative to that of `volpath`; and the part
 /// of it for each source at a finite distance. Measured in eight scenes.
@@ -71,8 +71,8 @@ size_t blocks_of_trial(const Sensor& sensor) {
   return static_cast<size_t>(std::clamp(blocks * kTrialShare, kMinBlocks, kMaxBlocks));
 }
 
-bool prefers_paths_untried(const FogSources& sources, const PathSettings& settings) {
-  return sources.have_suns() && settings.length.max_depth > kMaxDepthUntried;
+bool prefers_paths_untried(const PathSettings& settings) {
+  return settings.length.max_depth > kMaxDepthUntried;
 }
 
 bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTable& media,

@@ -15,7 +15,7 @@ namespace kinome {
 size_t blocks_of_trial(const Sensor& sensor);
 
 /// Chooses the method of short renders: returns true for path tracing as in `volpath`.
-bool prefers_paths_untried(const FogSources& sources, const PathSettings& settings);
+bool prefers_paths_untried(const PathSettings& settings);
 
 /// True if path tracing as in `volpath` is expected to take less work for the same error than
 /// FogBlock. Renders `count` > 0 blocks of the image by both methods, without changing the film.
