@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
 #include "kinome/color.h"
 #include "kinome/denoise.h"

@@ -68,8 +68,7 @@ void declare_denoise(CLI::App& app) {
   app.add_flag("--denoise")
       ->description(
           "Denoise the image by Open Image Denoise, and keep the noisy one as channels noisy.R, "
-          ".G, "
-          ".B; --denoise=layer: keep the noisy image, with channels denoised.R, .G, .B")
+          ".G, .B; --denoise=layer: keep the noisy image, with channels denoised.R, .G, .B")
       ->type_name("[=layer]");
 }
 

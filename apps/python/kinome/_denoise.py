@@ -6,6 +6,7 @@ import numpy as np
 
 from . import _arguments as check
 from . import _kinome
+from ._color import luminance
 from ._picture import Picture
 from ._scene import MAX_THREADS
 
@@ -55,5 +56,5 @@ def denoise(picture, albedo=None, normal=None, variance=None, threads=0):
     result = picture.copy()
     count = noisy.shape[2]
     result.view(np.ndarray)[:, :, :count] = (
-        denoised if count == 3 else denoised @ np.float32([[0.2126], [0.7152], [0.0722]]))
+        denoised if count == 3 else luminance(denoised)[..., None])
     return result

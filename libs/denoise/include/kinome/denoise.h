@@ -38,9 +38,9 @@ using Denoiser = std::function<std::vector<float>(const DenoiserInput& input)>;
 /// version. Thread-safe.
 KINOME_EXPORT Denoiser open_image_denoise(unsigned threads, const std::string& library = "");
 
-/// Combines a noisy image with a denoised one, so that the expected error is lower than that of
-/// either, and converges to the noisy image's expectation. `variance` is that of `noisy`, in the
-/// same layout; infinity if unknown. All images have R, G, B per pixel.
+/// Combines a noisy image with a denoised one, to lower the expected error, so that the result
+/// converges to the noisy image's expectation. `variance` is that of `noisy`, in the same layout;
+/// infinity if unknown. All images have R, G, B per pixel.
 ///
 /// The result is d + a (r - d), for the noisy value r, the denoised value d, and a share
 ///
@@ -61,12 +61,11 @@ KINOME_EXPORT std::vector<float> filter_weights(const ReconstructionFilter& filt
 
 /// Filters the pixels of an image along both axes, with weights by distance in pixels. At the
 /// image's edges, the weights of the remaining pixels are scaled up. Channels whose names begin
-/// with "variance." or "tile_variance." are left as they are.
+/// with "variance.", "tile_variance." or "Crypto" are left as they are.
 KINOME_EXPORT void filter_pixels(Image& image, std::span<const float> weights);
 
 /// Returns the name that a channel of a scene for denoising (DenoisingSetup) has in the scene
-/// itself;
-/// "" for a channel that only the former has.
+/// itself; "" for a channel that only the former has.
 KINOME_EXPORT std::string scene_channel(const std::string& channel);
 
 struct DenoiseOptions {
