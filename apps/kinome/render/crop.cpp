@@ -5,18 +5,6 @@
 #include "kinome/error.h"
 
 namespace kinome::app {
-namespace {
-
-/// Sets the crop window of any film. Films read it when they are prepared, and when they write.
-class CroppedFilm : public Film {
- public:
-  static void set(Film& film, const Rect& crop) {
-    constexpr Rect Film::*kCrop = &CroppedFilm::crop_;
-    film.*kCrop = crop;
-  }
-};
-
-}  // namespace
 
 void apply_crop(const Options& options, const Sensor& sensor) {
   if (!options.crop) return;
@@ -29,7 +17,7 @@ void apply_crop(const Options& options, const Sensor& sensor) {
                     crop.x0, crop.y0, crop.width(), crop.height(), film.width(), film.height(),
                     crop.x1, crop.y1));
   }
-  CroppedFilm::set(film, crop);
+  film.set_crop(crop);
 }
 
 }  // namespace kinome::app

@@ -1,7 +1,6 @@
 #include "render/report.h"
 
 #include <algorithm>
-#include <iterator>
 #include <numeric>
 #include <string_view>
 #include <vector>
@@ -11,9 +10,6 @@
 
 namespace kinome::app {
 namespace {
-
-/// Name under which integrators record their choice of a method among RenderStats::skipped.
-constexpr std::string_view kMethod = "method";
 
 struct Row {
   std::string name;
@@ -100,9 +96,7 @@ double embree_share(const RenderStats& stats) {
 }
 
 std::vector<Skipped> all_skipped(const RenderStats& stats) {
-  std::vector<Skipped> skipped;
-  std::copy_if(stats.skipped.begin(), stats.skipped.end(), std::back_inserter(skipped),
-               [](const Skipped& s) { return s.what != kMethod; });
+  std::vector<Skipped> skipped = stats.skipped;
   if (stats.counters.skipped_shadow_rays > 0) {
     skipped.push_back({fmt::format("{} shadow rays", stats.counters.skipped_shadow_rays),
                        "their contribution was zero"});
@@ -171,12 +165,6 @@ std::string size_text(const RenderSummary& summary) {
 
 }  // namespace
 
-std::string method_of(const RenderStats& stats) {
-  const auto last = std::find_if(stats.skipped.rbegin(), stats.skipped.rend(),
-                                 [](const Skipped& s) { return s.what == kMethod; });
-  return last == stats.skipped.rend() ? "" : last->why;
-}
-
 std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
   std::string text = fmt::format(
       "{}: {}, {} samples each, {}, {} threads{}\n", summary.scene, size_text(summary),
@@ -202,8 +190,8 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
                       static_cast<double>(stats.peak_memory_bytes) / 1e6);
   text += fmt::format("  {:<20} {}\n", "instruction set", stats.instruction_set);
   text += fmt::format("  {:<20} {}\n", "plugins", fmt::join(stats.plugins, " "));
-  if (const std::string method = method_of(stats); !method.empty()) {
-    text += fmt::format("  {:<20} {}\n", "method", method);
+  if (!stats.method.empty()) {
+    text += fmt::format("  {:<20} {}\n", "method", stats.method);
   }
   for (const Skipped& s : all_skipped(stats)) {
     text += fmt::format("  {:<20} {}: {}\n", "skipped", s.what, s.why);
@@ -235,7 +223,6 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
                       {"count", fault.count},
                       {"places", fault.looks}});
   }
-  const std::string method = method_of(stats);
   json traffic = json::object();
   for (const auto& [what, sent] : stats.traffic) {
     traffic[what] = {{"messages", sent.messages}, {"bytes", sent.bytes}, {"seconds", sent.seconds}};
@@ -281,7 +268,7 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"embree_share", embree_share(stats)},
       {"rays", rays},
       {"skipped_shadow_rays", stats.counters.skipped_shadow_rays},
-      {"method", method.empty() ? json() : json(method)},
+      {"method", stats.method.empty() ? json() : json(stats.method)},
       {"skipped", skipped},
       {"plugins", stats.plugins},
       {"isa", stats.instruction_set},

@@ -23,10 +23,6 @@ struct RenderSummary {
   std::vector<StageThreads> stage_threads = {};  ///< empty if no timeline was recorded
 };
 
-/// Returns the method that an integrator chose, and why: "path (the render is short)". Returns ""
-/// if it had no choice.
-std::string method_of(const RenderStats& stats);
-
 /// Formats a report for reading.
 std::string stats_text(const RenderStats& stats, const RenderSummary& summary);
 /// Formats a report as one JSON object on one line.

@@ -75,9 +75,8 @@ std::string incompleteness(const RenderStats& stats) {
 void report(const Options& options, const RenderStats& stats, const RenderSummary& summary) {
   report_faults(options, stats);
   const bool has_budget = options.seconds > 0 || options.rel_mse > 0;
-  if (const std::string method = method_of(stats);
-      has_budget && !options.quiet && !method.empty()) {
-    say("method: {}\n", method);
+  if (has_budget && !options.quiet && !stats.method.empty()) {
+    say("method: {}\n", stats.method);
   }
   if (!options.quiet) {
     say("wrote {}{} ({:.2f} s)\n", summary.output, incompleteness(stats), stats.total_seconds);

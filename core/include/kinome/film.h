@@ -27,6 +27,8 @@ class KINOME_EXPORT Film : public Object {
   int width() const { return width_; }  ///< of the full film
   int height() const { return height_; }
   const Rect& crop() const { return crop_; }  ///< pixels to render
+  /// Sets the pixels to render, which must be within the film. Call it before prepare().
+  void set_crop(const Rect& crop) { crop_ = crop; }
   const ReconstructionFilter& filter() const { return *filter_; }
   /// True if the filter's border outside the crop window is sampled, too.
   bool sample_border() const { return sample_border_; }

@@ -83,6 +83,9 @@ struct KINOME_EXPORT RenderStats {
   double total_seconds = 0;
   RenderCounters counters;
   std::vector<Skipped> skipped;
+  /// Method that the integrator chose, and why: "path (the render is short)". Empty if it has no
+  /// choice.
+  std::string method;
   /// Features of Mitsuba missing from the image of a leniently loaded scene, with locations.
   std::vector<std::string> left_out;
   std::vector<Stage> stages;  ///< stages that the integrator lists, in order of execution

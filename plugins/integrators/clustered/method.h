@@ -10,12 +10,10 @@
 
 namespace kinome {
 
-/// Records that `method` renders the image, and why: "path", "the render is short". The program
-/// shows the last record. It is stored under the name "method" beside skipped work, by which
-/// reports find it without knowing the methods.
+/// Records that `method` renders the image, and why: "path", "the render is short".
 inline void report_method(RenderContext& context, const std::string& method,
                           const std::string& why) {
-  context.job.skip("method", method + " (" + why + ")");
+  context.job.stats().method = method + " (" + why + ")";
 }
 
 /// Method by which the `clustered` integrator chooses light. It is prepared for one scene, which
