@@ -1,7 +1,6 @@
 #include "kinome/render_job.h"
 
 #include <mutex>
-#include <vector>
 
 #include "kinome/process_group.h"
 #include "kinome/sampler.h"
@@ -20,9 +19,9 @@ RenderJob::RenderJob(RenderOptions options) : options_(std::move(options)) {
 void RenderJob::skip(std::string what, std::string why) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
-  // A repeated record comes last again, because readers take the last one for the current state.
-  std::erase_if(stats_.skipped,
-                [&](const Skipped& s) { return s.what == what && s.why == why; });
+  for (const Skipped& s : stats_.skipped) {
+    if (s.what == what && s.why == why) return;
+  }
   stats_.skipped.push_back({std::move(what), std::move(why)});
 }
 
