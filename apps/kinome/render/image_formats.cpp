@@ -82,6 +82,7 @@ void write_by_openimageio(const std::string& path, const Image& image,
     throw Error(fmt::format("cannot write '{}': {}", path,
                             library.failure.empty() ? "unknown format" : library.failure));
   }
+  check_image_size(path, image.width, image.height);
   openimageio::Pixels pixels{image.width, image.height, {}, nullptr, nullptr, metadata};
   std::vector<uint8_t> bytes;
   if (traits->is_linear) {
@@ -128,6 +129,17 @@ std::string image_path(const std::string& output, const std::string& film_extens
                           failure.empty() ? ", or another format that OpenImageIO writes, such as "
                                             ".tif, .jpg, .webp, .tga or .bmp"
                                           : " (OpenImageIO isn't available: " + failure + ")"));
+}
+
+void check_image_size(const std::string& path, int width, int height) {
+  const std::string extension = lower_extension(path);
+  // Kinome's own formats have no limits.
+  const bool is_own = extension.empty() || extension == kExr || extension == kPfm ||
+                      extension == kPng || is_radiance(extension);
+  const auto traits = is_own ? std::nullopt : traits_of(extension);
+  if (!traits || traits->limits.contain(width, height)) return;
+  throw Error(fmt::format("-o {}: {} files must have {}, got {}x{}", path, extension,
+                          traits->limits.text(), width, height));
 }
 
 bool stores_channels(const std::string& extension, const Film& film) {

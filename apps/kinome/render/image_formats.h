@@ -15,6 +15,9 @@ std::string image_path(const std::string& output, const std::string& film_extens
 /// Returns true if images with this extension store channels beside colour and alpha.
 bool stores_channels(const std::string& extension, const Film& film);
 
+/// Throws Error that begins with "-o" if the format of this path can't store images of this size.
+void check_image_size(const std::string& path, int width, int height);
+
 /// Writes an image in the format of its extension: by the film if it is the film's own or "". 8-bit
 /// formats get sRGB values, scaled by 2^exposure, and formats of floats linear ones. Throws Error.
 void write_image(const std::string& path, const Film& film, const Image& image,

@@ -79,6 +79,9 @@ Output choose_output(const Options& options, const Film& film) {
   if (has_two && are_written_to_one_file(output.image, output.png)) {
     throw Error(fmt::format("--png: '{}' and '{}' are the same file", output.image, output.png));
   }
+  if (!options.inspect && !is_null_device(output.image)) {
+    check_image_size(output.image, film.crop().width(), film.crop().height());
+  }
   for (const std::string& file : output.files()) check_writable(file);
   return output;
 }

@@ -11,8 +11,9 @@ from ._errors import Error
 from ._object import load_object
 
 
-_LINEAR = (".tif", ".tiff", ".fits")  # formats with linear values of any type, and any channels
-_WITH_ALPHA = (".png", ".tga", ".webp")  # formats with 8 bits and sRGB that store alpha
+_LINEAR = (".tif", ".tiff", ".fits")  # formats of OpenImageIO that store floats
+_WITHOUT_ALPHA = (".jpg", ".jpe", ".jpeg", ".jif", ".jfif", ".jfi", ".bmp", ".dib", ".ppm", ".pgm",
+                  ".pbm", ".pnm")
 _OF_COUNT = {1: PixelFormat.Y, 2: PixelFormat.YA, 3: PixelFormat.RGB, 4: PixelFormat.RGBA}
 _FILTER_VALUES = 4097  # per filter, from its centre to its edge
 
@@ -54,7 +55,10 @@ class Bitmap:
         if isinstance(source, Bitmap):
             self.__dict__.update(source.__dict__, _array=source._array.copy())
             return
-        array = np.asarray(source)
+        try:
+            array = np.asarray(source)
+        except ValueError:  # rows of different lengths
+            array = np.empty(0)
         if array.ndim == 2:
             array = array[:, :, None]
         if array.ndim != 3 or array.size == 0 or array.dtype.name not in (
@@ -82,7 +86,7 @@ class Bitmap:
     def _read(self, path):
         array, names, metadata = _call(_images().read, path)
         self._metadata = metadata
-        if array.dtype.kind == "f" or array.shape[2] > 4:
+        if (array.dtype.kind == "f" or array.shape[2] > 4) and len(names) == array.shape[2]:
             self._set(array, names)
         else:
             self._set(array, [])
@@ -235,8 +239,9 @@ class Bitmap:
         if getattr(rfilter, "category", None) != "rfilter":
             raise check.fault(TypeError, "rfilter", "a reconstruction filter", rfilter)
         radius, table = rfilter._editor.filter(rfilter._path, _FILTER_VALUES)
-        values = np.ascontiguousarray(_color.scaled(self._array), np.float32)
-        result = _images().resample(values, width, height, table, radius)
+        result = np.asarray(_color.scaled(self._array), np.float32)
+        for axis, count in ((1, width), (0, height)):
+            result = _color.resampled(result, axis, count, np.asarray(table), radius)
         return self._like(_color.unscaled(result, self._array.dtype))
 
     def split(self):
@@ -300,10 +305,11 @@ class Bitmap:
                 None, Struct.Type.Float32, False)
         fits = kind is Struct.Type.UInt8 or (kind is Struct.Type.UInt16 and extension == ".png")
         image = self._only_color()
-        has_alpha = image.has_alpha() and extension in _WITH_ALPHA
-        is_grey = image._format in (PixelFormat.Y, PixelFormat.YA)
-        base = "Y" if is_grey else "RGB"
-        return image.convert(PixelFormat[base + "A" * has_alpha],
+        has_alpha = image.has_alpha() and extension not in _WITHOUT_ALPHA
+        # Several other formats don't support images of one channel.
+        is_grey = image._format in (PixelFormat.Y, PixelFormat.YA) and (
+            extension in _WITHOUT_ALPHA + (".png", ".tga"))
+        return image.convert(PixelFormat[("Y" if is_grey else "RGB") + "A" * has_alpha],
                              None if fits else Struct.Type.UInt8, self._is_encoded or not fits)
 
     def _only_color(self):

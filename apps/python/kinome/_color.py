@@ -75,10 +75,34 @@ def unscaled(values, dtype):
     if dtype.kind == "f":
         return np.ascontiguousarray(values, dtype)
     limits = np.iinfo(dtype)
-    scaled = np.rint(np.nan_to_num(np.asarray(values, np.float64)) * limits.max)
+    scaled = np.rint(np.clip(np.nan_to_num(values), -2, 2).astype(np.float64) * limits.max)
     # Of 64-bit integers, the largest float below the limit is the largest that can be converted.
     high = limits.max if dtype.itemsize < 8 else np.nextafter(float(limits.max), 0)
     return np.clip(scaled, limits.min, high).astype(dtype)
+
+
+def resampled(values, axis, count, table, radius):
+    """Returns an array with `count` values along an axis. `table` has the values of a filter at
+    equidistant offsets from 0 to `radius`, in pixels of the coarser array."""
+    values = np.moveaxis(values, axis, 0)
+    before = len(values)
+    width = radius * max(1, before / count)
+    centers = (np.arange(count) + 0.5) * before / count - 0.5
+    indices = (np.ceil(centers - width)[:, None] + np.arange(int(2 * width) + 1)).astype(np.int64)
+    offsets = np.abs(indices - centers[:, None]) / width
+    weights = np.interp(offsets, np.linspace(0, 1, len(table)), table, right=0)
+    sums = weights.sum(axis=1, keepdims=True)
+    weights = (weights / np.where(sums == 0, 1, sums)).astype(values.dtype)
+    indices = indices.clip(0, before - 1)
+    taps = indices.shape[1]
+    result = np.zeros((count, *values.shape[1:]), values.dtype)
+    if count < taps:
+        for i in range(count):
+            result[i] = np.tensordot(weights[i], values[indices[i]], 1)
+    else:
+        for k in range(taps):
+            result += weights[:, k].reshape(-1, *[1] * (values.ndim - 1)) * values[indices[:, k]]
+    return np.moveaxis(result, 0, axis)
 
 
 def in_format(values, names, old, new):

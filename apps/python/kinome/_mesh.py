@@ -34,12 +34,11 @@ def write_ply(arrays, path=None, attributes=()):
 
     arrays: dict of the names in ARRAYS; empty normals and texture coordinates are left out.
     attributes: tuples ("vertex_color", numbers per vertex or face, values)."""
-    path = path or _new_path()
     faces = np.asarray(arrays["faces"], np.uint32).reshape(-1, 3)
     columns = {"vertex": [], "face": []}
     for name, properties in _NAMES.items():
         values = np.asarray(arrays.get(name, ()), np.float32).reshape(-1, len(properties))
-        if values.size:
+        if values.size or name == "vertex_positions":
             columns["vertex"] += zip(properties, values.T)
     for name, size, values in attributes:
         element, _, rest = name.partition("_")
@@ -57,10 +56,13 @@ def write_ply(arrays, path=None, attributes=()):
               *(f"property float {name}" for name, _ in columns["vertex"]),
               f"element face {len(faces)}", "property list uchar uint vertex_indices",
               *(f"property float {name}" for name, _ in columns["face"]), "end_header", ""]
-    with open(path, "wb") as file:
-        file.write("\n".join(header).encode())
-        file.write(vertices.tobytes())
-        file.write(triangles.tobytes())
+    content = b"".join(("\n".join(header).encode(), vertices.tobytes(), triangles.tobytes()))
+    if path is None:
+        path = _new_path()
+        with open(path, "wb") as file:
+            file.write(content)
+    else:
+        _kinome.write_bytes(path, content)  # raises Error for a file that a loaded scene reads
     return path
 
 
@@ -118,6 +120,9 @@ class MeshParameters(dict):
         if faces.size and faces.max() >= vertices:
             raise ValueError(f"faces has the index {faces.max()}, but there are only {vertices} "
                              "vertices")
+
+    def __reduce__(self):  # a copy begins with all arrays, because __setitem__() adds none
+        return MeshParameters, (dict(self),)
 
     def __setitem__(self, path, value):
         if path not in self:

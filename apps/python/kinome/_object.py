@@ -16,13 +16,14 @@ class Object:
     """An object of a scene, or one that load_dict() loaded alone. Objects that were loaded alone can
     be values in the dicts of other objects, with their edits. Those dicts then contain copies."""
 
-    def __init__(self, editor, path, plugin, source=None):
-        """`source` is the dict of an object that was loaded alone."""
+    def __init__(self, editor, path, plugin, source=None, search_paths=()):
+        """`source` is the dict of an object that was loaded alone, with these search paths."""
         self._editor = editor
         self._path = path
         self._source = source
         self._original = copied(source)
         self._edits = {}  # values by paths, the latest last
+        self._search_paths = search_paths
         self._lost_edit = None  # an edit that the dict can't express
         self.category, _, self.plugin = plugin.partition("/")
 
@@ -39,6 +40,9 @@ class Object:
 
     def __hash__(self):
         return hash((id(self._editor), self._path))
+
+    def __deepcopy__(self, memo):
+        return load_object(self.as_dict(), self._search_paths)
 
     def parameters(self):
         """Returns the object's parameters, as traverse() does."""
@@ -283,6 +287,6 @@ def load_object(source, search_paths):
     plugin = f"{tag}/{source['type']}"
     for path, found, _ in editor.objects():
         if found == plugin:
-            return Object(editor, path, plugin, source)
+            return Object(editor, path, plugin, source, search_paths)
     raise Error(f"object: a {tag} '{source['type']}' can't be loaded alone",
                 "can't be loaded alone", "object", 0, 0)

@@ -84,9 +84,12 @@ def load_dict(description, search_paths=()):
     if isinstance(description, (Scene, Object, Mesh)):
         return description
     kind = description.get("type") if hasattr(description, "get") else None
-    if kind == "scene" or not isinstance(kind, str):
-        return Scene(_kinome.Editor(describe(description), search_paths))
-    return load_object(description, search_paths)
+    try:
+        if kind == "scene" or not isinstance(kind, str):
+            return Scene(_kinome.Editor(describe(description), search_paths))
+        return load_object(description, search_paths)
+    except RecursionError:
+        raise ValueError("the dict is nested too deeply, or contains itself") from None
 
 
 def _editor(scene):

@@ -84,8 +84,15 @@ class BoundingBox3f:
     """A box from the point `min` to the point `max`. An empty one has min > max."""
 
     def __init__(self, low=np.inf, high=-np.inf):
-        self.min, self.max = (np.array(np.broadcast_to(np.asarray(one, np.float64), 3)).view(Point3f)
-                              for one in (low, high))
+        self.min, self.max = (self._corner(name, one) for name, one in (("low", low), ("high", high)))
+
+    @staticmethod
+    def _corner(name, value):
+        """Returns a corner, whose coordinates can be infinite."""
+        try:
+            return np.array(np.broadcast_to(np.asarray(value, np.float64), 3)).view(Point3f)
+        except (TypeError, ValueError):
+            raise check.fault(TypeError, name, "three numbers or a number", value) from None
 
     @classmethod
     def of(cls, bounds):

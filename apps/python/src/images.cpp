@@ -1,9 +1,6 @@
-// The compiled Python module kinome._images: image files and resampling by OpenImageIO. It is
-// separate from kinome._kinome, because OpenImageIO takes a quarter of a second to load.
+// The compiled Python module kinome._images: image files by OpenImageIO. It is separate from
+// kinome._kinome, because OpenImageIO takes a quarter of a second to load.
 
-#include <OpenImageIO/filter.h>
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
@@ -12,9 +9,10 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <stdexcept>
+
+#include "image_files/openimageio/size_limits.h"
 
 namespace {
 
@@ -56,6 +54,12 @@ OIIO::TypeDesc type_of(const Pixels& pixels) {
   throw std::runtime_error("pixels of this type can't be written");
 }
 
+/// Returns a text of a file, in which invalid UTF-8 is replaced.
+nb::object text_of(const std::string& text) {
+  return nb::steal(
+      PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace"));
+}
+
 /// Reads the first image of a file. Returns (array (height, width, channels) of the file's type,
 /// names of the channels, attributes that are texts or numbers).
 nb::tuple read_image(const std::string& path) {
@@ -77,10 +81,12 @@ nb::tuple read_image(const std::string& path) {
       throw std::runtime_error(input->geterror());
     }
   }
+  nb::list names;
+  for (const std::string& name : spec.channelnames) names.append(text_of(name));
   nb::dict attributes;
   for (const OIIO::ParamValue& one : spec.extra_attribs) {
     if (one.type() == OIIO::TypeDesc::STRING) {
-      attributes[one.name().c_str()] = one.get_string();
+      attributes[one.name().c_str()] = text_of(one.get_string());
     } else if (one.type() == OIIO::TypeDesc::INT) {
       attributes[one.name().c_str()] = one.get_int();
     } else if (one.type() == OIIO::TypeDesc::FLOAT) {
@@ -95,7 +101,7 @@ nb::tuple read_image(const std::string& path) {
   const nb::ndarray<nb::numpy> array(
       kept, 3, shape, owner, nullptr,
       nb::dlpack::dtype{static_cast<uint8_t>(type.code), type.bits, 1});
-  return nb::make_tuple(array, spec.channelnames, attributes);
+  return nb::make_tuple(array, names, attributes);
 }
 
 /// Writes a file in the format of its extension. `quality` is from 1 to 100, or 0 for the default.
@@ -115,66 +121,14 @@ void write_image(const std::string& path, const Pixels& pixels,
   const nb::gil_scoped_release release;
   const auto output = OIIO::ImageOutput::create(path);
   if (!output) throw std::runtime_error(OIIO::geterror());
+  const auto limits = kinome::openimageio::size_limits(output->format_name());
+  if (!limits.contain(spec.width, spec.height)) {
+    throw std::runtime_error("the format supports images of " + limits.text());
+  }
   if (!output->open(path, spec) || !output->write_image(spec.format, pixels.data()) ||
       !output->close()) {
     throw std::runtime_error(output->geterror());
   }
-}
-
-/// Separable filter whose values are interpolated in a table. It is wider along an axis by `scale`.
-class TableFilter final : public OIIO::Filter2D {
- public:
-  TableFilter(const std::vector<float>& values, float radius, float x_scale, float y_scale)
-      : Filter2D(2 * radius * x_scale, 2 * radius * y_scale),
-        values_(values),
-        x_step_(radius * x_scale / static_cast<float>(values.size() - 1)),
-        y_step_(radius * y_scale / static_cast<float>(values.size() - 1)) {}
-  bool separable() const override { return true; }
-  float operator()(float x, float y) const override { return xfilt(x) * yfilt(y); }
-  float xfilt(float x) const override { return at(std::abs(x) / x_step_); }
-  float yfilt(float y) const override { return at(std::abs(y) / y_step_); }
-  OIIO::string_view name() const override { return "table"; }
-
- private:
-  float at(float index) const {
-    const float last = static_cast<float>(values_.size() - 1);
-    if (!(index <= last)) return 0;
-    const auto i = static_cast<size_t>(std::min(index, last - 1));
-    const float t = index - static_cast<float>(i);
-    return values_[i] * (1 - t) + values_[i + 1] * t;
-  }
-  const std::vector<float>& values_;
-  float x_step_, y_step_;
-};
-
-/// Resamples an image with a separable, symmetric filter. `filter` has its values at equidistant
-/// offsets from 0 to `radius`, in pixels of the image that has fewer pixels along an axis.
-nb::object resample_image(
-    const nb::ndarray<float, nb::c_contig, nb::device::cpu, nb::ndim<3>>& pixels, int width,
-    int height, const std::vector<float>& filter, float radius) {
-  if (filter.size() < 2) throw std::runtime_error("a filter needs two values or more");
-  const OIIO::ImageSpec spec(static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)),
-                             static_cast<int>(pixels.shape(2)), OIIO::TypeDesc::FLOAT);
-  const OIIO::ImageSpec resized(width, height, spec.nchannels, OIIO::TypeDesc::FLOAT);
-  // OpenImageIO evaluates the filter at offsets in pixels of the result.
-  const auto scale = [](int before, int after) {
-    return std::max(1.f, static_cast<float>(after) / static_cast<float>(before));
-  };
-  TableFilter table(filter, radius, scale(spec.width, width), scale(spec.height, height));
-  auto values = std::make_unique<float[]>(resized.image_pixels() * resized.nchannels);
-  {
-    const nb::gil_scoped_release release;
-    const OIIO::ImageBuf source(spec, pixels.data());
-    OIIO::ImageBuf result(resized, values.get());
-    if (!OIIO::ImageBufAlgo::resize(result, source, &table)) {
-      throw std::runtime_error(result.geterror());
-    }
-  }
-  const size_t shape[] = {static_cast<size_t>(height), static_cast<size_t>(width),
-                          static_cast<size_t>(spec.nchannels)};
-  float* const kept = values.release();
-  const nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<float*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, float>(kept, 3, shape, owner));
 }
 
 }  // namespace
@@ -184,5 +138,4 @@ NB_MODULE(_images, m) {
   OIIO::attribute("exr_threads", -1);
   m.def("read", &read_image);
   m.def("write", &write_image);
-  m.def("resample", &resample_image);
 }

@@ -56,6 +56,7 @@ extern "C" KINOME_EXPORT bool kinome_find_image_writer(const char* extension,
       return false;
     }
     traits.is_linear = has(kLinearFormats, output->format_name());
+    traits.limits = kinome::openimageio::size_limits(output->format_name());
     traits.has_alpha = output->supports("alpha") != 0;
     return true;
   } catch (...) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "image_files/openimageio/size_limits.h"
+
 /// Interface of the library libkinome_openimageio.so, which programs open on demand, because
 /// OpenImageIO takes a quarter of a second to load. Its functions throw nothing.
 namespace kinome::openimageio {
@@ -13,6 +15,7 @@ namespace kinome::openimageio {
 struct WriterTraits {
   bool is_linear = false;  ///< stores linear float values and any channels; otherwise 8-bit sRGB
   bool has_alpha = false;
+  SizeLimits limits;  ///< kinome_write_image() must not be called for images beyond them
 };
 
 /// Pixels to write, row by row with interleaved channels: either bytes or floats.

@@ -322,7 +322,7 @@ const BadUsage kUsages[] = {
     {"variance_of_too_many", {"SCENE", "--variance=34343434343434343434"}, {"--variance"}},
     {"picture_of_an_unknown_format",
      {"SCENE", "-o", "picture.jpgg"},
-     {"picture.jpgg", "unknown image format '.jpgg'", ".exr", ".jpg"}},
+     {"picture.jpgg", "unknown image format '.jpgg': use .exr, .pfm", ".jpg"}},
     {"crop_of_three_numbers", {"SCENE", "--crop", "1,2,3"}, {"--crop", "X,Y,W,H", "'1,2,3'"}},
     {"crop_without_pixels", {"SCENE", "--crop", "1,2,0,3"}, {"--crop", "X,Y,W,H"}},
     {"crop_before_the_film", {"SCENE", "--crop=-1,2,4,3"}, {"--crop", "X,Y,W,H"}},

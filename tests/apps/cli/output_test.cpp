@@ -91,5 +91,14 @@ TEST_F(OutputFormats, PartsAndVariancesNeedExr) {
   expect_one_error(kinome({scene_, "-o", jpg, "--variance=4"}), "", {"--variance", ".exr", ".jpg"});
 }
 
+/// OpenImageIO would end the program, or write a file that can't be read.
+TEST_F(OutputFormats, ImagesBeyondAFormatsSizesAreErrors) {
+  const std::string jp2 = folder_.path("a.jp2");
+  expect_one_error(kinome({scene_, "-o", jp2, "--crop", "0,0,40,20"}), "",
+                   {"-o", "a.jp2", "at least 32", "40x20"});
+  EXPECT_EQ(other_files({scene_}).size(), 0u);
+  EXPECT_GT(written("b.jp2", {"--crop", "0,0,40,32"}).size(), 100u);
+}
+
 }  // namespace
 }  // namespace kinome::test::output_test

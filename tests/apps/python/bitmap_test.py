@@ -9,6 +9,7 @@ import pathlib
 import sys
 import tempfile
 import unittest
+import warnings
 
 import numpy as np
 
@@ -109,8 +110,33 @@ class BitmapTest(unittest.TestCase):
         self.assertEqual(set(read.channel_names()), set(names))
         with self.assertRaisesRegex(mi.Error, "missing.png"):
             Bitmap(str(self.folder / "missing.png"))
-        with self.assertRaisesRegex(mi.Error, "image.xyz"):
+        with self.assertRaisesRegex(mi.Error, "image.xyz") as failure:
             Bitmap(self.pixels).write(self.folder / "image.xyz")
+        self.assertNotIn(tempfile.gettempdir() + "/tmp", str(failure.exception).replace(
+            str(self.folder), ""))
+
+    def test_formats_of_bytes_store_srgb(self):
+        """Floats become sRGB bytes, also in formats of which OpenImageIO would accept floats."""
+        pixels = np.full((40, 40, 4), [0.2, 0.2, 0.2, 1], np.float32)
+        pixels[0, 0] = [np.nan, -1, np.inf, 1]
+        byte = 124  # 0.2 in sRGB
+        for extension, channels in ((".webp", 3), (".gif", 4), (".ico", 4), (".sgi", 4), (".jp2", 4),
+                                    (".ppm", 3), (".dpx", 4)):
+            with self.subTest(extension), warnings.catch_warnings():
+                warnings.simplefilter("error")
+                path = self.folder / ("image" + extension)
+                Bitmap(pixels).write(path)
+                read = Bitmap(str(path))
+                self.assertIs(read.component_format(), Type.UInt8)
+                self.assertGreaterEqual(read.channel_count(), channels)
+                np.testing.assert_allclose(np.array(read)[-1, -1, :3].astype(int), byte, atol=3)
+        Bitmap(pixels).write(self.folder / "image.fits")
+        np.testing.assert_array_equal(np.array(Bitmap(str(self.folder / "image.fits"))), pixels)
+        for name, size, limits in (("a.jp2", (20, 40), "at least 32"), ("a.jpg", (1, 65501), "to 65500"),
+                                   ("a.webp", (1, 16384), "to 16383"), ("a.gif", (1, 65536), "to 65535")):
+            with self.subTest(name), self.assertRaisesRegex(mi.Error, limits):
+                Bitmap(np.zeros(size, np.float32)).write(self.folder / name)
+            self.assertFalse((self.folder / name).exists())
 
     def test_transparent_png(self):
         image = np.array(np.random.default_rng(1).integers(0, 256, (4, 4, 4)), np.uint8)
@@ -137,6 +163,11 @@ class BitmapTest(unittest.TestCase):
         np.testing.assert_allclose(blurred[0], weights / weights.sum(), atol=2e-4)
         even = np.array(Bitmap(np.full((6, 6, 3), 0.25, np.float32)).resample([11, 3]))
         np.testing.assert_allclose(even, 0.25, rtol=1e-5)
+        # One axis is magnified and the other one is reduced, which takes linear time.
+        column = np.linspace(0, 1, 5)[:, None] * np.ones((5, 4))
+        wide = np.array(Bitmap(column.T).resample([16384, 1], "tent"))[0]
+        np.testing.assert_allclose(wide, np.clip((np.arange(16384) + 0.5) * 5 / 16384 - 0.5, 0, 4) / 4,
+                                   atol=1e-3)
         with self.assertRaisesRegex(mi.Error, "no plugin 'sinc'"):
             Bitmap(ramp).resample([4, 4], "sinc")
         with self.assertRaisesRegex(TypeError, "rfilter takes a reconstruction filter"):

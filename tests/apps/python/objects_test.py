@@ -4,8 +4,10 @@ loaded alone, meshes from arrays, and names of parameters.
 
 KINOME_BUILD is the build folder.
 """
+import copy
 import os
 import pathlib
+import pickle
 import sys
 import tempfile
 import unittest
@@ -331,13 +333,37 @@ class Meshes(unittest.TestCase):
         self.assertEqual(loaded.bsdf().plugin, "diffuse")
         self.assertIn("vertex_count=3", repr(mesh))
         with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "mesh.ply")
-            for source in (mesh, loaded):
+            for number, source in enumerate((mesh, loaded)):
+                path = os.path.join(folder, f"mesh{number}.ply")
                 source.write_ply(path)
                 again = mi.load_dict({"type": "ply", "filename": path, "face_normals": True,
                                       "bsdf": {"type": "diffuse", "reflectance": 0.2}})
                 np.testing.assert_array_equal(mi.render(mi.load_dict(small_box(mesh=again))),
                                               mi.render(scene))
+                before = pathlib.Path(path).read_bytes()
+                with self.assertRaisesRegex(mi.Error, "never overwritten"):
+                    source.write_ply(path)
+                self.assertEqual(pathlib.Path(path).read_bytes(), before)
+            with self.assertRaisesRegex(mi.Error, "names a folder"):
+                mesh.write_ply(folder)
+
+    def test_copies(self):
+        """Deep copies have edits of their own."""
+        red = mi.load_dict({"type": "diffuse", "reflectance": 0.2})
+        mesh = self.mesh(bsdf=red)
+        parts = copy.deepcopy({"mesh": mesh, "red": red})
+        mi.traverse(parts["mesh"])["vertex_positions"] = [2] * 9
+        edited = mi.traverse(parts["red"])
+        edited["reflectance.value"] = 0.5
+        edited.update()
+        self.assertEqual(mesh.bbox().max.tolist(), [1, 1, 0])
+        self.assertEqual(red.as_dict()["reflectance"], 0.2)
+        faces = mi.traverse(pickle.loads(pickle.dumps(self.mesh())))["faces"]
+        self.assertEqual(faces.tolist(), [0, 1, 2])
+
+    def test_meshes_without_triangles_are_invisible(self):
+        empty = mi.render(mi.load_dict(small_box(mesh=mi.Mesh("empty", 0, 0))))
+        np.testing.assert_array_equal(empty, mi.render(mi.load_dict(small_box())))
 
     def test_attributes(self):
         painted = self.mesh(bsdf={"type": "diffuse", "reflectance": {
@@ -386,6 +412,13 @@ class Meshes(unittest.TestCase):
                 mesh.add_attribute(name, 3, [1] * 9)
         with self.assertRaises(ValueError):
             mesh.add_attribute("vertex_color", 3, [1] * 8)
+
+    def test_dicts_that_contain_themselves(self):
+        for kind in ("scene", "sphere"):
+            endless = {"type": kind}
+            endless["part"] = endless
+            with self.subTest(kind), self.assertRaisesRegex(ValueError, "contains itself"):
+                mi.load_dict(endless)
 
 
 class Variants(unittest.TestCase):
