@@ -27,7 +27,8 @@ kinome_module_requirements="nanobind==3.1.0 scikit-build-core==1.1.2"
 kinome_reader_requirements="decryptomatte==1.0.1 mmh3==5.3.1"
 
 # Additional packages for kinome-view and its tests.
-kinome_viewer_packages="libglfw3-dev libimgui-dev xvfb xauth xdotool libgl1-mesa-dri python3-pil"
+kinome_viewer_packages="libglfw3-dev libimgui-dev xvfb xauth xdotool libgl1-mesa-dri fonts-dejavu-core \
+python3-pil"
 
 # Additional packages for rendering with several processes, and for its test.
 kinome_mpi_packages="libopenmpi-dev openmpi-bin"

@@ -96,6 +96,28 @@ TEST(Curves, FalseColoursBrightenEvenly) {
   EXPECT_LT(signed_color(-0.5f).x, signed_color(-0.5f).z);
 }
 
+TEST(Curves, MapsHaveThePublishedColours) {
+  // Colours 0, 100 and 255 of Matplotlib 3.6.
+  const std::array<std::array<uint8_t, 3>, 3> viridis = {{{68, 1, 84}, {42, 118, 142}, {253, 231, 37}}};
+  const std::array<std::array<uint8_t, 3>, 3> turbo = {{{48, 18, 59}, {63, 246, 138}, {122, 4, 3}}};
+  for (const auto& [map, colors] :
+       {std::pair(Map::kViridis, viridis), std::pair(Map::kTurbo, turbo)}) {
+    constexpr int kIndices[] = {0, 100, 255};
+    for (int i = 0; i < 3; ++i) {
+      const auto& color = color_map(map)[kIndices[i]];
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(color[c], colors[i][c], 2) << to_string(map) << i << c;
+    }
+  }
+  // Viridis brightens evenly, too.
+  for (int i = 1; i < 256; ++i) {
+    const auto brightness = [](const std::array<uint8_t, 3>& color) {
+      return 0.2126f * color[0] + 0.7152f * color[1] + 0.0722f * color[2];
+    };
+    EXPECT_GT(brightness(color_map(Map::kViridis)[i]) + 1,
+              brightness(color_map(Map::kViridis)[i - 1]));
+  }
+}
+
 TEST(Curves, LegendsHaveRoundNumbers) {
   const auto texts = [](const ColorRange& range) {
     std::string all;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <future>
 #include <memory>
 #include <string>
@@ -34,6 +35,11 @@ class ComparePanel final : public Panel {
   }
 
   void draw_over_picture(Frame& frame) override {
+    if (!frame.reference.empty()) {
+      std::snprintf(path_, sizeof path_, "%s", frame.reference.c_str());
+      load(frame, frame.reference);
+      if (!fault_.empty()) frame.session.say(true, fault_);
+    }
     follow(frame);
     if (!display_->reference || !frame.picture) return;
     const PictureArea& area = frame.view.area();
@@ -69,19 +75,22 @@ class ComparePanel final : public Panel {
   }
 
  private:
+  /// Loads a reference from the source, an argument list of Reference.
+  template <class... Source>
+  void load(Frame& frame, const Source&... source) {
+    try {
+      set_reference(frame, std::make_shared<const Reference>(source...));
+    } catch (const std::exception& fault) {
+      fault_ = fault.what();
+    }
+  }
+
   void draw_reference(Frame& frame) {
     ImGui::InputTextWithHint("reference##file", "file.exr", path_, sizeof path_);
-    const auto set = [&](const auto&... source) {
-      try {
-        set_reference(frame, std::make_shared<const Reference>(source...));
-      } catch (const std::exception& fault) {
-        fault_ = fault.what();
-      }
-    };
-    if (ImGui::Button("Load")) set(std::string(path_));
+    if (ImGui::Button("Load")) load(frame, std::string(path_));
     ImGui::SameLine();
     if (ImGui::Button("Keep this picture") && frame.picture) {
-      set(frame.picture->image, "kept picture");
+      load(frame, frame.picture->image, "kept picture");
     }
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("Use this picture as the reference");
     if (display_->reference) {
@@ -120,7 +129,9 @@ class ComparePanel final : public Panel {
     ImGui::Text("relMSE %.4g, FLIP %.4f", found_.errors.rel_mse, found_.flip);
     ImGui::TextDisabled("largest value of the relMSE %.4g", found_.errors.largest);
     if (found_.errors.left_out > 0) {
-      ImGui::TextColored(kErrorColor, "%zu pixels left out: not finite", found_.errors.left_out);
+      ImGui::TextColored(
+          kErrorColor, "%s left out: not finite",
+          counted(static_cast<double>(found_.errors.left_out), "pixel").c_str());
     }
   }
 

@@ -131,9 +131,11 @@ class InspectorPanel final : public Panel {
       chosen += cluster.samples > 0;
       unseen += cluster.visibility < 0.05;
     }
-    ImGui::Text("%zu samples among %zu clusters, %zu of them chosen", report.samples.size(),
-                report.clusters.size(), chosen);
-    ImGui::Text("light arrives at %zu samples (%.0f %%)", visible,
+    ImGui::Text("%s among %s, %zu of them chosen",
+                counted(static_cast<double>(report.samples.size()), "sample").c_str(),
+                counted(static_cast<double>(report.clusters.size()), "cluster").c_str(), chosen);
+    ImGui::Text("light arrives at %s (%.0f %%)",
+                counted(static_cast<double>(visible), "sample").c_str(),
                 report.samples.empty() ? 0.
                                        : 100. * static_cast<double>(visible) /
                                              static_cast<double>(report.samples.size()));

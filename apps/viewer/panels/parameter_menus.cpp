@@ -67,6 +67,7 @@ std::optional<std::string> ParameterWidgets::choose_image(const char* title) {
 
 /// Draws the menu of a parameter: textures, default, and the value of the scene file.
 void ParameterWidgets::draw_menu(RenderSession& session, const SceneParameter& parameter) {
+  ImGui::AlignTextToFramePadding();  // in a row with larger widgets
   if (ImGui::SmallButton("=")) {
     images_.clear();
     ImGui::OpenPopup("menu");

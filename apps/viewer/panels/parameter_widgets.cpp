@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "panels/parameter_order.h"
 #include "panels/widgets.h"
 #include "session/transforms.h"
 
@@ -303,8 +304,11 @@ bool ParameterWidgets::draw_all(RenderSession& session, const SceneInfo& info,
     for (const SceneParameter& parameter : info.textured) {
       if (object_of(parameter.path) == object) draw_textured(session, info, parameter);
     }
-    for (const SceneParameter& parameter : info.parameters) {
-      if (object_of(parameter.path) == object) draw(session, parameter);
+    const OrderedParameters parameters = ordered_parameters(info, object);
+    for (const SceneParameter* const parameter : parameters.usual) draw(session, *parameter);
+    if (!parameters.advanced.empty() && ImGui::TreeNode("advanced")) {
+      for (const SceneParameter* const parameter : parameters.advanced) draw(session, *parameter);
+      ImGui::TreePop();
     }
     ImGui::Unindent(8);
     ImGui::PopID();

@@ -76,7 +76,7 @@ void draw_pixel_values(const Picture& picture, const PictureArea& area, const To
 void draw_color_legend(const PictureArea& area, const Tone& tone, const char* text) {
   const bool is_signed = tone.curve == Curve::kSigned;
   if (!is_signed && tone.curve != Curve::kFalseColor) return;
-  const ColorMap& colors = is_signed ? signed_map() : cubehelix_map();
+  const ColorMap& colors = is_signed ? signed_map() : color_map(tone.map);
   ColorRange range = tone.range;
   if (is_signed) range = {-tone.range.high, tone.range.high, false};
   const float width = std::min(360.f, area.high.x - area.low.x - 60), height = 14;

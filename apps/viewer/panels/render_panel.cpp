@@ -1,9 +1,11 @@
 #include <imgui.h>
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 
 #include "panels/panel.h"
+#include "panels/parameter_widgets.h"
 #include "panels/widgets.h"
 
 namespace kinome::viewer {
@@ -46,6 +48,7 @@ class RenderPanel final : public Panel {
     if (ImGui::IsItemHovered()) {
       ImGui::SetTooltip("The picture that `kinome` renders with this number of samples per pixel");
     }
+    draw_parameters(frame);
   }
 
  private:
@@ -63,13 +66,15 @@ class RenderPanel final : public Panel {
     } else {
       ImGui::Text("%d x %d by %s", image.width, image.height, picture->integrator.c_str());
     }
-    ImGui::Text("%.0f samples per pixel, %.2f s", picture->samples, picture->seconds);
+    ImGui::Text("%s per pixel, %.2f s", counted(picture->samples, "sample").c_str(),
+                picture->seconds);
     if (picture->rel_mse >= 0) {
       ImGui::Text("relMSE about %.2g", picture->rel_mse);
     } else {
       ImGui::TextDisabled("relMSE unknown");
     }
-    ImGui::Text("%.2f million rays/s, %.0f pictures/s", 1e-6 * picture->rays_per_second, rate);
+    ImGui::Text("%.2f million rays/s, %s/s", 1e-6 * picture->rays_per_second,
+                counted(rate, "picture").c_str());
   }
 
   void draw_integrators(Frame& frame) {
@@ -80,6 +85,19 @@ class RenderPanel final : public Panel {
     names.insert(names.end(), frame.info->integrators.begin(), frame.info->integrators.end());
     const auto wanted = choose("integrator", chosen.empty() ? own : chosen, names);
     if (wanted) frame.session.set_integrator(*wanted == 0 ? "" : names[*wanted]);
+  }
+
+  /// Draws the parameters of the scene's integrator, unless another one is selected.
+  void draw_parameters(Frame& frame) {
+    widgets_.begin(frame.info);
+    if (!frame.info || !frame.status.integrator.empty()) return;
+    const auto& objects = frame.info->objects;
+    const auto integrator = std::find_if(objects.begin(), objects.end(), [](const auto& object) {
+      return object.plugin.starts_with("integrator/");
+    });
+    if (integrator == objects.end() || !ImGui::TreeNode("parameters of the integrator")) return;
+    widgets_.draw_all(frame.session, *frame.info, {integrator->path});
+    ImGui::TreePop();
   }
 
   /// Returns the number of images in the last second.
@@ -93,6 +111,7 @@ class RenderPanel final : public Panel {
     return static_cast<double>(seen_.size());
   }
 
+  ParameterWidgets widgets_;
   int samples_ = 64;
   std::deque<std::chrono::steady_clock::time_point> seen_;
   uint64_t seen_generation_ = 0;

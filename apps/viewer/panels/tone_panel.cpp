@@ -122,10 +122,18 @@ class TonePanel final : public Panel {
   bool draw_range(const Image& image) {
     Tone& tone = display_->tone;
     if (tone.curve != Curve::kFalseColor) return false;
-    bool has_changed = ImGui::Checkbox("logarithmic", &tone.range.is_logarithmic);
+    bool has_changed = false;
+    for (const Map map : kMaps) {
+      if (map != kMaps[0]) ImGui::SameLine();
+      if (!ImGui::RadioButton(to_string(map), tone.map == map)) continue;
+      tone.map = map;
+      has_changed = true;
+    }
+    bool fits = ImGui::Checkbox("logarithmic", &tone.range.is_logarithmic);
     ImGui::SameLine();
-    has_changed |= ImGui::SmallButton("fit");
-    if (has_changed) fit_range(image, tone.range.is_logarithmic);
+    fits |= ImGui::SmallButton("fit");
+    if (fits) fit_range(image, tone.range.is_logarithmic);
+    has_changed |= fits;
     const float speed = 0.01f * std::max(1e-6f, std::abs(tone.range.high - tone.range.low));
     if (ImGui::DragFloatRange2("range", &tone.range.low, &tone.range.high, speed, 0, 0, "%.4g")) {
       if (tone.range.is_logarithmic) tone.range.low = std::max(tone.range.low, 1e-8f);

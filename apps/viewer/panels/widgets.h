@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,13 @@ inline void draw_error(const std::string& text) {
   ImGui::PushTextWrapPos(0);
   ImGui::TextColored(kErrorColor, "%s", text.c_str());
   ImGui::PopTextWrapPos();
+}
+
+/// Returns a number with its noun: "1 sample", "2 samples".
+inline std::string counted(double count, const std::string& noun) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f ", count);
+  return text + noun + (count == 1 ? "" : "s");
 }
 
 /// Draws a menu in which `shown` is selected. Returns the index of the name that the user selects.

@@ -21,6 +21,39 @@ ColorMap make_map(Rgb (*color)(float), float low) {
   return map;
 }
 
+/// Colours of a map at 33 equidistant positions, as 0xRRGGBB.
+using MapNodes = std::array<uint32_t, 33>;
+
+constexpr MapNodes kViridisNodes = {
+    0x440154, 0x470d60, 0x48186a, 0x482374, 0x472d7b, 0x453681, 0x424086, 0x3f4989,
+    0x3b528b, 0x375a8d, 0x33638d, 0x2f6a8e, 0x2c728e, 0x297a8e, 0x26818e, 0x23898e,
+    0x21908c, 0x1f988b, 0x1f9f88, 0x21a685, 0x28ae80, 0x31b57b, 0x3ebc74, 0x4cc26c,
+    0x5dc963, 0x6ece58, 0x82d34c, 0x96d83f, 0xabdc32, 0xc0df24, 0xd5e21a, 0xeae51a,
+    0xfde725};
+constexpr MapNodes kTurboNodes = {
+    0x30123b, 0x392a73, 0x4040a1, 0x4456c7, 0x466be3, 0x467ff6, 0x4293ff, 0x37a7fa,
+    0x29bbec, 0x1dcdd8, 0x18dcc3, 0x1ee8b0, 0x31f299, 0x4cf97e, 0x6bfd64, 0x8aff4d,
+    0xa3fd3c, 0xb8f735, 0xcced34, 0xdee037, 0xedd03a, 0xf8c03a, 0xfdae35, 0xfe982c,
+    0xfb8022, 0xf56817, 0xec520f, 0xe04009, 0xd23105, 0xc02302, 0xac1701, 0x950d01,
+    0x7a0403};
+
+ColorMap interpolated(const MapNodes& nodes) {
+  ColorMap map;
+  for (size_t i = 0; i < map.size(); ++i) {
+    const float place =
+        static_cast<float>(i) * static_cast<float>(nodes.size() - 1) / (map.size() - 1);
+    const size_t first = std::min(static_cast<size_t>(place), nodes.size() - 2);
+    for (int c = 0; c < 3; ++c) {
+      const auto at = [&](size_t node) {
+        return static_cast<float>(nodes[node] >> (16 - 8 * c) & 255);
+      };
+      const float value = std::lerp(at(first), at(first + 1), place - static_cast<float>(first));
+      map[i][c] = static_cast<uint8_t>(std::lround(value));
+    }
+  }
+  return map;
+}
+
 }  // namespace
 
 Rgb cubehelix(float t) {
@@ -41,9 +74,15 @@ Rgb signed_color(float t) {
   return glm::mix(strong * hue, Rgb(1), 0.75f * pale);
 }
 
-const ColorMap& cubehelix_map() {
-  static const ColorMap map = make_map(cubehelix, 0);
-  return map;
+const char* to_string(Map map) {
+  constexpr const char* kNames[] = {"cubehelix", "viridis", "turbo"};
+  return kNames[static_cast<int>(map)];
+}
+
+const ColorMap& color_map(Map map) {
+  static const std::array<ColorMap, 3> maps = {
+      make_map(cubehelix, 0), interpolated(kViridisNodes), interpolated(kTurboNodes)};
+  return maps[static_cast<size_t>(map)];
 }
 
 const ColorMap& signed_map() {

@@ -59,7 +59,18 @@ Rgb cubehelix(float t);
 Rgb signed_color(float t);
 
 using ColorMap = std::array<std::array<uint8_t, 3>, 256>;
-const ColorMap& cubehelix_map();
+
+/// Colour maps for values without a sign.
+enum class Map {
+  kCubehelix,  ///< cubehelix(), from black to white
+  kViridis,    ///< viridis of Matplotlib (Smith and van der Walt 2015): uniform to all viewers
+  kTurbo       ///< turbo (Mikhailov 2019, "Turbo, An Improved Rainbow Colormap"): many hues
+};
+inline constexpr Map kMaps[] = {Map::kCubehelix, Map::kViridis, Map::kTurbo};
+const char* to_string(Map map);
+/// Returns the colours of a map. Those of viridis and turbo are interpolated from every eighth
+/// colour, with errors of two levels at most.
+const ColorMap& color_map(Map map);
 /// Index 0 is the colour of -1, 255 that of 1. Indices 127 and 128 are black.
 const ColorMap& signed_map();
 

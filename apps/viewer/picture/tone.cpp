@@ -110,7 +110,7 @@ void ToneMapper::map_colors(const float* in, int channels, const ChannelGroup& g
 void ToneMapper::map_values(const float* in, int channels, const ChannelGroup& group, int count,
                             uint8_t* out) const {
   const bool is_signed = tone_.curve == Curve::kSigned;
-  const ColorMap& colors = is_signed ? signed_map() : cubehelix_map();
+  const ColorMap& colors = is_signed ? signed_map() : color_map(tone_.map);
   const ColorRange& range = tone_.range;
   const float low = is_signed ? -range.high : range.low;
   const bool is_linear = is_signed || !range.is_logarithmic;

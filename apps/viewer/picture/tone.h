@@ -15,7 +15,7 @@ namespace kinome::viewer {
 enum class Curve {
   kSrgb,        ///< unchanged; values above 1 are white
   kFilmic,      ///< compresses bright parts: filmic()
-  kFalseColor,  ///< maps the value, or the luminance of a colour, by cubehelix()
+  kFalseColor,  ///< maps the value, or the luminance of a colour, by a colour map
   kSigned,      ///< maps it linearly by signed_color(), from -range.high to range.high
 };
 const char* to_string(Curve curve);
@@ -26,6 +26,7 @@ struct Tone {
   float exposure = 0;            ///< in stops; ignored by false colours, which use `range`
   Curve curve = Curve::kSrgb;
   ColorRange range;
+  Map map = Map::kCubehelix;  ///< for kFalseColor
   /// Displays NaN in magenta and infinite values in cyan. If false, NaN appears as 0, and infinity
   /// as the brightest value.
   bool marks = true;

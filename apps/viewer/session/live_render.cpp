@@ -14,6 +14,9 @@ constexpr uint32_t kLanes = 4;
 constexpr double kMinSecondsToKeep = 0.5;
 /// Maximum time of a pass [s]. Pausing takes effect between passes.
 constexpr double kMaxPassSeconds = 1;
+/// Maximum time for estimates of the error as a fraction of the rendering time. An estimate uses
+/// only one thread, so that the others wait for it.
+constexpr double kMaxEstimateShare = 0.02;
 
 /// Resets the context, which may hold the state of a render that an exception has ended.
 void begin(RenderContext& context) {
@@ -100,8 +103,16 @@ Image LiveRender::develop() const {
   return film_.develop();
 }
 
-double LiveRender::rel_mse() const {
-  return estimate_rel_mse(film_, lane_samples_).value_or(-1);
+double LiveRender::rel_mse() {
+  if (sample_error_ < 0 ||
+      estimate_seconds_ <= kMaxEstimateShare * (seconds_ - estimated_seconds_)) {
+    const double start = context_.job.seconds();
+    const auto estimate = estimate_rel_mse(film_, lane_samples_);
+    estimate_seconds_ = context_.job.seconds() - start;
+    estimated_seconds_ = seconds_;
+    sample_error_ = estimate ? *estimate * done_ : -1;
+  }
+  return sample_error_ < 0 ? -1 : sample_error_ / done_;
 }
 
 }  // namespace kinome::viewer

@@ -30,8 +30,10 @@ class LiveRender {
   Image develop() const;
   double samples() const { return done_; }  ///< per pixel
   double seconds() const { return seconds_; }
-  /// Estimated relMSE; -1 if it can't be estimated yet.
-  double rel_mse() const;
+  /// Estimated relMSE; -1 if it can't be estimated yet. Estimates it anew only if that takes a small
+  /// fraction of the rendering time since the last estimate. Otherwise scales the last estimate by
+  /// the number of samples.
+  double rel_mse();
 
  private:
   void keep_film();
@@ -46,6 +48,9 @@ class LiveRender {
   double last_seconds_ = 0, last_samples_ = 0;
   uint64_t pass_ = 0;
   bool is_whole_ = true;
+  double sample_error_ = -1;      ///< last estimate of the relMSE of one sample per pixel; -1 if none
+  double estimate_seconds_ = 0;   ///< time of the last estimate
+  double estimated_seconds_ = 0;  ///< seconds_ at the last estimate
   std::vector<char> kept_;  ///< contents of the film before the current pass
 };
 

@@ -142,7 +142,11 @@ void RenderSession::restart() {
 }
 
 void RenderSession::reload() {
-  request(true, {Request::Kind::kReload, [this] { load(); }});
+  request(true, {Request::Kind::kReload, [this] { load(file_); }});
+}
+
+void RenderSession::open(std::string scene) {
+  request(true, {Request::Kind::kReload, [this, scene = std::move(scene)] { load(scene); }});
 }
 
 void RenderSession::render(uint32_t samples) {
@@ -282,6 +286,13 @@ void RenderSession::begin_anew() {
   exact_samples_.reset();
   is_done_ = false;
   wants_preview_ = is_coarse_ = true;
+}
+
+void RenderSession::report_non_finite_samples(const RenderStats& stats) {
+  if (stats.non_finite_samples == 0 || reported_edition_ == edition_) return;
+  reported_edition_ = edition_;
+  say(true, "dropped samples that were not finite: " + std::to_string(stats.non_finite_samples) +
+                " so far");
 }
 
 }  // namespace kinome::viewer

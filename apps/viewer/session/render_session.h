@@ -161,6 +161,9 @@ class RenderSession {
   void render(uint32_t samples);
   /// Loads the file again and discards all edits.
   void reload();
+  /// Loads another scene file, without the definitions and the sensor of Options. If that fails,
+  /// the current scene remains.
+  void open(std::string scene);
 
   /// The scene at the time when a task runs.
   struct Access {
@@ -211,7 +214,7 @@ class RenderSession {
   /// is a preview.
   uint64_t request(bool ends_render, Request asked);
   void work();
-  void load();
+  void load(const std::string& file);
   void make(const std::vector<Request>& requests);
   void make_at_the_end();
   void make_changes(const Request& settings);
@@ -222,7 +225,7 @@ class RenderSession {
   std::optional<Pick> picked(const Vec2& film_position) const;
   void take_edited_scene();
   void begin_anew();
-  size_t choose_sensor(SceneEditor& editor) const;
+  size_t choose_sensor(SceneEditor& editor, const std::string& file) const;
   bool has_work() const;
   bool is_still() const;
   void preview();
@@ -270,6 +273,7 @@ class RenderSession {
   size_t sensor_ = 0;
 
   // Used by the session's thread.
+  std::string file_;  ///< scene file
   std::unique_ptr<PluginRegistry> registry_;
   std::unique_ptr<SceneEditor> editor_;
   std::unique_ptr<RenderContext> context_;

@@ -129,7 +129,7 @@ void RenderSession::work() {
                       .seed = options_.seed,
                       .cancel = &cancel_,
                       .progress = [this](double done) { fraction_ = done; }});
-    load();
+    load(options_.scene);
   });
   notify();
   while (true) {
@@ -190,15 +190,17 @@ void RenderSession::work() {
 }
 
 /// Loads the scene. If that fails, keeps the previous one.
-void RenderSession::load() {
+void RenderSession::load(const std::string& file) {
   set_activity(Activity::kLoading);
   try {
     if (!registry_) {
       registry_ = std::make_unique<PluginRegistry>(
           PluginRegistry::default_folders(options_.plugin_folders));
     }
-    auto editor = std::make_unique<SceneEditor>(options_.scene, options_.load, *registry_);
-    const size_t sensor = choose_sensor(*editor);
+    LoadOptions load = options_.load;
+    if (file != options_.scene) load.defines.clear();
+    auto editor = std::make_unique<SceneEditor>(file, load, *registry_);
+    const size_t sensor = choose_sensor(*editor, file);
     auto scene = with_integrator(*editor, integrator_);
     const std::lock_guard lock(scene_mutex_);
     live_.reset();
@@ -208,13 +210,17 @@ void RenderSession::load() {
     scene_ = std::move(scene);
     editor_ = std::move(editor);
     sensor_ = sensor;
+    file_ = file;
     ++edition_;
   } catch (const std::exception& fault) {
     say(true, text_of(fault));
-    if (!scene_) set_activity(Activity::kFailed);
+    if (!scene_) {
+      file_ = file;  // for a later reload()
+      set_activity(Activity::kFailed);
+    }
     return;
   }
-  if (edition_ > 1) say(false, "loaded " + options_.scene);
+  if (edition_ > 1) say(false, "loaded " + file_);
   begin_anew();
   publish_info();
 }
@@ -260,12 +266,13 @@ const Scene& RenderSession::preview_scene() {
 }
 
 /// Selects the sensor, and resizes its film, by the options.
-size_t RenderSession::choose_sensor(SceneEditor& editor) const {
+size_t RenderSession::choose_sensor(SceneEditor& editor, const std::string& file) const {
   const std::shared_ptr<const Scene> scene = editor.scene();
-  const size_t index = app::sensor_index(*scene, options_.sensor);
+  const size_t index =
+      app::sensor_index(*scene, file == options_.scene ? options_.sensor : "0");
   if (options_.width <= 0 || options_.height <= 0) return index;
   const std::string film = editor.path_of(scene->sensors()[index]->film());
-  if (film.empty()) throw Error(Location{options_.scene}, "the sensor has no film to resize");
+  if (film.empty()) throw Error(Location{file}, "the sensor has no film to resize");
   editor.set(
       {{film + ".width", int64_t{options_.width}}, {film + ".height", int64_t{options_.height}}});
   editor.update();
@@ -368,7 +375,7 @@ void RenderSession::publish_info() {
   const std::lock_guard scene_lock(scene_mutex_);
   auto info = std::make_shared<SceneInfo>();
   info->edition = edition_;
-  info->file = options_.scene;
+  info->file = file_;
   info->parameters = editor_->parameters();
   info->textured = editor_->textured_parameters();
   info->objects = editor_->objects();
@@ -387,13 +394,6 @@ void RenderSession::publish_info() {
   const std::lock_guard lock(mutex_);
   info->served = taken_;
   info_ = std::move(info);
-}
-
-void RenderSession::report_non_finite_samples(const RenderStats& stats) {
-  if (stats.non_finite_samples == 0 || reported_edition_ == edition_) return;
-  reported_edition_ = edition_;
-  say(true, "dropped samples that were not finite: " + std::to_string(stats.non_finite_samples) +
-                " so far");
 }
 
 }  // namespace kinome::viewer

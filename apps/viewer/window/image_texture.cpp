@@ -1,6 +1,9 @@
 #include "window/image_texture.h"
 
 #include <GL/gl.h>
+#include <GLFW/glfw3.h>
+
+#include <utility>
 
 #include "picture/tone.h"
 
@@ -27,11 +30,20 @@ void ImageTexture::set(int width, int height, const std::vector<uint8_t>& rgba) 
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width_, height_, 0, GL_RGBA, GL_UNSIGNED_BYTE,
                rgba.data());
+  has_mipmaps_ = false;
 }
 
-void ImageTexture::set_sharp(bool is_sharp) {
+void ImageTexture::set_filter(Filter filter) {
+  using GenerateMipmap = void (*)(GLenum target);
+  static const auto generate_mipmap =
+      reinterpret_cast<GenerateMipmap>(glfwGetProcAddress("glGenerateMipmap"));
   glBindTexture(GL_TEXTURE_2D, name_);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, is_sharp ? GL_NEAREST : GL_LINEAR);
+  const bool uses_mipmaps = filter == Filter::kReduce && generate_mipmap;
+  if (uses_mipmaps && !std::exchange(has_mipmaps_, true)) generate_mipmap(GL_TEXTURE_2D);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
+                  uses_mipmaps ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER,
+                  filter == Filter::kNearest ? GL_NEAREST : GL_LINEAR);
 }
 
 }  // namespace kinome::viewer

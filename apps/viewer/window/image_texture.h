@@ -21,8 +21,13 @@ class ImageTexture {
   void set(int width, int height, const std::vector<uint8_t>& rgba);
   /// Uploads the channels R, G and B of an image as sRGB.
   void set(const Image& image);
-  /// Makes magnified pixels sharp or blurred.
-  void set_sharp(bool is_sharp);
+  enum class Filter {
+    kBilinear,
+    kNearest,  ///< keeps magnified pixels sharp
+    kReduce    ///< averages pixels (mipmaps), for images that are displayed smaller
+  };
+  /// Selects the filter for the display. The default is kBilinear.
+  void set_filter(Filter filter);
   ImTextureID id() const { return reinterpret_cast<ImTextureID>(static_cast<intptr_t>(name_)); }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -30,6 +35,7 @@ class ImageTexture {
  private:
   unsigned name_ = 0;
   int width_ = 0, height_ = 0;
+  bool has_mipmaps_ = false;
 };
 
 }  // namespace kinome::viewer

@@ -31,7 +31,7 @@ void PictureView::upload(const Picture& picture) {
   shown_generation_ = picture.generation;
 }
 
-/// Centres the image, scaled by an integer if it is smaller than the window.
+/// Centres the image. Without a zoom, it fills the width or the height.
 void PictureView::place(const Rect& crop) {
   const ImVec2 low = ImGui::GetCursorScreenPos(), space = ImGui::GetContentRegionAvail();
   area_.low = Vec2(low.x, low.y);
@@ -39,7 +39,7 @@ void PictureView::place(const Rect& crop) {
   area_.crop = crop;
   const Vec2 size(std::max(1, crop.width()), std::max(1, crop.height()));
   const float fits = std::min(space.x / size.x, space.y / size.y);
-  area_.scale = (fits >= 1 ? std::floor(fits) : std::max(fits, 0.01f)) * zoom_;
+  area_.scale = std::max(fits, 0.01f) * zoom_;
   const Vec2 middle = 0.5f * (area_.low + area_.high) + offset_;
   area_.corner = glm::floor(middle - 0.5f * area_.scale * size);
 }
@@ -52,7 +52,9 @@ void PictureView::draw(const PicturePointer& picture) {
   if (picture->generation != shown_generation_) upload(*picture);
   place(picture->crop);
   // Magnified pixels stay sharp, except those of previews.
-  texture_.set_sharp(area_.scale >= 1 && !picture->is_preview);
+  texture_.set_filter(picture->is_preview ? ImageTexture::Filter::kBilinear
+                      : area_.scale < 1   ? ImageTexture::Filter::kReduce
+                                          : ImageTexture::Filter::kNearest);
   const Vec2 end = area_.corner + area_.scale * Vec2(area_.crop.width(), area_.crop.height());
   ImDrawList* const list = ImGui::GetWindowDrawList();
   list->PushClipRect({area_.low.x, area_.low.y}, {area_.high.x, area_.high.y}, true);

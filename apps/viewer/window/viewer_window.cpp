@@ -5,7 +5,10 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "kinome/image_files.h"
 #include "kinome/color.h"
@@ -14,10 +17,18 @@
 namespace kinome::viewer {
 namespace {
 
+/// Width of the side bar at a content scale of 1 [pixels].
 constexpr float kSideBarWidth = 380;
-/// Number of frames to draw after an event, until ImGui's layout is stable.
-constexpr int kFramesAfterEvent = 3;
-/// Time between two frames without events, to update displayed values [s].
+/// Height of a line of text at a content scale of 1 [pixels].
+constexpr float kFontSize = 15;
+/// Locations of DejaVu Sans in Debian, Fedora, Arch and openSUSE. ImGui's own font replaces it.
+constexpr const char* kFonts[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                                  "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+                                  "/usr/share/fonts/TTF/DejaVuSans.ttf",
+                                  "/usr/share/fonts/truetype/DejaVuSans.ttf"};
+/// Number of frames to draw after input, until ImGui's layout is stable. A new image needs only one.
+constexpr int kFramesAfterInput = 3;
+/// Time between two frames without input, to update displayed values [s].
 constexpr double kIdleInterval = 0.25;
 /// Time between two frames of a flight [s].
 constexpr double kFlightInterval = 0.02;
@@ -29,6 +40,24 @@ std::string& glfw_fault() {
   return text;
 }
 
+/// Loads the font and scales all widgets.
+void set_style(float scale) {
+  ImGui::StyleColorsDark();
+  ImGuiStyle& style = ImGui::GetStyle();
+  style.FrameRounding = style.GrabRounding = style.PopupRounding = 3;
+  style.ScaleAllSizes(scale);
+  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  const float size = std::round(kFontSize * scale);
+  for (const char* const file : kFonts) {
+    std::error_code fault;
+    if (!std::filesystem::is_regular_file(file, fault)) continue;
+    if (fonts.AddFontFromFileTTF(file, size)) return;
+  }
+  ImFontConfig config;
+  config.SizePixels = size;
+  fonts.AddFontDefault(&config);
+}
+
 }  // namespace
 
 ViewerWindow::ViewerWindow(Options options) : options_(std::move(options)) {
@@ -38,6 +67,7 @@ ViewerWindow::ViewerWindow(Options options) : options_(std::move(options)) {
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
   window_ =
       glfwCreateWindow(options_.width, options_.height, options_.title.c_str(), nullptr, nullptr);
   if (!window_) {
@@ -47,11 +77,27 @@ ViewerWindow::ViewerWindow(Options options) : options_(std::move(options)) {
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);
   glfwSetWindowUserPointer(window_, this);
-  // Installed before ImGui's callback, which calls it.
+  // Installed before ImGui's callbacks, which call these.
   glfwSetKeyCallback(window_, on_key);
+  glfwSetCharCallback(window_, [](GLFWwindow* window, unsigned) { on_input(window); });
+  glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double, double) { on_input(window); });
+  glfwSetCursorEnterCallback(window_, [](GLFWwindow* window, int) { on_input(window); });
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int, int, int) { on_input(window); });
+  glfwSetScrollCallback(window_, [](GLFWwindow* window, double, double) { on_input(window); });
+  glfwSetWindowFocusCallback(window_, [](GLFWwindow* window, int) { on_input(window); });
+  glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** files) {
+    on_input(window);
+    auto& self = *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
+    for (int i = 0; i < count; ++i) self.drop(files[i]);
+  });
+  glfwSetWindowRefreshCallback(window_, on_input);
+  glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* window, int, int) { on_input(window); });
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;
-  ImGui::StyleColorsDark();
+  float scale = 1, vertical = 1;
+  glfwGetWindowContentScale(window_, &scale, &vertical);
+  scale_ = std::max(1.f, scale);
+  set_style(scale_);
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 330 core");
   view_ = std::make_unique<PictureView>();
@@ -72,13 +118,38 @@ void ViewerWindow::wake() {
   glfwPostEmptyEvent();
 }
 
+/// Opens a dropped scene, or compares with a dropped image.
+void ViewerWindow::drop(const std::string& file) {
+  if (std::filesystem::path(file).extension() == ".xml") {
+    session_->open(file);
+  } else {
+    reference_ = file;
+  }
+}
+
+void ViewerWindow::show_title(const Frame& frame) {
+  if (!frame.info || frame.info->file == shown_file_) return;
+  const bool is_first = std::exchange(shown_file_, frame.info->file).empty();
+  if (!is_first) {
+    selection_.reset();
+    camera_ = {};
+  }
+  glfwSetWindowTitle(window_, (shown_file_ + " - kinome-view").c_str());
+}
+
+void ViewerWindow::on_input(GLFWwindow* window) {
+  static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window))->frames_wanted_ = kFramesAfterInput;
+}
+
 void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int mods) {
+  on_input(window);
   auto& self = *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
   // Ctrl+S must not fly, no matter which of the two keys is released first.
   if (action == GLFW_RELEASE) self.held_.erase(key);
   if (action != GLFW_PRESS || ImGui::GetIO().WantTextInput) return;
   if (key == GLFW_KEY_F12) self.wants_screenshot_ = true;
   if ((mods & GLFW_MOD_CONTROL) == 0) {
+    if (key == GLFW_KEY_F) self.view_->reset_zoom();
     self.held_.insert(key);
     return;
   }
@@ -90,13 +161,17 @@ void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int mods
 
 void ViewerWindow::run(RenderSession& session) {
   session_ = &session;
+  frames_wanted_ = kFramesAfterInput;
   glfwShowWindow(window_);
-  while (!glfwWindowShouldClose(window_)) {
+  // A save that was requested before the window was closed still needs a frame.
+  while (!glfwWindowShouldClose(window_) || wants_save_) {
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
     Frame frame{session,        *view_,           camera_,    session.picture(),
-                session.info(), session.status(), selection_, std::exchange(wants_save_, false)};
+                session.info(), session.status(), selection_, std::exchange(wants_save_, false),
+                std::exchange(reference_, {})};
+    show_title(frame);
     camera_.follow(session, frame.info);
     fly(frame);
     draw(frame);
@@ -112,12 +187,10 @@ void ViewerWindow::run(RenderSession& session) {
     if (options_.trace) trace(frame);
     if (is_flying_) {
       glfwWaitEventsTimeout(kFlightInterval);
-    } else if (frames_wanted_ > 0) {
-      --frames_wanted_;
+    } else if (--frames_wanted_ > 0) {
       glfwPollEvents();
     } else {
       glfwWaitEventsTimeout(kIdleInterval);
-      frames_wanted_ = kFramesAfterEvent - 1;
     }
   }
   if (options_.trace) {
@@ -133,7 +206,7 @@ void ViewerWindow::draw(Frame& frame) {
   constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
                                       ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
                                       ImGuiWindowFlags_NoBringToFrontOnFocus;
-  const float side = std::min(kSideBarWidth, 0.5f * size.x);
+  const float side = std::min(kSideBarWidth * scale_, 0.5f * size.x);
   ImGui::SetNextWindowPos({0, 0});
   ImGui::SetNextWindowSize({size.x - side, size.y});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
@@ -159,7 +232,7 @@ void ViewerWindow::draw_picture(Frame& frame) {
 
 void ViewerWindow::draw_side_bar(Frame& frame) {
   // Leaves room for the names to the right of the widgets.
-  ImGui::PushItemWidth(-150);
+  ImGui::PushItemWidth(-150 * scale_);
   for (const auto& panel : panels_) {
     const auto flags = panel->is_open_at_first() ? ImGuiTreeNodeFlags_DefaultOpen : 0;
     if (!ImGui::CollapsingHeader(panel->title(), flags)) continue;

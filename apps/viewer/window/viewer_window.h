@@ -40,9 +40,12 @@ class ViewerWindow {
   void draw(Frame& frame);
   void draw_picture(Frame& frame);
   void draw_side_bar(Frame& frame);
+  void show_title(const Frame& frame);
   void fly(Frame& frame);
   void take_screenshot(RenderSession& session);
   void trace(const Frame& frame);
+  void drop(const std::string& file);
+  static void on_input(GLFWwindow* window);
   static void on_key(GLFWwindow* window, int key, int scancode, int action, int mods);
 
   Options options_;
@@ -55,8 +58,11 @@ class ViewerWindow {
   RenderSession* session_ = nullptr;  ///< while run() shows it
   bool wants_screenshot_ = false;
   bool wants_save_ = false;
+  std::string reference_;   ///< image file that was dropped on the window
+  std::string shown_file_;  ///< scene file in the title
   std::set<int> held_;  ///< held keys that were pressed without Ctrl
-  int frames_wanted_ = 0;
+  float scale_ = 1;        ///< size of text and widgets, from the display's content scale
+  int frames_wanted_ = 0;  ///< number of frames to draw before the next wait
   bool is_flying_ = false;
   std::chrono::steady_clock::time_point last_frame_ = std::chrono::steady_clock::now();
   bool has_traced_window_ = false;

@@ -13,8 +13,8 @@ from scenes import write_scene
 from window_test import PATIENCE, Viewer, click, xdotool
 
 # Positions of the headings of panels at first, and of controls in an open panel.
-TONE, COMPARE = (960, 289), (960, 312)
-FALSE_COLOUR, KEEP = (1049, 312), (1030, 358)
+TONE, COMPARE = (960, 334), (960, 359)
+FALSE_COLOUR, KEEP = (1075, 359), (1030, 409)
 # Colours of the line between image and reference, and of the marker of the inspected point.
 LINE, POINT = (255, 200, 60), (50, 255, 80)
 
