@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <vector>
 
 #include "clustered/media/fog_block.h"
@@ -32,11 +33,50 @@ constexpr uint32_t kMaxDepthUntried = 3;
 constexpr double kCostOfRay = 1.6, kCostOfSource = 1. / 80;
 constexpr uint64_t kTrialSeed = 0x666f6774;
 
+/// Minimum factor by which candidates must take less work than `volpath`, beyond a standard error:
+/// a few blocks can't tell a smaller one from chance.
+constexpr double kClearGain = 1.1;
+
 /// Results of one method in one block.
 struct Measured {
   std::array<double, kMaxPixels> mean{}, variance{};
   double cost = 0;
 };
+
+/// Sums over the pixels of one block.
+struct Work {
+  double error = 0, cost = 0;
+};
+/// Logarithm of the work of `volpath` relative to that of candidates, and its standard error.
+struct Gain {
+  double log, error;
+};
+
+/// `work`: of candidates and of `volpath`, in each block. The standard error is the jackknife's.
+Gain gain_of_candidates(const std::vector<std::array<Work, 2>>& work) {
+  const auto log_without = [&work](size_t left_out) {
+    constexpr double kTiny = 1e-300;  // of methods without error
+    std::array<Work, 2> sum;
+    for (size_t i = 0; i < work.size(); ++i) {
+      if (i == left_out) continue;
+      for (size_t k = 0; k < 2; ++k) {
+        sum[k].error += work[i][k].error;
+        sum[k].cost += work[i][k].cost;
+      }
+    }
+    return std::log(std::max(kTiny, sum[1].error) * sum[1].cost) -
+           std::log(std::max(kTiny, sum[0].error) * sum[0].cost);
+  };
+  double sum = 0, squares = 0;
+  for (size_t i = 0; i < work.size(); ++i) {
+    const double value = log_without(i);
+    sum += value;
+    squares += value * value;
+  }
+  const auto n = static_cast<double>(work.size());
+  return {log_without(work.size()),
+          std::sqrt(std::max(0., (squares - sum * sum / n) * (n - 1) / n))};
+}
 
 template <class Block>
 Measured measure(Block& block, const PixelSamples& samples, double cost_of_ray) {
@@ -113,21 +153,25 @@ bool prefers_paths(const transport::SceneTable& scene, const transport::MediaTab
     for (size_t p = 0; p < pixels; ++p) mean += both[0].mean[p] + both[1].mean[p];
   }
   mean /= 2. * static_cast<double>(count) * pixels;
-  std::array<double, 2> error{}, cost{};
-  for (const auto& both : measured) {
+  std::vector<std::array<Work, 2>> work(count);
+  for (size_t i = 0; i < count; ++i) {
+    const auto& both = measured[i];
     // Relative to the brightness of the block: single dark pixels would decide otherwise.
     double value = 0;
     for (size_t p = 0; p < pixels; ++p) value += 0.5 * (both[0].mean[p] + both[1].mean[p]) / pixels;
     const double scale = value * value + 0.01 * mean * mean;
-    for (size_t p = 0; p < pixels && scale > 0; ++p) {
-      for (size_t k = 0; k < 2; ++k) error[k] += both[k].variance[p] / scale;
+    for (size_t k = 0; k < 2; ++k) {
+      work[i][k].cost = both[k].cost;
+      if (scale == 0) continue;
+      for (size_t p = 0; p < pixels; ++p) work[i][k].error += both[k].variance[p] / scale;
     }
-    for (size_t k = 0; k < 2; ++k) cost[k] += both[k].cost;
   }
-  const double fog = error[0] * cost[0], paths = error[1] * cost[1];
-  log_debug(fmt::format("trial: work to the same error by candidates in media 1, by volpath {:.3g}",
-                        paths / fog));
-  return paths < fog;
+  const Gain gain = gain_of_candidates(work);
+  log_debug(
+      fmt::format("trial: work to the same error by candidates in media 1, by volpath {:.3g}, "
+                  "with a relative standard error of {:.2g}",
+                  std::exp(gain.log), gain.error));
+  return gain.log < std::log(kClearGain) + gain.error;
 }
 
 }  // namespace kinome
