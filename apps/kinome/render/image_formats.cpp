@@ -65,7 +65,8 @@ std::optional<openimageio::WriterTraits> traits_of(const std::string& extension)
 bool is_number_or_version(const std::string& extension) {
   const std::string_view digits =
       std::string_view(extension).substr(extension.starts_with(".v") ? 2 : 1);
-  return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return !digits.empty() &&
+         std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 bool is_known_format(const std::string& extension) {
