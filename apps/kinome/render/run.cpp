@@ -199,6 +199,9 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
                          .group = group,
                          .timeline = timeline ? &*timeline : nullptr});
   RenderStats& stats = context.job.stats();
+  // The scheduler has counted threads and processes.
+  loaded.threads = stats.threads;
+  loaded.processes = stats.processes;
   stats = std::move(loaded);
   if (checkpoint) {
     checkpoint->set_identity(identity);
