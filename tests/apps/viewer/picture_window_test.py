@@ -13,8 +13,8 @@ from scenes import write_scene
 from window_test import PATIENCE, Viewer, click, xdotool
 
 # Positions of the headings of panels at first, and of controls in an open panel.
-TONE, COMPARE = (960, 334), (960, 359)
-FALSE_COLOUR, KEEP = (1075, 359), (1030, 409)
+TONE, COMPARE = (960, 359), (960, 384)
+FALSE_COLOUR, KEEP = (1075, 384), (1030, 434)
 # Colours of the line between image and reference, and of the marker of the inspected point.
 LINE, POINT = (255, 200, 60), (50, 255, 80)
 

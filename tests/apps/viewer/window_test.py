@@ -221,8 +221,8 @@ class WindowTest(unittest.TestCase):
         viewer = self.open(1200, 900)
         # Request all samples at once, which takes minutes. The button is in the row of the number.
         before = len(viewer.lines)
-        xdotool("mousemove", 930, 196, "click", "--repeat", 2, 1, "key", "ctrl+a", "type", "100000\n")
-        click(1103, 196)
+        xdotool("mousemove", 930, 221, "click", "--repeat", 2, 1, "key", "ctrl+a", "type", "100000\n")
+        click(1103, 221)
         time.sleep(0.5)
         # A pending save must be completed.
         xdotool("key", "ctrl+s")
