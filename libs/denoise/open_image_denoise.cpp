@@ -78,7 +78,7 @@ std::string variable(const char* name) {
   return value ? value : "";
 }
 
-/// Returns the folder above the one of the first python3 in PATH; "" if there is none.
+/// Returns the folder above the one of the first python3 in PATH, or "".
 fs::path prefix_of_python() {
   const std::string path = variable("PATH");
   for (size_t begin = 0; begin < path.size();) {

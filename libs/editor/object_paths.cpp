@@ -96,7 +96,7 @@ void ObjectPaths::add_names(const Node& node) {
     if (part.node->tag == "phase" && node.tag == "medium") {
       names.emplace("phase_function", part.node);
     }
-    // Of mask, bumpmap and normalmap.
+    // Mitsuba has these names in mask, bumpmap and normalmap.
     if (node.tag == "bsdf") names.emplace("nested_" + part.node->tag, part.node);
     if (part.node->tag != "bsdf" || node.tag != "bsdf") continue;
     for (const char* const name : {"bsdf_", "brdf_"}) {

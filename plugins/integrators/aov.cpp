@@ -305,7 +305,7 @@ class AovIntegrator final : public NestingIntegrator {
   }
 
  private:
-  /// Adds a layer with these channels. Returns its number, or -1 if there are none.
+  /// Adds a layer with these channels. Returns its number, or -1 if `names` is empty.
   int add_channels(const std::vector<std::string>& names) {
     if (names.empty()) return -1;
     const int layer = add_layer(names);

@@ -16,7 +16,7 @@ namespace nb = nanobind;
 std::vector<std::string> sensor_paths(const SceneEditor& editor);
 /// Returns the paths of all shapes that are part of the scene, without those of shape groups.
 std::vector<std::string> shape_paths(const SceneEditor& editor);
-/// Returns the path of the environment emitter; "" if there is none.
+/// Returns the path of the environment emitter, or "".
 std::string environment_path(const SceneEditor& editor);
 /// Returns the paths of the objects that a shape, sensor or film uses, by their roles: "bsdf",
 /// "emitter", "sensor", "film", "sampler", "rfilter", "interior", "exterior", "medium". Defaults,

@@ -20,7 +20,7 @@ struct Frame {
   /// Surface that was clicked on last; nullptr if there is none.
   std::shared_ptr<const Pick>& selection;
   bool wants_save = false;  ///< Ctrl+S was pressed
-  std::string reference{};  ///< image file that was dropped on the window; "" if there is none
+  std::string reference{};  ///< image file that was dropped on the window, or ""
 };
 
 /// Press of a mouse button over the image, with the keys that were held. Panel::click() gets it

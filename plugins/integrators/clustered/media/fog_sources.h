@@ -46,7 +46,7 @@ class FogSources {
   bool have_suns() const { return has_suns_; }
   /// Where distant emitters shine: of the first sources of distant(), as many as have a grid.
   const std::vector<std::unique_ptr<const SunGrid>>& suns() const { return suns_; }
-  /// Makes the grids for a render of so many samples.
+  /// Makes the grids. `samples`: of the render; grids are finer if it has many.
   void find_suns(const transport::SceneTable& scene, const transport::MediaTable& media,
                  double samples, RenderContext& context);
   /// True if some sources are surfaces.

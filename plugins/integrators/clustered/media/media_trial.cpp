@@ -33,8 +33,8 @@ constexpr uint32_t kMaxDepthUntried = 3;
 constexpr double kCostOfRay = 1.6, kCostOfSource = 1. / 80;
 constexpr uint64_t kTrialSeed = 0x666f6774;
 
-/// Minimum factor by which candidates must take less work than `volpath`, beyond a standard error:
-/// a few blocks can't tell a smaller one from chance.
+/// Minimum factor by which candidates must take less work than `volpath`, beyond a standard error.
+/// Smaller gains measured in a few blocks may be chance.
 constexpr double kClearGain = 1.1;
 
 /// Results of one method in one block.
