@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "kinome/error.h"
+#include "own_library.h"
 
 namespace kinome::app {
 namespace {
@@ -81,7 +82,7 @@ std::unique_ptr<ProcessGroup> join_group(const Options& options) {
   if (options.mpi == Options::Mpi::kAuto && rank < 0) return nullptr;
   const auto fail = [](const std::string& why) { throw Error("--mpi: " + why); };
   // Found on the same path as the core's library. Never closed, because MPI can't be unloaded.
-  void* const library = dlopen("libkinome_mpi.so", RTLD_NOW | RTLD_GLOBAL);
+  void* const library = open_own_library("libkinome_mpi.so", RTLD_NOW | RTLD_GLOBAL);
   if (!library) {
     const std::string why = dlerror();
     fail(

@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "crash.h"
 #include "kinome/error.h"
+#include "own_library.h"
 
 namespace kinome::app {
 
@@ -23,7 +24,7 @@ int check_plugin_command(const Options& options) {
   request.effort = options.effort;
   request.seed = options.seed;
   // Found on the same path as the core's library. Never closed: see PluginRegistry.
-  void* const library = dlopen("libkinome_kit.so", RTLD_NOW | RTLD_LOCAL);
+  void* const library = open_own_library("libkinome_kit.so", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     throw Error(std::string("can't load libkinome_kit.so, which is installed with the headers "
                             "for plugins: ") +

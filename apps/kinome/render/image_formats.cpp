@@ -17,6 +17,7 @@
 #include "kinome/image_files.h"
 #include "kinome/output_files.h"
 #include "output_files/file_writer.h"
+#include "own_library.h"
 #include "session/scratch_folder.h"
 
 namespace kinome::app {
@@ -42,8 +43,7 @@ struct OpenImageIo {
 };
 const OpenImageIo& open_image_io() {
   static const OpenImageIo functions = [] {
-    // Found on the same path as the core's library.
-    void* const library = dlopen("libkinome_openimageio.so", RTLD_NOW | RTLD_LOCAL);
+    void* const library = open_own_library("libkinome_openimageio.so", RTLD_NOW | RTLD_LOCAL);
     if (!library) return OpenImageIo{nullptr, nullptr, dlerror()};
     return OpenImageIo{
         reinterpret_cast<openimageio::FindWriter*>(dlsym(library, "kinome_find_image_writer")),
