@@ -34,9 +34,9 @@ BEGIN = """# Faults that `kinome check` finds
 <!-- Written by docs/checks.py, which explains how. -->
 
 [`kinome check`](writing-plugins.md#checking-a-plugin) tests whether the functions of a plugin meet their
-contract: for example, whether samples follow their density, and whether a block of points has the values of
-single points. This page shows its output for a correct plugin, and for {count} plugins with one fault each. All
-of it is real output, except that `~` stands for the path of the folder.
+contract. For example, it tests whether samples follow their density, and whether a block of points has the
+values of single points. This page shows its output for a correct plugin, and for {count} plugins with one fault
+each. All of it is real output, except that `~` stands for the path of the folder.
 
 ## A new plugin
 

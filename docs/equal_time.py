@@ -1,13 +1,13 @@
-"""What Mitsuba 3 and Kinome show of a scene after the same time, side by side: the README's picture.
+"""Renders a scene with Mitsuba 3 and with Kinome in equal time, side by side: the image of the README.
 
     /usr/bin/python3 docs/equal_time.py [--scene chess] [--samples 16] [--output docs/equal-time.jpg]
 
-Kinome renders `--samples` samples a pixel by its default integrator. Mitsuba, in the configuration that
-`validation/run.sh benchmark` found to be its fastest on this scene, gets as many samples as take it at
-least as long. Both use two threads and are timed by processor time, which what else runs on the machine
-hardly changes: Kinome by that of the whole process, Mitsuba by that of rendering, without loading and
-compilation. Errors are against a picture of many more samples by Kinome. Needs what
-`sh validation/run.sh` has installed.
+Kinome renders `--samples` samples per pixel with its default integrator. Mitsuba uses the configuration that
+`validation/run.sh benchmark` found to be its fastest on this scene, with the number of samples that takes it
+at least as long. Both use two threads. Time is processor time, which other programs on the machine hardly
+affect: that of the whole process for Kinome, and that of rendering, without loading and compilation, for
+Mitsuba. Errors are relative to an image by Kinome with many more samples. Requires the packages that
+`sh validation/run.sh` installs.
 """
 import argparse
 import dataclasses
@@ -54,13 +54,14 @@ def by_kinome(program, scene, samples, seed):
 
 
 def by_mitsuba(peer, configuration, scene, seconds):
-    """The fewest samples that take at least as long, found by its speed at a few."""
+    """Renders with the smallest sample count that takes at least `seconds`. Estimates it from the speed of
+    shorter renders."""
     peer.render(configuration, scene, SIZE, 16, 1)  # compiles
     speed = peer.render(configuration, scene, SIZE, 16, 2)
     samples = speed.samples
     while True:
         samples = max(samples + 1, math.ceil(samples * 1.02 * seconds / speed.processor))
-        peer.render(configuration, scene, SIZE, samples, 3)  # compiles, where the count is new to it
+        peer.render(configuration, scene, SIZE, samples, 3)  # compiles for a new sample count
         speed = peer.render(configuration, scene, SIZE, samples, 4)
         if speed.processor >= seconds:
             return Shown("Mitsuba 3", speed.image, speed.samples, speed.processor)
@@ -68,8 +69,8 @@ def by_mitsuba(peer, configuration, scene, seconds):
 
 
 def typical(image, reference):
-    """Corner of the part of CROP x CROP pixels whose error is closest to that of the whole picture, of
-    those that are neither much darker nor much brighter than it."""
+    """Returns the corner of the square of CROP x CROP pixels whose error is closest to that of the whole
+    image. Squares that are much darker or much brighter than the image are excluded."""
     errors = pictures.squared_errors(image, reference)
     light = reference.mean(axis=2)
     best = None
@@ -85,7 +86,7 @@ def typical(image, reference):
 
 
 def sheet(shown, corner, scale):
-    """Each picture above its enlarged part, labelled."""
+    """Returns an image of all renders, each with a label and its enlarged part below it."""
     width, height = SIZE
     font = ImageFont.truetype(str(pictures.FONT), 17)
     large = Image.new("RGB", (len(shown) * (width + GAP) - GAP, 2 * height + 2 * GAP + LABEL), "white")
@@ -110,7 +111,7 @@ def main():
     parser.add_argument("--samples", type=int, default=16)
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build")
     parser.add_argument("--mitsuba", type=pathlib.Path,
-                        help="its Python; default: that of validation/run.sh in the build folder")
+                        help="Mitsuba's Python; default: that of validation/run.sh in the build folder")
     parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs/equal-time.jpg")
     given = parser.parse_args()
     scene = next(s for s in SCENES if s.name == given.scene)

@@ -1,10 +1,10 @@
-"""The film of docs/film.md: ten seconds along the thesis's ellipse about the marble statue.
+"""Makes the video of docs/film.md: ten seconds along the thesis's ellipse around the marble statue.
 
     /usr/bin/python3 docs/hebe_film.py [--samples 16] [--frames 250] [--output docs/hebe-film.mp4]
 
-Renders what is missing of the frames (PNGs in build/hebe-film), and makes of them a video of less than
-2 MB and, beside it, a contact sheet (.jpg). Needs the scene's meshes (scenes/make_assets.py hebe), ffmpeg
-and Debian's python3-pil.
+Renders the missing frames (PNGs in build/hebe-film). Encodes all frames as a video of less than 2 MB, and
+writes a contact sheet (.jpg) beside it. Requires the scene's meshes (scenes/make_assets.py hebe), ffmpeg and
+Debian's python3-pil.
 """
 import argparse
 import json
@@ -19,12 +19,12 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build"))
 WIDTH, HEIGHT = 480, 270
 RATE = 25
-# The scene is made for a square picture: a wider view shows as much of the statue's height. The target is
-# at its middle; the camera stays above the floor.
+# The scene is framed for a square image. A wider image with this field of view shows the same height of the
+# statue. The target is at the middle of the statue; the camera stays above the floor.
 KEYS = {"camera": "ellipse", "parameters": {"sensor.fov": [[0, 37]]}}
 PATH = ["--target", "-0.06,1.28,0", "--angles", "55,6"]
 COLUMNS, ROWS = 5, 5
-LEAST_QUALITY, MOST_BYTES = 34, 2_000_000
+MIN_CRF, MAX_CRF, MAX_BYTES = 20, 33, 2_000_000
 
 
 def render(folder, frames, samples):
@@ -37,16 +37,16 @@ def render(folder, frames, samples):
 
 
 def make_video(folder, output):
-    """By the best quality that fits: smaller numbers are better ones."""
-    for quality in range(20, LEAST_QUALITY):
+    """Encodes the video with the best quality, the lowest CRF, whose file is small enough. Returns the CRF."""
+    for crf in range(MIN_CRF, MAX_CRF + 1):
         subprocess.run(["ffmpeg", "-nostdin", "-y", "-loglevel", "error", "-framerate", str(RATE), "-i",
                         folder / "%04d.png", "-vf", "scale=out_color_matrix=bt709:out_range=tv,"
-                        "format=yuv420p", "-c:v", "libx264", "-preset", "veryslow", "-crf", str(quality),
+                        "format=yuv420p", "-c:v", "libx264", "-preset", "veryslow", "-crf", str(crf),
                         "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
                         "iec61966-2-1", "-movflags", "+faststart", output], check=True)
-        if output.stat().st_size <= MOST_BYTES:
-            return quality
-    sys.exit(f"hebe_film: no quality makes {output} smaller than {MOST_BYTES} bytes")
+        if output.stat().st_size <= MAX_BYTES:
+            return crf
+    sys.exit(f"hebe_film: no CRF makes {output} smaller than {MAX_BYTES} bytes")
 
 
 def make_contact_sheet(folder, frames, output):

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The rooms of the source tree and the arrows between them, from the include lines.
+"""Draws the rooms of the source tree and the arrows between them, as the include lines define them.
 
     docs/rooms.py           prints the diagram of docs/development.md
-    docs/rooms.py --write   puts it there
+    docs/rooms.py --write   replaces the diagram in that page
 
 A room is a folder whose headers other rooms may use. An arrow A -> B means that a file of A includes
 a header of B. The test `docs` fails if the diagram is out of date.
@@ -48,7 +48,7 @@ TITLES = {"plugins": "other plugins", INTEGRATORS: "other integrators",
 
 
 def room_of(path):
-    """The room of a path relative to the root, or None."""
+    """Returns the room of a path relative to the root, or None."""
     found = [room for room in ROOMS if path == room or path.startswith(room + "/")]
     return max(found, key=len, default=None)
 
@@ -60,7 +60,7 @@ def sources(root):
 
 
 def arrows(root):
-    """Set of pairs (room, room that it includes)."""
+    """Returns the set of pairs (room, included room)."""
     found = set()
     for path in sources(root):
         room = room_of(str(path.relative_to(root)))
@@ -77,7 +77,7 @@ def arrows(root):
 
 
 def reduced(pairs):
-    """Without arrows that others imply: A -> C, if A -> B -> C."""
+    """Removes the arrows that others imply: A -> C if there are A -> B and B -> C."""
     def reaches(a, c, left):
         return any(x == a and (y == c or reaches(y, c, left - {(x, y)})) for x, y in left)
     kept = set(pairs)

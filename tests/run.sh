@@ -1,20 +1,22 @@
 #!/bin/sh
 # Builds and runs the tests. Ends with a line `N passed, M failed`; the exit status is 0 if M is 0.
 #
-#   sh tests/run.sh [--all] [--asan | --tsan] [-R REGEX] [--only "NAME..." [--plugins "NAME..."]]
-#                   [CTEST OPTION...]
+#   sh tests/run.sh [--all | --long "NAME..."] [--asan | --tsan] [-R REGEX]
+#                   [--only "NAME..." [--plugins "NAME..."]] [CTEST OPTION...]
 #   sh tests/run.sh --stability
 #   sh tests/run.sh --fuzz [SECONDS] [--only "NAME..."]
 #
 # --all:          also runs the long tests and the test of the tests (--asan, --tsan and --only
 #                 include them)
+# --long NAMES:   also runs the long tests of these areas and test programs; `defects` is the test of
+#                 the tests
 # --asan:         uses the address and undefined-behaviour sanitizers of clang, in the build folder of
 #                 --fuzz
 # --tsan:         uses the thread sanitizer, in a separate build folder
 # -R REGEX:       runs only tests whose names match
 # --only NAMES:   builds and runs only these areas (`core` is all of tests/core) and test programs, as
 #                 tests/…/CMakeLists.txt names them (`film` has the tests of films). `apps` includes its
-#                 folders, which are areas as well: cli, python, viewer
+#                 folders, which are areas as well: blender, cli, python, viewer
 # --plugins NAMES: with --only: builds only these plugins (`bsdf_diffuse`) instead of all
 # --stability:    renders every hard case with every integrator and material, in some minutes, and
 #                 writes tests/STABILITY.md (`--only stability` is its short form)
@@ -28,6 +30,7 @@ sanitizer=
 only=
 plugins=
 left_out='-LE \.long\.'
+long=
 stability=
 fuzz=
 fuzz_seconds=60
@@ -40,6 +43,13 @@ while [ "$arguments" -gt 0 ]; do
       exit
       ;;
     --all) left_out= ;;
+    --long)
+      [ "$arguments" -ge 2 ] || { echo "tests/run.sh: --long needs names" >&2; exit 1; }
+      long=$2
+      left_out=yes
+      shift
+      arguments=$((arguments - 1))
+      ;;
     --asan)
       sanitizer=fuzz
       left_out=
@@ -178,7 +188,7 @@ if [ -n "$stability" ]; then
 fi
 [ -z "$fuzz" ] || fuzz
 targets=all
-[ -n "$left_out" ] || targets="all tests_defects"
+case "$left_out $long " in " "* | *" defects "*) targets="all tests_defects" ;; esac
 if [ -n "$only" ]; then
   targets=kinome_renderer
   [ -z "$plugins" ] || targets=kinome
@@ -187,7 +197,7 @@ if [ -n "$only" ]; then
   done
   labels=
   case " $only " in
-    *" apps "*) only="$only cli python viewer" ;;
+    *" apps "*) only="$only blender cli python viewer" ;;
   esac
   for name in $only; do
     if [ -d "$root/tests/$name" ] || [ -d "$root/tests/apps/$name" ]; then
@@ -209,6 +219,21 @@ ninja -C "$build" -k 0 $targets || {
   broken=1
   echo "tests/run.sh: the build failed"
 }
+
+# The labels AREA.long.NAME are known once the programs are built.
+if [ -n "$long" ]; then
+  labels=$(ctest --test-dir "$build" --print-labels | sed -n 's/^ *\([a-z0-9_]*\.long\.[a-z0-9_]*\)$/\1/p')
+  others=$labels
+  for name in $long; do
+    pattern="^$name\\.long\\.|\\.long\\.$name\$"
+    echo "$labels" | grep -qE "$pattern" || {
+      echo "tests/run.sh: no long tests of '$name'"
+      [ "$broken" -eq 1 ] || finish 0 1
+    }
+    others=$(echo "$others" | grep -vE "$pattern")
+  done
+  left_out="-LE ^($(echo "$others" | tr '\n' '|' | sed 's/|$//'))\$"
+fi
 
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT

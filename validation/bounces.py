@@ -43,10 +43,10 @@ OURS, THEIRS = (4, 16, 64, 256), (16, 64, 256)
 SEARCH_SAMPLES, SEARCH_SEEDS = 16, (101, 102)
 WARM_UP = 987654
 VARIANT = "llvm_ad_rgb"  # scalar_rgb is the same estimator, and took 2.6 to 3.7 times as long
-WORSE = 3  # maximum work (processor time x error) of a configuration, relative to the least work so far
+MAX_WORK_RATIO = 3  # maximum work (processor time x error) of a configuration, relative to the least so far
 FLOOR = 0.01  # share of the squared mean that is added to the denominator of relMSE
-MOST_NOT_FINITE = 1e-3  # share of values that aren't finite, above which a configuration is left out
-ENOUGH = 7e-4  # error at which larger sample counts are skipped
+MAX_NOT_FINITE = 1e-3  # share of values that aren't finite, above which a configuration is left out
+MIN_ERROR = 7e-4  # error below which larger sample counts are skipped
 BSDF = {"cornell_diffuse": '<ref id="white"/>',
         "cornell_metal": '<bsdf type="roughconductor"> <string name="material" value="Al"/> '
                          '<float name="alpha" value="0.1"/> </bsdf>'}
@@ -82,7 +82,7 @@ class Bounces:
 
     size = SIZE
     samplers = SAMPLERS  # of Mitsuba
-    enough = ENOUGH
+    min_error = MIN_ERROR
 
     def __init__(self, kinome, mitsuba, store, folder, options, log):
         self.kinome, self.mitsuba, self.store, self.log = kinome, mitsuba, store, log
@@ -136,7 +136,7 @@ class Bounces:
     def search(self, scene):
         """Returns configurations in ascending order of their work at few samples, as rows of
         {"configuration", "name", "processor", "relmse", "trimmed"}. Skips the other samplers of an
-        integrator that is WORSE with the first one."""
+        integrator whose work exceeds MAX_WORK_RATIO with the first one."""
         found, left_behind = [], set()
         for integrator in scene.peers:
             for sampler in self.samplers:
@@ -152,13 +152,13 @@ class Bounces:
                         self.log.problem(f"{scene.name}: {reason}")
                         left_behind.add(integrator)
                         continue
-                    if max(run["not_finite"] for run in runs) > MOST_NOT_FINITE:
+                    if max(run["not_finite"] for run in runs) > MAX_NOT_FINITE:
                         self.log.say(f"{scene.name}: {one.name} is left out: pixels are NaN")
                         continue
                     found.append((one, runs))
                     rows = ranked(found)
                     self.log.say(f"{scene.name}: {one.name}: {runs[0]['processor']:.2f} s")
-                    if work(next(r for r in rows if r["name"] == one.name)) > WORSE * work(rows[0]):
+                    if work(next(r for r in rows if r["name"] == one.name)) > MAX_WORK_RATIO * work(rows[0]):
                         left_behind.add(integrator)
         if not found:
             raise Problem(f"{scene.name}: no configuration of Mitsuba can render it")
@@ -189,14 +189,14 @@ class Bounces:
             self.log.say(f"{scene.name}: seed {seed} of {self.options.seeds}")
             if seed == 2:
                 for side in runs.keys() - {"peer"}:
-                    self.stop_at_enough(runs[side], last, side)
+                    self.stop_at_min_error(runs[side], last, side)
         return self.entry(rows, runs)
 
-    def stop_at_enough(self, runs, last, side):
-        """Limits our sample counts to the first one with an error below `enough`."""
+    def stop_at_min_error(self, runs, last, side):
+        """Limits our sample counts to the first one with an error below `min_error`."""
         for samples, made in sorted(runs.items()):
             images = [run["image"] for run in made]
-            if errors(images, np.mean(images, axis=0))["relmse"] < self.enough:
+            if errors(images, np.mean(images, axis=0))["relmse"] < self.min_error:
                 last[side] = samples
                 break
 

@@ -29,7 +29,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 KINOME = pathlib.Path(os.environ.get("KINOME_BUILD", ROOT / "build")) / "bin/kinome"
 ALPHA, BIAS = 0.01, 1.003
 # `evenness` of a sample's noise: heavy tails, the worst case, for the rate; little noise for the bias.
-HEAVY, EVEN = 1, 4000
+HEAVY_TAILS, LITTLE_NOISE = 1, 4000
 PROGRAM_FILTERS = ("box", "tent", "gaussian")
 SAMPLES, SAMPLES_FOR_BIAS = 64, 512
 
@@ -38,13 +38,13 @@ def simulated(name, pairs):
     """Yields pairs of images whose noise has heavy tails."""
     rng = np.random.default_rng(list(name.encode()))
     for _ in range(pairs):
-        yield [render(rng, name, 2, evenness=HEAVY) for _ in range(2)]
+        yield [render(rng, name, 2, evenness=HEAVY_TAILS) for _ in range(2)]
 
 
 def simulated_bias(name, pairs):
     rng = np.random.default_rng([0, *name.encode()])
     for _ in range(pairs):
-        yield [render(rng, name, 3, bias, evenness=EVEN) for bias in (1, BIAS)]
+        yield [render(rng, name, 3, bias, evenness=LITTLE_NOISE) for bias in (1, BIAS)]
 
 
 def rendered(name, pairs, first_seed, samples, radiances):

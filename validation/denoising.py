@@ -1,89 +1,96 @@
 """Measures `kinome --denoise` on eight scenes, and writes the tables of docs/denoising.md.
 
-    python3 validation/denoising.py [--build build] [--work FOLDER] [--seeds N] [--write]
+    python3 validation/denoising.py [SCENE...] [--build build] [--work FOLDER] [--seeds N] [--width N] [--write]
 
 For each scene and number of samples, the errors of three images are measured against a reference by the
-same integrator: the noisy image, the result of Open Image Denoise alone (`--part all/1`, which has no
-noise estimate), and that of `--denoise`, which combines the two. The error is the mean over the seeds.
+same integrator: the noisy image, the result of Open Image Denoise alone, and that of `--denoise`, which
+combines the two. All three have the same samples: one image with its albedo, normals and variance is
+rendered for each seed by the Python module, and denoised twice. The error is the mean over the seeds.
 relMSE excludes the reference's own noise; FLIP is the mean HDR-FLIP.
 
-References are kept in FOLDER (default: out/denoising). --write: replaces the tables in the page.
-Needs Open Image Denoise, and the Python packages numpy, OpenImageIO and flip-evaluator.
+References are kept in FOLDER (default: out/denoising). --write: replaces the tables in the page; needs all
+scenes. Needs Open Image Denoise, the Python module in the build folder, and flip-evaluator, which
+validation/run.sh installs.
 """
 import argparse
+import importlib.util
 import pathlib
 import statistics
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from compare import Errors, flip, load  # noqa: E402
+from compare.packages import use_packages  # noqa: E402
 from program import ROOT, run_kinome  # noqa: E402
 
 import numpy as np  # noqa: E402
-import OpenImageIO as oiio  # noqa: E402
 
 SCENES = ("hebe", "chess", "box", "kitchen", "sunroom", "vases", "focus", "lamps")
 COUNTS = (1, 4, 16, 64)
 REFERENCE_SAMPLES = 256
-WIDTH = 128
+WIDTH = 128  # of the images, unless --width is given
+COMBINED_FROM = 16  # samples from which --denoise divides them into NUM_RENDERS and combines
+NUM_RENDERS = 4
 PAGE = ROOT / "docs/denoising.md"
 BEGIN, END = "<!-- validation/denoising.py -->\n", "<!-- end -->\n"
 IMAGES = ("noisy", "OIDN", "`--denoise`")
 
 
-def colour(path, layer=""):
-    image = oiio.ImageInput.open(str(path))
-    spec = image.spec()
-    pixels = image.read_image(oiio.FLOAT).reshape(spec.height, spec.width, spec.nchannels)
-    return pixels[:, :, [spec.channelnames.index(layer + c) for c in "RGB"]]
+def path_of(scene):
+    return ROOT / f"scenes/{scene}/scene.xml"
 
 
-def render(scene, path, samples, seed, options, build):
-    run_kinome(build, ROOT / f"scenes/{scene}/scene.xml", path, defines(scene, samples), seed=seed,
-               options=options)
-
-
-def defines(scene, samples):
-    """Returns the variables of a scene with a width of WIDTH pixels. The scenes' sampler, `ldsampler`, has
+def defines(path, samples, width):
+    """Returns the variables of a scene file with a width in pixels. The scenes' sampler, `ldsampler`, has
     four samples at least."""
-    text = (ROOT / f"scenes/{scene}/scene.xml").read_text(encoding="utf-8")
+    text = path.read_text(encoding="utf-8")
     size = {}
     for name in ("width", "height"):
         before = f'<default name="{name}" value="'
         start = text.index(before) + len(before)
         size[name] = int(text[start:text.index('"', start)])
     sampler = "independent" if samples < 4 else "ldsampler"
-    return {"spp": samples, "sampler": sampler, "width": WIDTH, "height": round(WIDTH * size["height"] / size["width"])}
+    return {"spp": samples, "sampler": sampler, "width": width, "height": round(width * size["height"] / size["width"])}
 
 
-def reference_of(scene, build, work):
-    path = work / f"{scene}-reference.exr"
+def reference_of(scene, width, build, work):
+    path = work / f"{scene}-{width}-reference.exr"
     if not path.exists():
-        render(scene, path, REFERENCE_SAMPLES, 99, ["--variance"], build)
+        run_kinome(build, path_of(scene), path, defines(path_of(scene), REFERENCE_SAMPLES, width), seed=99,
+                   options=["--variance"])
     return load([path])
 
 
-def measure(scene, samples, seeds, build, work):
+def images_of(path, samples, seed, width, kinome):
+    """Returns the colours of IMAGES for a scene file. They have the same samples. The scenes' films have a
+    box filter, as denoising needs."""
+    loaded = kinome.load_file(path, **defines(path, samples, width))
+    # The integrator that the scenes include has the default parameters of `clustered`.
+    guides = {"type": "aov", "aovs": "albedo:guide_albedo,normal:guide_normal", "image": {"type": "clustered"}}
+    is_combined = samples >= COMBINED_FROM
+    noisy = kinome.render(loaded, guides, seed=seed, variance=NUM_RENDERS if is_combined else None)
+    others = [i for i, name in enumerate(noisy.channels) if "variance." not in name]
+    alone = kinome.denoise(noisy[..., others])
+    return noisy.rgb, alone.rgb, kinome.denoise(noisy).rgb if is_combined else alone.rgb
+
+
+def measure(scene, samples, given, kinome):
     """Returns relMSE and FLIP of each of IMAGES."""
-    reference = reference_of(scene, build, work)
+    reference = reference_of(scene, given.width, given.build.resolve(), given.work)
     unmasked = np.zeros(reference.mean.shape[:2], bool)
     errors = {name: [] for name in IMAGES}
-    for seed in range(seeds):
-        paths = {}
-        for name, options in (("alone", ["--denoise", "--part", "all/1"]), ("both", ["--denoise"])):
-            paths[name] = work / f"{scene}-{samples}-{seed}-{name}.exr"
-            render(scene, paths[name], samples, seed, options, build)
-        for name, image in zip(IMAGES, (colour(paths["alone"], "noisy."), colour(paths["alone"]),
-                                        colour(paths["both"]))):
+    for seed in range(given.seeds):
+        images = images_of(path_of(scene), samples, seed, given.width, kinome)
+        for name, image in zip(IMAGES, map(np.asarray, images)):
             errors[name].append((Errors.of(image, reference, unmasked).relmse,
                                  flip(image, reference.mean, unmasked)))
     return {name: tuple(map(statistics.mean, zip(*values))) for name, values in errors.items()}
 
 
-def table(results, which, digits):
+def table(scenes, results, which, digits):
     lines = ["| scene | " + " | ".join(f"{n} spp: {', '.join(IMAGES)}" for n in COUNTS) + " |",
              "|---|" + "---|" * len(COUNTS)]
-    for scene in SCENES:
+    for scene in scenes:
         cells = []
         for count in COUNTS:
             values = [results[scene, count][name][which] for name in IMAGES]
@@ -97,20 +104,34 @@ def table(results, which, digits):
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="all if none is given")
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build")
     parser.add_argument("--work", type=pathlib.Path, default=ROOT / "out/denoising")
     parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--width", type=int, default=WIDTH)
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
+    scenes = given.scenes or SCENES
+    unknown = set(scenes).difference(SCENES)
+    if unknown:
+        parser.error(f"unknown scenes {sorted(unknown)}; possible: {', '.join(SCENES)}")
+    if given.write and tuple(scenes) != SCENES:
+        parser.error("--write needs all scenes")
+    sys.path.insert(0, str(given.build.resolve() / "python"))
+    import kinome
+    use_packages(given.build.resolve())
+    if importlib.util.find_spec("flip_evaluator") is None:
+        parser.error("FLIP requires flip-evaluator. sh validation/run.sh installs it in the build folder")
     given.work.mkdir(parents=True, exist_ok=True)
     results = {}
-    for scene in SCENES:
+    for scene in scenes:
         for count in COUNTS:
-            results[scene, count] = measure(scene, count, given.seeds, given.build.resolve(), given.work)
+            results[scene, count] = measure(scene, count, given, kinome)
             print(scene, count, {name: f"{relmse:.3g} {of_flip:.3g}"
                                  for name, (relmse, of_flip) in results[scene, count].items()},
                   flush=True)
-    text = (f"relMSE:\n\n{table(results, 0, 2)}\n\nFLIP:\n\n{table(results, 1, 2)}\n")
+    text = "\n\n".join(f"{name}:\n\n{table(scenes, results, which, 2)}"
+                       for which, name in enumerate(("relMSE", "FLIP"))) + "\n"
     if not given.write:
         print(text)
         return

@@ -46,7 +46,7 @@ LATENCY = 2e-6  # seconds per message, typical of cluster networks
 EFFICIENCY = 0.8
 # Measurements that need root: network rates in Mbit/s, and the slowdown of the slow process.
 RATES, REPEATS = (100, 20), 3
-SLOWER, SLOW_SAMPLES = 4, 256
+SLOWDOWN, SLOW_SAMPLES = 4, 256
 MAX_MACHINES = 4096
 MPI = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
@@ -112,11 +112,11 @@ def measure_network(build, scene):
 
 def measure_imbalance(build, scene):
     """Returns the seconds of one process with one thread, and of two such processes, one of which gets
-    1/SLOWER of a processor."""
+    1/SLOWDOWN of a processor."""
     group = pathlib.Path("/sys/fs/cgroup/cpu/kinome-scaling")
     group.mkdir(exist_ok=True)
     (group / "cpu.cfs_period_us").write_text("20000", encoding="utf-8")
-    (group / "cpu.cfs_quota_us").write_text(str(20000 // SLOWER), encoding="utf-8")
+    (group / "cpu.cfs_quota_us").write_text(str(20000 // SLOWDOWN), encoding="utf-8")
     try:
         with tempfile.TemporaryDirectory() as folder:
             command = list(map(str, kinome(build, scene, MIDDLE, folder, SLOW_SAMPLES)))
@@ -209,7 +209,7 @@ def efficiency(runs, model, network, machines):
     return times(runs, model, network, 1)[0] / (machines * times(runs, model, network, machines)[0])
 
 
-def most_machines(runs, model, network):
+def max_machines(runs, model, network):
     machines = 1
     while machines < MAX_MACHINES and efficiency(runs, model, network, machines + 1) >= EFFICIENCY:
         machines += 1
@@ -250,10 +250,10 @@ def network_page(runs, name, found):
 
 
 def imbalance_page(name, alone, together):
-    ideal = alone / (1 + 1 / SLOWER)
+    ideal = alone / (1 + 1 / SLOWDOWN)
     return ["## A slow process", "",
             f"One process with one thread renders `{name}` at {MIDDLE[0]}x{MIDDLE[1]} with {SLOW_SAMPLES} samples "
-            f"in {alone:.2f} s. With a second process that gets 1/{SLOWER} of a processor, the render takes "
+            f"in {alone:.2f} s. With a second process that gets 1/{SLOWDOWN} of a processor, the render takes "
             f"{together:.2f} s. The ideal time is {ideal:.2f} s, so the difference is "
             f"{together / ideal - 1:+.0%}. The goal is at most +15 %. The times are medians of {REPEATS}.", ""]
 
@@ -292,7 +292,7 @@ def page(of_scene, more):
               "| scene | one machine, s | " + " | ".join(NETWORKS) + " | limit |",
               "|---|---|" + "---|" * len(NETWORKS) + "---|"]
     for name, (runs, model) in of_scene.items():
-        counts = [most_machines(runs, model, network) for network in NETWORKS.values()]
+        counts = [max_machines(runs, model, network) for network in NETWORKS.values()]
         took = work(runs)
         slow = list(NETWORKS.values())[0]
         communication = times(runs, model, slow, max(2, counts[0]))[1]

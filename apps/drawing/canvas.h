@@ -21,7 +21,8 @@ struct Canvas {
   /// Fills pixels [x0, x1) x [y0, y1).
   void fill(const Rect& pixels, const Rgb& color);
   void frame(const Rect& pixels, const Rgb& color);
-  /// Draws a line of ASCII characters, enlarged `scale` times, with its upper left corner at (x, y).
+  /// Draws a line of ASCII characters, enlarged `scale` times, with its upper left corner at (x,
+  /// y).
   void text(int x, int y, int scale, std::string text, const Rgb& color);
   /// Adds rows at the bottom.
   void extend(int rows);

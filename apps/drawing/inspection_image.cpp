@@ -27,7 +27,8 @@ Rgb hidden_color(const Rgb& color) {
   return 0.15f * color + Rgb(0, 0.01f, 0.08f);
 }
 
-/// Returns the smallest box that contains a position, with tolerance `slack`; kNone if none does.
+/// Returns the index of the smallest box that contains a position, with tolerance `slack`; kNone if
+/// none does.
 uint32_t cluster_at(const std::vector<InspectedCluster>& clusters, const Vec3& p, float slack) {
   uint32_t found = kNone;
   float smallest = kInfinity;

@@ -79,6 +79,8 @@ int run(const kinome::app::Options& options, Clock::time_point start) {
       return kinome::app::film_command(options, start);
     case kinome::app::Options::Command::kMerge:
       return kinome::app::merge_command(options, start);
+    case kinome::app::Options::Command::kRelight:
+      return kinome::app::relight_command(options, start);
     case kinome::app::Options::Command::kListPlugins:
       return kinome::app::plugins_command(options);
     case kinome::app::Options::Command::kCheckPlugin:

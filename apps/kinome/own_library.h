@@ -2,9 +2,9 @@
 
 namespace kinome::app {
 
-/// Opens a library of Kinome that isn't always needed, as dlopen(). It is expected beside the
-/// core's library, otherwise where dlopen() finds its name. A name alone isn't enough: with a
-/// sanitizer, dlopen() doesn't search the program's RUNPATH.
+/// Opens an optional library of Kinome, as dlopen() does. Looks beside the core's library first,
+/// because dlopen() in a build with a sanitizer doesn't search the program's RUNPATH. Then leaves
+/// the search to dlopen().
 void* open_own_library(const char* name, int mode);
 
 }  // namespace kinome::app

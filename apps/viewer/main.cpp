@@ -10,12 +10,12 @@
 #include <optional>
 #include <thread>
 
-#include "options/complaints.h"
-#include "options/interpret_options.h"
-#include "kinome/output_files.h"
 #include "kinome/error.h"
 #include "kinome/image_files.h"
+#include "kinome/output_files.h"
 #include "kinome/read_files.h"
+#include "options/interpret_options.h"
+#include "options/option_errors.h"
 #include "session/script.h"
 #include "window/viewer_window.h"
 
@@ -55,10 +55,10 @@ std::optional<Arguments> parse(int argc, char** argv, int& status) {
   app.add_option("-s,--sensor", session.sensor, "Sensor, by index or id; default: 0")
       ->type_name("SENSOR");
   app.add_option("-a,--append", session.load.search_paths,
-                 "Search these folders, too, for the scene's files")
+                 "Also search these folders for the scene's files")
       ->allow_extra_args(false);
   app.add_option("--plugin-path", session.plugin_folders,
-                 "Search this folder, too, for plugins (repeat for more)")
+                 "Also search this folder for plugins (repeat for more)")
       ->allow_extra_args(false);
   app.add_option("--seed", session.seed, "Seed of all random numbers; default: 0")->type_name("N");
   app.add_flag("--lenient", session.load.lenient, "Leave out unsupported features of Mitsuba");
@@ -76,7 +76,7 @@ std::optional<Arguments> parse(int argc, char** argv, int& status) {
     status = app.exit(requested);
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    throw Error(kinome::app::complaint_of(app, error, {argv + 1, argv + argc}, {}) +
+    throw Error(kinome::app::describe_error(app, error, {argv + 1, argv + argc}, {}) +
                 " (kinome-view --help lists the options)");
   }
   session.load.defines = kinome::app::parse_defines(defines);
@@ -120,7 +120,7 @@ int follow_script(const Arguments& all) {
   if (all.script == "-") return run_script(std::cin, "-", session) > 0 ? 1 : 0;
   std::ifstream file(all.script);
   if (!file) throw Error(kinome::Location{all.script}, "can't be read");
-  kinome::note_read_file(all.script);
+  kinome::record_read_file(all.script);
   return run_script(file, all.script, session) > 0 ? 1 : 0;
 }
 

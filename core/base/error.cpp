@@ -32,14 +32,14 @@ std::string shortened(const std::string& text) {
 }
 
 std::string format_message(const Location& where, const std::string& message,
-                           const std::vector<Location>& askers) {
+                           const std::vector<Location>& requesters) {
   std::string text = to_string(where);
   if (!text.empty()) text += ": ";
   text += shortened(message);
-  for (size_t i = 0; i < askers.size(); ++i) {
-    text += (i == 0 ? " (referenced by " : ", referenced by ") + to_string(askers[i]);
+  for (size_t i = 0; i < requesters.size(); ++i) {
+    text += (i == 0 ? " (referenced by " : ", referenced by ") + to_string(requesters[i]);
   }
-  return one_line(askers.empty() ? text : text + ")");
+  return one_line(requesters.empty() ? text : text + ")");
 }
 
 }  // namespace
@@ -53,16 +53,16 @@ std::string format_number(float number) {
   return fmt::format("{}", number);
 }
 
-Error::Error(const Location& where, const std::string& message, std::vector<Location> askers)
-    : std::runtime_error(format_message(where, message, askers)),
+Error::Error(const Location& where, const std::string& message, std::vector<Location> requesters)
+    : std::runtime_error(format_message(where, message, requesters)),
       where_(where),
       message_(one_line(shortened(message))),
-      askers_(std::move(askers)) {}
+      requesters_(std::move(requesters)) {}
 
-Error Error::asked_for_by(const Location& asker) const {
-  std::vector<Location> askers = askers_;
-  askers.push_back(asker);
-  return Error(where_, message_, std::move(askers));
+Error Error::requested_by(const Location& requester) const {
+  std::vector<Location> requesters = requesters_;
+  requesters.push_back(requester);
+  return Error(where_, message_, std::move(requesters));
 }
 
 int edit_distance(const char* a, const char* b) {

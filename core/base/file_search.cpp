@@ -52,7 +52,7 @@ std::string find_file(const std::string& name, const std::vector<std::string>& f
                                 "the scene, or add its folder with -a")
                    .what());
     }
-    note_read_file(candidate);
+    record_read_file(candidate);
     return candidate;
   }
   throw MissingFile(where, prefix + "there is no file '" + name + "'" + looked_in);

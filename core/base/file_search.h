@@ -24,7 +24,7 @@ std::string folder_of(const std::string& file);
 inline const std::string kWorkingDirectory = "";
 
 /// Returns the path of `name` in the first of `folders` that contains it (an absolute name is used
-/// as it is), and registers the file with note_read_file(). Throws MissingFile, with the searched
+/// as it is), and registers the file with record_read_file(). Throws MissingFile, with the searched
 /// folders, if there is none, and Error if the path is unreadable(). Errors are at `where`, and
 /// `prefix` precedes their messages.
 std::string find_file(const std::string& name, const std::vector<std::string>& folders,

@@ -70,13 +70,13 @@ Listeners& listeners() {
 
 }  // namespace
 
-void tell_listeners(const std::string& warning) {
+void notify_listeners(const std::string& warning) {
   const std::lock_guard lock(listeners().mutex);
-  for (LogListener* const listener : listeners().all) listener->hear_(warning);
+  for (LogListener* const listener : listeners().all) listener->callback_(warning);
 }
 
-LogListener::LogListener(std::function<void(const std::string& warning)> hear)
-    : hear_(std::move(hear)) {
+LogListener::LogListener(std::function<void(const std::string& warning)> callback)
+    : callback_(std::move(callback)) {
   const std::lock_guard lock(listeners().mutex);
   listeners().all.push_back(this);
 }
@@ -125,7 +125,7 @@ void LogCapture::log(const Message& message) {
     logger().debug("{}", message.text);
   } else if (!is_repeated(message.text)) {
     logger().warn("warning: {}", message.text);
-    tell_listeners(message.text);
+    notify_listeners(message.text);
   }
 }
 

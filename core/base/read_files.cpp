@@ -99,7 +99,7 @@ void protect_read_files() {
   files_of_process = files;
 }
 
-void note_read_file(const std::string& path) {
+void record_read_file(const std::string& path) {
   ReadFiles* const files = recording ? recording : files_of_process.load();
   if (!files) return;
   std::error_code failed;

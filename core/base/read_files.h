@@ -15,7 +15,7 @@ class ReadFiles {
   ReadFiles(const ReadFiles&) = delete;
   ReadFiles& operator=(const ReadFiles&) = delete;
 
-  /// Makes note_read_file() of this thread add to `files` during its lifetime. With nullptr, the
+  /// Makes record_read_file() of this thread add to `files` during its lifetime. With nullptr, the
   /// files have no owner.
   class Recording {
    public:
@@ -28,11 +28,11 @@ class ReadFiles {
    private:
     ReadFiles* const outer_;
   };
-  /// The owner that note_read_file() of this thread adds to; nullptr if there is none.
+  /// The owner that record_read_file() of this thread adds to; nullptr if there is none.
   static ReadFiles* recorded_by_this_thread();
 
  private:
-  friend void note_read_file(const std::string& path);
+  friend void record_read_file(const std::string& path);
   friend bool is_read_file(const std::string& path);
   std::set<std::string> paths_;  ///< absolute
 };

@@ -11,9 +11,9 @@ namespace kinome {
 namespace {
 
 /// Bytes of a huge page that must be used for it to be worth requesting.
-constexpr size_t kMinUsed = ZeroedMemory::kHugePage / 4;
+constexpr size_t kMinUsedBytes = ZeroedMemory::kHugePage / 4;
 
-/// Returns the number of bytes that are mapped for `bytes`, which are at least kMinUsed.
+/// Returns the number of bytes that are mapped for `bytes`, which are at least kMinUsedBytes.
 size_t mapped_bytes(size_t bytes) {
   return (bytes + ZeroedMemory::kHugePage - 1) / ZeroedMemory::kHugePage * ZeroedMemory::kHugePage;
 }
@@ -24,7 +24,7 @@ ZeroedMemory::ZeroedMemory(size_t bytes) {
   constexpr size_t kMaxBytes = SIZE_MAX / 2;
   if (bytes == 0) return;
   if (bytes > kMaxBytes) throw std::bad_alloc();
-  if (bytes < kMinUsed) {
+  if (bytes < kMinUsedBytes) {
     const size_t padded = (bytes + kMinAlignment - 1) / kMinAlignment * kMinAlignment;
     memory_ = {std::aligned_alloc(kMinAlignment, padded), Release{bytes}};
     if (!memory_) throw std::bad_alloc();
@@ -43,14 +43,14 @@ ZeroedMemory::ZeroedMemory(size_t bytes) {
   memory_ = {begin + before, Release{bytes}};
 #if defined(MADV_HUGEPAGE)
   const size_t last = bytes - (pages - kHugePage);
-  const size_t huge = last < kMinUsed ? pages - kHugePage : pages;
+  const size_t huge = last < kMinUsedBytes ? pages - kHugePage : pages;
   madvise(memory_.get(), huge, MADV_HUGEPAGE);  // fails without harm if there are no huge pages
 #endif
 }
 
 void ZeroedMemory::release(void* memory, size_t bytes) {
   if (!memory) return;
-  if (bytes < kMinUsed) {
+  if (bytes < kMinUsedBytes) {
     std::free(memory);
   } else {
     munmap(memory, mapped_bytes(bytes));

@@ -9,7 +9,7 @@ set_target_properties(kinome_kit PROPERTIES INSTALL_RPATH "$ORIGIN")
 install(TARGETS kinome kinome_core kinome_headers_path EXPORT KinomeTargets
   RUNTIME DESTINATION bin
   LIBRARY DESTINATION lib NAMELINK_COMPONENT dev)
-# Only `kinome check` uses this library, just as only `kinome new` uses the templates.
+# Only `kinome check` uses this library, which is for developers of plugins.
 install(TARGETS kinome_kit LIBRARY DESTINATION lib COMPONENT dev)
 install(TARGETS kinome_openimageio LIBRARY DESTINATION lib)
 if(TARGET kinome_mpi)
@@ -21,7 +21,7 @@ foreach(room core libs/audit libs/denoise libs/image_files libs/lights libs/mesh
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/${room}/include/kinome" DESTINATION include
     COMPONENT dev)
 endforeach()
-# The engine of integrators, for those of other projects. Its headers include each other by name.
+# The engine of integrators, for integrators of other projects.
 kinome_list_isas(suffixes)
 list(TRANSFORM suffixes PREPEND _)
 foreach(suffix IN LISTS suffixes ITEMS "")

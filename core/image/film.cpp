@@ -3,6 +3,7 @@
 #include "image/film_data.h"
 #include "image/film_pixels.h"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -222,7 +223,7 @@ std::vector<FilmSums> Film::layer_sums(const std::vector<bool>& with_splats) {
     return std::span<double>(sums.data(), sums.size());
   };
   std::vector<FilmSums> all;
-  for (Data::Sums& sums : data_->lanes.front()) {
+  for (Data::Sums& sums : data_->lanes.at(lane_)) {
     if (all.size() < with_splats.size() && with_splats[all.size()]) data_->splats_of(sums);
     all.push_back({&sums.light_paths, span_of(sums.values), span_of(sums.splats)});
   }
@@ -302,9 +303,6 @@ float Film::Data::value_of(const FilmChannel& channel, size_t pixel) const {
                               mean(layer, pixel, static_cast<size_t>(values_of(layer)) + i));
   }
   const int value = channel.value;
-  if (value >= 0 || value == FilmChannel::kA) {
-    return static_cast<float>(mean(layer, pixel, static_cast<size_t>(index_of(channel))));
-  }
   const Rgb mean_color = color(layer, pixel, 0, lanes.size());
   if (value >= FilmChannel::kX) {
     return static_cast<float>(xyz(glm::dvec3(mean_color))[value - FilmChannel::kX]);
@@ -312,10 +310,47 @@ float Film::Data::value_of(const FilmChannel& channel, size_t pixel) const {
   return mean_color[value - FilmChannel::kR];
 }
 
+std::vector<Film::Data::Run> Film::Data::runs() const {
+  std::vector<Run> runs;
+  for (const FilmChannel& channel : channels) {
+    const auto layer = static_cast<size_t>(channel.layer);
+    if (channel.power != 1 || (channel.value < 0 && channel.value != FilmChannel::kA)) {
+      runs.push_back({layer, 0, 0, 0});
+      continue;
+    }
+    const auto value = static_cast<size_t>(index_of(channel));
+    if (!runs.empty() && runs.back().count > 0 && runs.back().layer == layer &&
+        runs.back().first_value + runs.back().count == value) {
+      ++runs.back().count;
+    } else {
+      runs.push_back({layer, stride_of(layer), value, 1});
+    }
+  }
+  return runs;
+}
+
+float* Film::Data::develop(const Run& run, size_t pixel, float* to) const {
+  constexpr size_t kAtOnce = 16;
+  for (size_t first = 0; first < run.count; first += kAtOnce) {
+    const size_t count = std::min(kAtOnce, run.count - first);
+    double sums[kAtOnce] = {}, weight = 0;
+    for (const Lane& lane : lanes) {
+      const double* const from = &lane[run.layer].values[pixel * run.stride];
+      for (size_t i = 0; i < count; ++i) sums[i] += from[run.first_value + first + i];
+      weight += from[run.stride - 1];
+    }
+    for (size_t i = 0; i < count; ++i) {
+      *to++ = weight == 0 ? 0.f : static_cast<float>(sums[i] / weight);
+    }
+  }
+  return to;
+}
+
 Image Film::develop(const Rect& pixels) const {
   Image image{pixels.width(), pixels.height(), channels(), {}};
   image.data.assign(static_cast<size_t>(pixels.area()) * image.channels.size(), 0.f);
   float* to = image.data.data();
+  const std::vector<Data::Run> runs = data_->runs();
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       const size_t p = pixel_offset(crop_, x, y, 1);
@@ -326,7 +361,15 @@ Image Film::develop(const Rect& pixels) const {
         for (int c = 0; c < 3; ++c) *to++ = mean_color[c];
       }
       if (has_alpha_) *to++ = static_cast<float>(data_->mean(0, p, 3));
-      for (const FilmChannel& channel : data_->channels) *to++ = data_->value_of(channel, p);
+      const FilmChannel* channel = data_->channels.data();
+      for (const Data::Run& run : runs) {
+        if (run.count == 0) {
+          *to++ = data_->value_of(*channel++, p);
+        } else {
+          to = data_->develop(run, p, to);
+          channel += run.count;
+        }
+      }
     }
   }
   return image;

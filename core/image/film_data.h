@@ -40,7 +40,17 @@ struct Film::Data {
   double splat_scale(size_t layer, size_t first, size_t end) const;
   /// Mean over all lanes of a layer's value; indices beyond the values are their powers.
   double mean(size_t layer, size_t pixel, size_t value) const;
+  /// Value of a channel that shows colour or a power of a value.
   float value_of(const FilmChannel& channel, size_t pixel) const;
+  /// Means of values that are adjacent in a layer and whose channels are adjacent in the image.
+  struct Run {
+    size_t layer, stride, first_value;
+    size_t count;  ///< 0: this is one channel that is no such mean; value_of() returns its value
+  };
+  /// Divides `channels` into runs.
+  std::vector<Run> runs() const;
+  /// Same as mean() for the values of a run. Returns the end of the results.
+  float* develop(const Run& run, size_t pixel, float* to) const;
 
   const Film& film;
   std::vector<Layer> layers;

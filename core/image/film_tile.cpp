@@ -106,6 +106,8 @@ void FilmTile::add_block(const Columns2& position, size_t count,
   UpperHalves::clear();
   AxisWeights along_x(*filter_), along_y(*filter_);
   std::vector<float> of_sample(values.size());
+  const auto of_pixel = static_cast<size_t>(stride());
+  std::vector<double> added(of_pixel, 1.);  // values, powers, and 1 for the weight
   for (size_t next = 0; next < count;) {
     size_t number[kBlockLanes], kept = 0;
     float x[kBlockLanes], y[kBlockLanes];
@@ -121,14 +123,18 @@ void FilmTile::add_block(const Columns2& position, size_t count,
     along_x.compute(x, kept, covered_.x0, covered_.x1);
     along_y.compute(y, kept, covered_.y0, covered_.y1);
     for (size_t i = 0; i < kept; ++i) {
-      for (size_t v = 0; v < values.size(); ++v) of_sample[v] = values[v][number[i]];
+      for (size_t v = 0; v < values.size(); ++v) added[v] = of_sample[v] = values[v][number[i]];
+      for (size_t v = 0; v < powers_.size(); ++v) {
+        added[values.size() + v] = powers_[v](of_sample.data());
+      }
       for (int j = 0; j < along_y.pixels(i); ++j) {
         const float wy = along_y.at(i, j);
         if (wy == 0 || along_x.pixels(i) == 0) continue;
         double* pixel =
             &data_[pixel_offset(covered_, along_x.first(i), along_y.first(i) + j, stride())];
-        for (int k = 0; k < along_x.pixels(i); ++k, pixel += stride()) {
-          add_to(pixel, of_sample.data(), wy * along_x.at(i, k));
+        for (int k = 0; k < along_x.pixels(i); ++k, pixel += of_pixel) {
+          const double weight = wy * along_x.at(i, k);
+          for (size_t v = 0; v < of_pixel; ++v) pixel[v] += weight * added[v];
         }
       }
     }

@@ -63,7 +63,7 @@ std::optional<InstructionSet> instruction_set_named(std::string_view name) {
   return std::nullopt;
 }
 
-InstructionSet least_instruction_set() {
+InstructionSet min_instruction_set() {
   return instruction_set_named(KINOME_ABI_ISA).value_or(InstructionSet::kBaseline);
 }
 
@@ -82,8 +82,8 @@ InstructionSet choose_instruction_set(const std::string& wanted, InstructionSet 
     throw Error(from + "unknown instruction set '" + name + "' (available: " + list_of_names() +
                 ")");
   }
-  if (*set < least_instruction_set()) {
-    throw Error(from + "must be at least " + to_string(least_instruction_set()) +
+  if (*set < min_instruction_set()) {
+    throw Error(from + "must be at least " + to_string(min_instruction_set()) +
                 ", for which this program and its plugins are built, got " + name);
   }
   if (*set > processors) {

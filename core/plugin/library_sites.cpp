@@ -37,19 +37,19 @@ Site site_of(const void* address) {
       [](dl_phdr_info* info, size_t /*size*/, void* data) {
         auto& wanted = *static_cast<Search*>(data);
         Site code{UINTPTR_MAX, 0, nullptr};
-        bool is_it = false;
+        bool contains_address = false;
         for (int i = 0; i < info->dlpi_phnum; ++i) {
           const auto& segment = info->dlpi_phdr[i];
           if (segment.p_type != PT_LOAD) continue;
           const uintptr_t begin = info->dlpi_addr + segment.p_vaddr;
           const uintptr_t end = begin + segment.p_memsz;
-          is_it = is_it || (wanted.address >= begin && wanted.address < end);
+          contains_address = contains_address || (wanted.address >= begin && wanted.address < end);
           if ((segment.p_flags & PF_X) == 0) continue;
           code.begin = std::min(code.begin, begin);
           code.end = std::max(code.end, end);
         }
-        if (is_it) wanted.found = code;
-        return is_it ? 1 : 0;
+        if (contains_address) wanted.found = code;
+        return contains_address ? 1 : 0;
       },
       &search);
   return search.found;

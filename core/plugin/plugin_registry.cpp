@@ -200,7 +200,7 @@ bool is_scene_file(const std::string& file, const Properties& props) {
 }
 
 /// Returns the location in the scene of the name of the file that the object is loaded from.
-const Location& file_asker(const PluginDescriptor& plugin, const Properties& props) {
+const Location& file_requester(const PluginDescriptor& plugin, const Properties& props) {
   for (const auto& [name, entry] : props.entries()) {
     const Parameter* const row = find_row(plugin, name);
     if (row && row->type == ParameterType::kFile) return entry.where;
@@ -217,8 +217,8 @@ std::shared_ptr<Object> construct(const PluginDescriptor& plugin, const Properti
   } catch (const Error& error) {
     // Code that a plugin calls (a mesh reader, say) doesn't always know the location.
     if (error.where().file.empty()) throw Error(props.where(), error.message());
-    if (is_scene_file(error.where().file, props) || !error.askers().empty()) throw;
-    throw error.asked_for_by(file_asker(plugin, props));
+    if (is_scene_file(error.where().file, props) || !error.requesters().empty()) throw;
+    throw error.requested_by(file_requester(plugin, props));
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {

@@ -189,6 +189,7 @@ std::shared_ptr<Texture> Properties::texture(const std::string& name) const {
   const auto color = as_uniform_color(v);
   if (!color) throw error(name, "must be a texture, color or float, got " + describe(v));
   const Rgb& c = color->value;
+  if (!is_finite(c)) throw error(name, "must be finite, got " + format_color(*color));
   const bool inside = max_component(c) <= 1 && max_component(-c) <= 0;
   if (quantity == Quantity::kReflectance && !inside) {
     throw error(name, "is outside [0,1]: " + format_color(*color));
@@ -210,6 +211,7 @@ std::shared_ptr<Volume> Properties::volume(const std::string& name) const {
   const auto color = as_uniform_color(v);
   if (!color) throw error(name, "must be a volume, color or float, got " + describe(v));
   const Rgb& c = color->value;
+  if (!is_finite(c)) throw error(name, "must be finite, got " + format_color(*color));
   const bool is_unbounded = color->is_float || color->spectral;
   if (!is_unbounded && (max_component(c) > 1 || max_component(-c) > 0)) {
     throw error(name, "is outside [0,1]: " + format_color(*color) +

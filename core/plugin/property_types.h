@@ -20,8 +20,8 @@ bool accepts(const Parameter& parameter, const Properties::Value& value);
 
 /// Converts a number, colour or vector to a colour; returns nullopt for other types.
 std::optional<UniformColor> as_uniform_color(const Properties::Value& value);
-/// Parses the parameter's default value. Throws std::logic_error if it is invalid, because
-/// parameter tables are code.
+/// Parses the parameter's default value. Throws std::logic_error if it is invalid, which is a bug
+/// of the plugin.
 Properties::Value parse_default(const Parameter& parameter);
 
 /// Returns the category of an object's interface.

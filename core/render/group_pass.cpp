@@ -79,7 +79,7 @@ GroupPass::Outcome GroupPass::end(bool interrupted, bool late, RenderCounters co
   const std::vector<std::string> reports =
       group_.end_pass(report(interrupted, late, counters, exception));
   Outcome outcome;
-  std::vector<int> makers(shared_ ? items_ : 0);
+  std::vector<int> ranks(shared_ ? items_ : 0);
   uint64_t first_failed = kNoItem;
   std::string first_message;
   for (int rank = 0; rank < group_.size(); ++rank) {
@@ -99,18 +99,18 @@ GroupPass::Outcome GroupPass::end(bool interrupted, bool late, RenderCounters co
       first_message = message;
     }
     if (rank == group_.rank()) {
-      for (const size_t item : finished_) makers.at(item) = rank;
+      for (const size_t item : finished_) ranks.at(item) = rank;
       continue;
     }
     while (!bytes.at_end()) {
       uint64_t item = 0;
       bytes.value(item);
-      makers.at(item) = rank;
+      ranks.at(item) = rank;
       if (shared_->transfer()) shared_->transfer()(item, bytes);
     }
   }
   if (first_failed != kNoItem) throw AgreedError(first_message);
-  if (shared_) shared_->set_makers(std::move(makers));
+  if (shared_) shared_->set_ranks(std::move(ranks));
   return outcome;
 }
 

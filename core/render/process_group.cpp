@@ -25,7 +25,7 @@ std::string message_of(const std::exception& error) {
 
 }  // namespace
 
-void together(ProcessGroup* group, const std::function<void()>& fn) {
+void on_all_processes(ProcessGroup* group, const std::function<void()>& fn) {
   if (!group) {
     fn();
     return;
@@ -66,7 +66,7 @@ double agree(ProcessGroup* group, double value) {
   return value;
 }
 
-void add_up(ProcessGroup* group, std::span<uint64_t> numbers) {
+void sum_over_processes(ProcessGroup* group, std::span<uint64_t> numbers) {
   if (!group) return;
   SharedBytes own;
   own.items(numbers);

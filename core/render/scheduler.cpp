@@ -70,7 +70,7 @@ unsigned threads_of(unsigned requested) {
 
 unsigned sum_of_threads(ProcessGroup* group, unsigned threads) {
   uint64_t sum = threads;
-  add_up(group, {&sum, 1});
+  sum_over_processes(group, {&sum, 1});
   return static_cast<unsigned>(sum);
 }
 
@@ -109,8 +109,22 @@ struct Scheduler::State {
   std::unique_ptr<Commits> commits;  ///< of the current loop
 
  private:
+  struct Loop {
+    const Item& fn;
+    size_t count, to_do;        ///< all items; those that need work, of all processes
+    std::vector<size_t> order;  ///< items that this process can take
+    bool stays;                 ///< no other process can take them
+    Timeline* timeline;
+    LoopProgress progress;
+    std::vector<RenderCounters> counters;  ///< by thread
+    std::optional<GroupPass> pass = {};
+    FirstException exception = {};
+    std::atomic<size_t> next{0};
+  };
   std::vector<size_t> items_to_do(size_t count);
-  void end_loop();
+  /// Processes items on one thread until none is left.
+  void process_items(Loop& loop, unsigned thread);
+  void end_loop(Loop& loop);
 };
 
 Scheduler::Scheduler(RenderJob& job) : state_(std::make_unique<State>(job)) {
@@ -175,84 +189,96 @@ std::vector<size_t> Scheduler::State::items_to_do(size_t count) {
 
 void Scheduler::State::run(size_t count, const Item& fn, SharedItems* shared,
                            std::vector<bool> left_out) {
-  WorkSource* const source = job.work_source();
-  if (source) source->begin_pass(count);
-  commits = std::make_unique<Commits>(source, on_commit);
+  if (job.work_source()) job.work_source()->begin_pass(count);
+  commits = std::make_unique<Commits>(job.work_source(), on_commit);
   commits->leave_out(std::move(left_out));
   std::vector<size_t> order = items_to_do(count);
   const size_t to_do = order.size();
-  const bool stays = group && shared && !shared->stay().empty();
+  const bool stays = group && shared && !shared->assigned_ranks().empty();
   if (stays) {
-    std::erase_if(order, [&](size_t item) { return shared->stay()[item] != group->rank(); });
+    std::erase_if(order,
+                  [&](size_t item) { return shared->assigned_ranks()[item] != group->rank(); });
   }
   const auto used_threads = static_cast<unsigned>(std::clamp<size_t>(order.size(), 1, threads));
-  LoopProgress progress(job.options_.progress, count, count - to_do,
-                        job.overall_progress(job.progress_begin_),
-                        job.overall_progress(job.progress_end_));
-  FirstException exception;
-  std::vector<RenderCounters> counters(used_threads);
-  std::atomic<size_t> next{0};
+  Loop loop{fn,
+            count,
+            to_do,
+            std::move(order),
+            stays,
+            recorded(),
+            LoopProgress(job.options_.progress, count, count - to_do,
+                         job.overall_progress(job.progress_begin_),
+                         job.overall_progress(job.progress_end_)),
+            std::vector<RenderCounters>(used_threads)};
   RenderStats& stats = job.stats();
   if (stats.first_tile_seconds == 0) stats.first_tile_seconds = job.seconds();
-  Timeline* const timeline = recorded();
-  if (timeline) timeline->begin_loop(used_threads, stats.counters.stage_seconds);
-  std::optional<GroupPass> pass;
+  if (loop.timeline) loop.timeline->begin_loop(used_threads, stats.counters.stage_seconds);
   if (group) {
-    pass.emplace(*group, shared, count);
+    loop.pass.emplace(*group, shared, count);
     group->begin_pass([&](int, std::string_view bytes) {
       const DenormalGuard guard;
       commits->receive(*film, bytes);
     });
     job.group_at_work_ = true;
   }
-  pool.run(used_threads, [&](unsigned thread) {
-    while (!exception.any() && !job.cancelled()) {
-      const size_t turn =
-          group && !stays ? group->next() : next.fetch_add(1, std::memory_order_relaxed);
-      if (turn >= order.size()) return;
-      const size_t index = order[turn];
-      try {
-        {
-          const ItemTimer timer(timeline, thread, index);
-          fn(index, counters[thread]);
-        }
-        if (pass) pass->add_finished(index);
-        if (group) {
-          // The progress of all processes is about the number of items distributed so far.
-          progress.report(count - to_do + (turn + 1) * to_do / order.size());
-        } else {
-          progress.add_done();
-        }
-      } catch (const ItemCancelled&) {
-        break;
-      } catch (...) {
-        exception.capture(index);
+  pool.run(used_threads, [&](unsigned thread) { process_items(loop, thread); });
+  end_loop(loop);
+}
+
+void Scheduler::State::process_items(Loop& loop, unsigned thread) {
+  while (!loop.exception.any() && !job.cancelled()) {
+    const size_t turn =
+        group && !loop.stays ? group->next() : loop.next.fetch_add(1, std::memory_order_relaxed);
+    if (turn >= loop.order.size()) return;
+    const size_t index = loop.order[turn];
+    try {
+      {
+        const ItemTimer timer(loop.timeline, thread, index);
+        loop.fn(index, loop.counters[thread]);
       }
+      if (loop.pass) loop.pass->add_finished(index);
+      if (group) {
+        // The progress of all processes is about the number of items distributed so far.
+        const size_t done_before = loop.count - loop.to_do;
+        loop.progress.report(done_before + (turn + 1) * loop.to_do / loop.order.size());
+      } else {
+        loop.progress.add_done();
+      }
+    } catch (const ItemCancelled&) {
+      break;
+    } catch (...) {
+      loop.exception.capture(index);
     }
-    if (group && (exception.any() || job.cancelled())) group->stop();
-  });
+  }
+  if (group && (loop.exception.any() || job.cancelled())) group->stop();
+}
+
+void Scheduler::State::end_loop(Loop& loop) {
+  WorkSource* const source = job.work_source();
+  RenderStats& stats = job.stats();
   RenderCounters sum;
-  for (const RenderCounters& c : counters) sum.add(c);
-  const std::string stage = timeline ? stage_of_loop(sum, stats.stages) : "";
+  for (const RenderCounters& c : loop.counters) sum.add(c);
+  const std::string stage = loop.timeline ? stage_of_loop(sum, stats.stages) : "";
   const auto finish = [&] {
-    end_loop();
-    if (timeline) timeline->end_loop(stage, stats.counters.stage_seconds);
+    commits->commit_rest();
+    commits.reset();
+    if (loop.timeline) loop.timeline->end_loop(stage, stats.counters.stage_seconds);
   };
   // Save the checkpoint before waiting for the other processes: they may have been killed, and this
   // one may be soon.
   if (group && job.is_interrupted_here()) commits->save();
   try {
-    if (pass) {
-      const GroupPass::Outcome outcome =
-          pass->end(job.is_interrupted_here(), job.is_late_here(), std::move(sum), exception);
+    if (loop.pass) {
+      const GroupPass::Outcome outcome = loop.pass->end(
+          job.is_interrupted_here(), job.is_late_here(), std::move(sum), loop.exception);
       job.group_at_work_ = false;
       job.group_interrupted_ = job.group_interrupted_ || outcome.interrupted;
       job.group_late_ = outcome.late;
       sum = outcome.counters;
-      if (!job.cancelled()) progress.report(count);
+      if (!job.cancelled()) loop.progress.report(loop.count);
     }
     stats.counters.add(sum);
-    exception.rethrow();
+    loop.exception.rethrow();
   } catch (...) {
     job.group_at_work_ = false;
     if (source && commits->film()) source->abandon();
@@ -263,11 +289,6 @@ void Scheduler::State::run(size_t count, const Item& fn, SharedItems* shared,
   // their order, and commit_rest() doesn't.
   if (source && commits->film() && job.cancelled()) source->close(*commits->film());
   finish();
-}
-
-void Scheduler::State::end_loop() {
-  commits->commit_rest();
-  commits.reset();
 }
 
 void Scheduler::parallel_for(size_t count, const std::function<void(size_t)>& fn) const {

@@ -70,17 +70,17 @@ void ThreadPool::stop() {
 void ThreadPool::run(unsigned threads, const std::function<void(unsigned index)>& work) {
   const AlternateStack stack;
   const DenormalGuard guard;
-  bool is_mine = false;
+  bool uses_pool = false;
   if (threads > 1) {
     const std::lock_guard lock(mutex_);
-    is_mine = !work_;
-    if (is_mine) work_ = &work, next_ = 1, end_ = threads;
+    uses_pool = !work_;
+    if (uses_pool) work_ = &work, next_ = 1, end_ = threads;
   }
-  if (is_mine) {
+  if (uses_pool) {
     for (unsigned i = 1; i < threads; ++i) wake_.notify_one();
   }
   work(0);
-  if (!is_mine) return;
+  if (!uses_pool) return;
   std::unique_lock lock(mutex_);
   end_ = next_;
   done_.wait(lock, [this] { return running_ == 0; });

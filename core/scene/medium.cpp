@@ -25,7 +25,7 @@ void Volume::extremes(const BlockGrid& blocks, float* lo, float* hi) const {
 
 void Volume::integral_block(const Columns3& o, const Columns3& /*d*/, const float* length,
                             size_t count, float* const* values) const {
-  if (!is_uniform()) throw std::logic_error("this volume has no integral");
+  if (!is_uniform()) throw std::logic_error("Volume::integral_block() is missing");
   eval_block(o, count, values);
   for (uint32_t c = 0; c < channels(); ++c) {
     for (size_t i = 0; i < count; ++i) values[c][i] *= length[i];
@@ -83,7 +83,7 @@ void Phase::projected_area_block(const Columns3& p, const Columns3& d, size_t co
 PhaseBsdf::PhaseBsdf(const Phase& phase) : phase_(phase) {
   lobes_ = Lobe::kGlossy;
   transmits_ = true;
-  scatters_through_ = true;
+  has_rough_transmission_ = true;
 }
 
 BsdfValue PhaseBsdf::eval_pdf(const SurfaceInteraction& si, Lobe mask, const Vec3& wo) const {
@@ -145,7 +145,7 @@ void Medium::extremes(const BlockGrid& blocks, float* lo, float* hi) const {
 
 void Medium::optical_depth_block(const Columns3&, const Columns3&, const float*, size_t,
                                  const Columns3&) const {
-  throw std::logic_error("this medium has no optical depth");
+  throw std::logic_error("Medium::optical_depth_block() is missing");
 }
 
 }  // namespace kinome

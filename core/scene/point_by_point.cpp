@@ -130,7 +130,7 @@ std::optional<BsdfForm> Bsdf::form(const SurfaceInteraction& si) const {
   BsdfForm form = kinds[kind[0]];
   form.diffuse = out.diffuse.at(0), form.specular = out.specular.at(0);
   form.alpha_u = out.alpha_u[0], form.alpha_v = out.alpha_v[0];
-  if (form.is_turned) {
+  if (form.has_perturbed_normal) {
     form.surface_normal = out.surface_normal.at(0);
     form.bump_alpha2 = out.bump_alpha2[0];
   }

@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include "kinome/error.h"
+#include "scene/bounces.h"
 #include "scene/scene_accelerator.h"
 #include "scene/traceable.h"
 
@@ -109,21 +110,12 @@ void Scene::list_media() {
   for (const auto& shape : contents_.shapes) add(shape->interior()), add(shape->exterior());
 }
 
-/// Throws Error if two emitters represent the bounce of the same emitter, which would count twice.
+/// Throws Error if two emitters represent the bounce of the same emitter.
 void Scene::check_bounces() const {
-  const auto overlap = [](const Emitter& a, const Emitter& b) {
-    const auto of_a = a.children(), of_b = b.children();
-    return of_a.empty() || of_b.empty() ||
-           std::any_of(of_a.begin(), of_a.end(), [&](const auto& child) {
-             return std::find(of_b.begin(), of_b.end(), child) != of_b.end();
-           });
-  };
   for (size_t i = 0; i < indirect_emitters_.size(); ++i) {
     for (size_t k = 0; k < i; ++k) {
-      if (overlap(*indirect_emitters_[i], *indirect_emitters_[k])) {
-        throw Error(Location{contents_.file},
-                    "two emitters represent the bounce of the same emitter, which would count "
-                    "twice: give each its own emitters, or remove one");
+      if (have_same_bounce(*indirect_emitters_[i], *indirect_emitters_[k])) {
+        throw Error(Location{contents_.file}, kSameBounce);
       }
     }
   }
@@ -133,11 +125,11 @@ Scene::~Scene() = default;
 
 namespace {
 
-/// Returns false for rays with NaNs or with components beyond `farthest` (Accelerator::farthest()).
+/// Returns false for rays with NaNs or with components beyond Accelerator::max_coordinate().
 /// Embree supports coordinates up to 1.8e18 only, and terminates the program for other rays if it
 /// is built with assertions, as Debian's package is.
-bool can_be_traced(const Ray& ray, float farthest) {
-  const auto is_near = [&](float v) { return std::abs(v) <= farthest; };
+bool can_be_traced(const Ray& ray, float max_coordinate) {
+  const auto is_near = [&](float v) { return std::abs(v) <= max_coordinate; };
   return is_near(ray.o.x) && is_near(ray.o.y) && is_near(ray.o.z) && is_near(ray.d.x) &&
          is_near(ray.d.y) && is_near(ray.d.z) && !std::isnan(ray.tmin) && !std::isnan(ray.tmax);
 }
@@ -152,10 +144,10 @@ Ray& ray_of(RayHit& ray) {
 /// Traces a batch except rays for which can_be_traced() is false. Those hit nothing and stay
 /// unchanged, so that their NaNs propagate to the results.
 template <class R, class Trace>
-void trace_possible(std::span<R> rays, float farthest, const Trace& trace) {
+void trace_possible(std::span<R> rays, float max_coordinate, const Trace& trace) {
   std::vector<std::pair<size_t, R>> skipped;
   for (size_t i = 0; i < rays.size(); ++i) {
-    if (can_be_traced(ray_of(rays[i]), farthest)) continue;
+    if (can_be_traced(ray_of(rays[i]), max_coordinate)) continue;
     skipped.emplace_back(i, rays[i]);
     Ray& ray = ray_of(rays[i]);
     ray.o = Vec3(0.f);
@@ -168,11 +160,11 @@ void trace_possible(std::span<R> rays, float farthest, const Trace& trace) {
 }
 
 /// Finds the lanes that are on and can be traced. Returns false if there are none.
-bool find_valid(const Ray16& r, float farthest, int (&valid)[16]) {
+bool find_valid(const Ray16& r, float max_coordinate, int (&valid)[16]) {
   int found = 0;
   for (size_t i = 0; i < 16; ++i) {
     // All comparisons fail for NaN. There are no branches, so that compilers vectorize the loop.
-    const auto is_near = [&](float x) { return static_cast<int>(std::abs(x) <= farthest); };
+    const auto is_near = [&](float x) { return static_cast<int>(std::abs(x) <= max_coordinate); };
     const int is_on = is_near(r.ox[i]) & is_near(r.oy[i]) & is_near(r.oz[i]) & is_near(r.dx[i]) &
                       is_near(r.dy[i]) & is_near(r.dz[i]) &
                       static_cast<int>(r.tmin[i] <= r.tmax[i]);
@@ -211,7 +203,7 @@ void resolve_instances(std::span<RayHit> rays) {
 void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
-  trace_possible(rays, accelerator_->farthest(), [&] {
+  trace_possible(rays, accelerator_->max_coordinate(), [&] {
     if (coherence == Coherence::kCoherent) {
       embree::intersect_stream(accelerator_->scene(), query, rays);
     } else {
@@ -225,7 +217,7 @@ void Scene::intersect(std::span<RayHit> rays, Coherence coherence, RenderCounter
 void Scene::occluded(std::span<Ray> rays, Coherence coherence, RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
-  trace_possible(rays, accelerator_->farthest(),
+  trace_possible(rays, accelerator_->max_coordinate(),
                  [&] { embree::occluded_stream(accelerator_->scene(), query, rays); });
   rethrow_from_shapes();
 }
@@ -234,10 +226,10 @@ void Scene::intersect(RayHit16* rays, size_t count, Coherence coherence,
                       RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
-  const float farthest = accelerator_->farthest();
+  const float max_coordinate = accelerator_->max_coordinate();
   alignas(64) int valid[16];
   for (size_t k = 0; k < count; ++k) {
-    if (!find_valid(rays[k].ray, farthest, valid)) continue;
+    if (!find_valid(rays[k].ray, max_coordinate, valid)) continue;
     embree::intersect16(valid, accelerator_->scene(), query,
                         *reinterpret_cast<RTCRayHit16*>(&rays[k]));
     if (!placed_.empty()) resolve_instances(rays[k]);
@@ -249,10 +241,10 @@ void Scene::occluded(Ray16* rays, size_t count, Coherence coherence,
                      RenderCounters& counters) const {
   const StageTimer timer(counters.embree_seconds);
   embree::Query query(coherence == Coherence::kCoherent && placed_.empty());
-  const float farthest = accelerator_->farthest();
+  const float max_coordinate = accelerator_->max_coordinate();
   alignas(64) int valid[16];
   for (size_t k = 0; k < count; ++k) {
-    if (!find_valid(rays[k], farthest, valid)) continue;
+    if (!find_valid(rays[k], max_coordinate, valid)) continue;
     embree::occluded16(valid, accelerator_->scene(), query, *reinterpret_cast<RTCRay16*>(&rays[k]));
   }
   rethrow_from_shapes();

@@ -228,11 +228,11 @@ void DeviceErrors::throw_if_any() const {
 
 Scene::Accelerator::Accelerator(const Contents& contents, const std::vector<Placed>& placed,
                                 unsigned threads)
-    : farthest_(kFarthest) {
+    : max_coordinate_(kMaxCoordinate) {
   size_t primitives = count_primitives(contents.shapes);
   for (const Placed& at : placed) {
     const ShapeGroup& group = at.instance->group();
-    farthest_ = std::min(farthest_, farthest_ray(at.instance->to_world()));
+    max_coordinate_ = std::min(max_coordinate_, max_ray_coordinate(at.instance->to_world()));
     if (groups_.emplace(&group, nullptr).second) primitives += count_primitives(group.shapes());
   }
   device_.reset(rtcNewDevice(device_options(primitives, threads).c_str()));

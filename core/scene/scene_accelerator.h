@@ -34,8 +34,8 @@ KINOME_EXPORT void rethrow_from_shapes();
 struct Scene::Accelerator {
   Accelerator(const Contents& contents, const std::vector<Placed>& placed, unsigned threads);
   RTCScene scene() const { return scene_.get(); }
-  /// Largest component that origins and directions of rays may have (see farthest_ray()).
-  float farthest() const { return farthest_; }
+  /// Largest component that origins and directions of rays may have (see max_ray_coordinate()).
+  float max_coordinate() const { return max_coordinate_; }
 
  private:
   struct ReleaseDevice {
@@ -64,7 +64,7 @@ struct Scene::Accelerator {
   std::unique_ptr<std::remove_pointer_t<RTCDevice>, ReleaseDevice> device_;
   std::map<const ShapeGroup*, SceneHandle> groups_;
   SceneHandle scene_;
-  float farthest_;
+  float max_coordinate_;
 };
 
 }  // namespace kinome

@@ -68,7 +68,7 @@ void Shape::set_emitter(std::shared_ptr<Emitter> emitter) {
   emitter_ = std::move(emitter);
 }
 
-std::vector<std::string> Shape::wanted_attributes() const {
+std::vector<std::string> Shape::requested_attributes() const {
   std::vector<std::string> names;
   std::set<const Object*> known;  // a BSDF may be nested in several others
   std::vector<const Object*> left{bsdf_.get(), emitter_.get()};

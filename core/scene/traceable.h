@@ -10,7 +10,7 @@
 namespace kinome {
 
 /// Largest absolute coordinate of shapes and rays. Embree supports coordinates up to 1.8e18.
-inline constexpr float kFarthest = 1e18f;
+inline constexpr float kMaxCoordinate = 1e18f;
 
 /// Returns true for meshes without faces, empty merges and instances, and shapes that consist only
 /// of such shapes. Scenes ignore them.
@@ -28,7 +28,7 @@ inline bool has_no_surface(const Shape& shape) {
 /// Returns why the ray tracer doesn't support a shape with these bounds, or "" if it does.
 inline std::string why_untraceable(const Aabb& box) {
   if (box.empty() || !is_finite(box.lo) || !is_finite(box.hi)) return "has no finite bounds";
-  if (!(max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi))) <= kFarthest)) {
+  if (!(max_component(glm::max(glm::abs(box.lo), glm::abs(box.hi))) <= kMaxCoordinate)) {
     return "extends beyond 1e18 units, which the ray tracer doesn't support";
   }
   return "";
@@ -39,31 +39,31 @@ inline std::string why_untraceable(const Aabb& box) {
 inline bool is_invertible_by_tracer(const Mat4& to_world) {
   const glm::dmat3 linear(to_world);
   const double determinant = std::abs(glm::determinant(linear));
-  const auto is_ordinary = [](double x) { return x >= 1e-37 && x <= 1e37; };
-  if (!is_ordinary(determinant)) return false;
+  const auto is_normal_number = [](double x) { return x >= 1e-37 && x <= 1e37; };
+  if (!is_normal_number(determinant)) return false;
   const glm::dmat3 inverse = glm::inverse(linear);
   for (int row = 0; row < 3; ++row) {
     const double largest = std::max(
         {std::abs(inverse[0][row]), std::abs(inverse[1][row]), std::abs(inverse[2][row])});
-    if (!is_ordinary(largest * determinant)) return false;
+    if (!is_normal_number(largest * determinant)) return false;
   }
   return true;
 }
 
 /// Returns the largest absolute component that a ray's origin and direction may have in world
-/// space. Within this limit, their components in the instance's local space are at most kFarthest.
-/// The limit matters for strongly scaled-down instances, because the transform to their local space
-/// enlarges coordinates.
-inline float farthest_ray(const Mat4& to_world) {
+/// space. Within this limit, their components in the instance's local space are at most
+/// kMaxCoordinate. The limit matters for strongly scaled-down instances, because the transform to
+/// their local space enlarges coordinates.
+inline float max_ray_coordinate(const Mat4& to_world) {
   const glm::dmat4 inverse = glm::inverse(glm::dmat4(to_world));
-  double farthest = double{kFarthest};
+  double max_coordinate = double{kMaxCoordinate};
   for (int row = 0; row < 3; ++row) {
     const double stretch =
         std::abs(inverse[0][row]) + std::abs(inverse[1][row]) + std::abs(inverse[2][row]);
-    const double left = double{kFarthest} - std::abs(inverse[3][row]);
-    farthest = std::min(farthest, std::max(left, 0.) / stretch);
+    const double left = double{kMaxCoordinate} - std::abs(inverse[3][row]);
+    max_coordinate = std::min(max_coordinate, std::max(left, 0.) / stretch);
   }
-  return static_cast<float>(farthest);
+  return static_cast<float>(max_coordinate);
 }
 
 }  // namespace kinome

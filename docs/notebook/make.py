@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Makes docs/notebook/kinome.ipynb: runs its cells, and writes what they print and draw into it.
+"""Writes docs/notebook/kinome.ipynb: runs its cells, and stores their output and figures in the notebook.
 
     PYTHONPATH=build/python /usr/bin/python3 docs/notebook/make.py [--quick] [--output FILE]
-    ... make.py --reference           # renders reference.npz anew, in some minutes
-    ... make.py --mitsuba PYTHON      # measures Mitsuba anew by that Python, into mitsuba.json
+    ... make.py --reference           # renders reference.npz again, which takes some minutes
+    ... make.py --mitsuba PYTHON      # measures Mitsuba again with this Python, and writes mitsuba.json
 
---quick: small pictures of few samples, to see that all cells run. Needs numpy and matplotlib.
+--quick: small images with few samples, which only test that all cells run. Requires numpy and matplotlib.
 """
 import argparse
 import ast
@@ -34,10 +34,10 @@ MITSUBA_SAMPLES = (1, 4, 16, 64, 256)
 CELLS = ["""\
 # A night scene, two integrators, and an edit
 
-This page loads a scene that Mitsuba 3 reads as well, renders it by path tracing and by Kinome's own
-integrator, plots what error either reaches in which time beside Mitsuba's, and then edits the scene.
-`docs/notebook/make.py` has run it; to run it yourself, start Jupyter in `docs/notebook` where the module
-[kinome](../python.md) is installed.""", """\
+This page loads a scene that Mitsuba 3 can load as well, and renders it with path tracing and with Kinome's own
+integrator. It plots the errors of both over time, beside those of Mitsuba, and then edits the scene.
+`docs/notebook/make.py` ran the cells. To run them yourself, install the module [kinome](../python.md) and start
+Jupyter in `docs/notebook`.""", """\
 import json
 import time
 
@@ -52,10 +52,10 @@ for path in list(kinome.traverse(scene))[:12]:
     print(path)""", """\
 ## The same samples, by two integrators
 
-64 small lamps light a table. `path` takes one of them at random at each bounce; `clustered` learns which matter
-to which part of the picture. Both converge to the same picture.""", """\
+64 small lamps light a table. At each bounce, `path` samples one of them at random. `clustered` learns which of
+them light which part of the image. Both converge to the same image.""", """\
 def encoded(picture):
-    \"\"\"sRGB, for looking at.\"\"\"
+    \"\"\"Converts to sRGB, for display.\"\"\"
     linear = np.clip(picture.rgb, 0, 1)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
@@ -70,11 +70,11 @@ figure.tight_layout()""", """\
 ## Error against time
 
 The error is the relMSE, the mean of (picture - reference)² / (reference² + 0.01 mean²) over pixels and
-channels; the reference is by `clustered`, with 512 samples a pixel. Time is that of the processor, summed over
-threads, so that other programs on the machine matter little. Mitsuba's numbers are of `llvm_ad_rgb`, from
-`mitsuba.json`, on the same machine.""", """\
+channels. The reference was rendered by `clustered` with 512 samples per pixel. Time is processor time, summed over
+threads, which other programs on the machine hardly affect. Mitsuba's values, from `mitsuba.json`, were measured
+with `llvm_ad_rgb` on the same machine.""", """\
 reference = np.load("reference.npz")["picture"].astype(np.float64)
-if reference.shape[:2] != (height, width):  # of another size than what is committed
+if reference.shape[:2] != (height, width):  # the stored reference has another size
     reference = np.asarray(kinome.render(scene, integrator="clustered", spp=128).rgb, np.float64)
 
 
@@ -94,7 +94,7 @@ def curve(integrator, samples):
 
 
 samples = [1, 4, 16, 64]
-kinome.render(scene, spp=1)  # threads and plugins are ready then
+kinome.render(scene, spp=1)  # starts threads and loads plugins before the measurement
 curves = {"Kinome, path": curve("path", samples + [256]),
           "Kinome, clustered": curve("clustered", samples)}
 with open("mitsuba.json") as file:
@@ -112,8 +112,8 @@ axis.legend()
 figure.tight_layout()""", """\
 ## An edit
 
-Paths of parameters are as Mitsuba's `traverse` has them. Only what depends on an edit is made anew: here neither
-meshes nor the ray tracer's structure.""", """\
+Parameters have the same paths as in Mitsuba's `traverse`. An update recreates only the objects that depend on the
+edits. Here, it keeps the meshes and the acceleration structure.""", """\
 parameters = kinome.traverse(scene)
 parameters["clay.reflectance.value"] = [0.1, 0.3, 0.5]
 parameters["gold.alpha.value"] = 0.15
@@ -127,7 +127,7 @@ figure.tight_layout()"""]
 
 
 def run(source, names):
-    """What the cell prints, then its figures, as a notebook keeps them."""
+    """Runs a cell. Returns its printed text and its figures, in the format of notebooks."""
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         exec(compile(ast.parse(source), "cell", "exec"), names)  # noqa: S102
@@ -145,10 +145,10 @@ def run(source, names):
 
 
 def notebook(cells):
-    """The notebook, executed."""
+    """Runs the cells, and returns the notebook."""
     names, made, count = {}, [], 0
     for i, source in enumerate(cells):
-        # No cell of code begins with a comment.
+        # Code cells never begin with a comment.
         is_text = source.startswith("#")
         cell = {"cell_type": "markdown" if is_text else "code", "id": f"cell-{i}", "metadata": {},
                 "source": source.splitlines(keepends=True)}

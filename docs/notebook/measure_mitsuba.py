@@ -1,9 +1,9 @@
-"""Mitsuba's pictures of night.xml and the processor time that they take, for make.py --mitsuba.
+"""Renders night.xml with Mitsuba and measures the processor time, for make.py --mitsuba.
 
     PYTHON measure_mitsuba.py OUTPUT.npz WIDTH HEIGHT SAMPLES...
 
-in a Python that has mitsuba (llvm_ad_rgb). Loading and compiling don't count: each picture is rendered
-twice, and the second is timed.
+PYTHON must have the package mitsuba (llvm_ad_rgb). Loading and compilation are excluded from the time: each
+image is rendered twice, and the second render is timed.
 """
 import pathlib
 import sys

@@ -1,11 +1,13 @@
-"""Collects the pages of the site from the repository, and makes those about plugins.
+"""Collects the pages of the site from the repository, and creates a page for each plugin.
 
     collect.py BUILD FOLDER
 
-BUILD: the build folder with program and plugins. FOLDER/pictures keeps the pictures of plugins for the
-next build. FOLDER/pages gets every Markdown file under its path in
-the repository, with the pictures and data that it links; a source file that is linked becomes a page of
-its text, a folder one of its files. FOLDER/mkdocs.yml is docs/mkdocs.yml with the plugins' pages.
+BUILD is the build folder with the program and its plugins. The script writes these files:
+
+  - FOLDER/pictures: images of plugins, which the next build reuses;
+  - FOLDER/pages: every Markdown file under its path in the repository, with the linked images and data.
+    For a linked source file, a page with its text; for a linked folder, a page with a list of its files;
+  - FOLDER/mkdocs.yml: docs/mkdocs.yml with the pages of the plugins.
 """
 import os
 import pathlib
@@ -28,7 +30,7 @@ TITLES = {"bsdf": "BSDFs", "emitter": "Emitters", "film": "Films", "integrator":
 
 
 def source_page(path):
-    """A page that shows a file, or lists a folder."""
+    """Returns a page with the text of a file, or with the list of a folder's files."""
     name = path.relative_to(ROOT)
     if path.is_dir():
         files = sorted(p.relative_to(path) for p in path.rglob("*")
@@ -42,7 +44,7 @@ def source_page(path):
 class Collection:
     def __init__(self, folder):
         self.folder = folder
-        self.shown = {}  # of files that pages link: their pages' paths
+        self.shown = {}  # pages of linked files, by file
         self.known = set()
 
     def put(self, name, text):
@@ -51,13 +53,13 @@ class Collection:
         target.write_text(text, "utf-8")
 
     def target_of(self, page, target):
-        """What a link of a page leads to in the site; the file that it names is brought along."""
+        """Returns the target of a page's link in the site. Copies the linked file to the site."""
         name, hash_mark, anchor = target.partition("#")
         if re.match(r"[a-z]+:", target) or not name:
             return target
         path = (page.parent / name).resolve()
         if path in self.known or not path.exists():
-            return target  # another page; a dead link is MkDocs's to complain of
+            return target  # another page, or a dead link, which MkDocs reports
         inside = path.relative_to(ROOT)
         if path.is_file() and path.suffix in STATIC:
             (self.folder / inside).parent.mkdir(parents=True, exist_ok=True)
@@ -90,7 +92,7 @@ class Collection:
 
 
 def registered(program):
-    """(category, name) of all plugins that the program finds."""
+    """Yields (category, name) of each plugin that the program finds."""
     listed = subprocess.run([program, "plugins"], capture_output=True, text=True, check=True).stdout
     category = None
     for line in listed.splitlines():
@@ -114,8 +116,8 @@ def plugin_page(store, folder, category, name, source):
 
 
 def linked_overview(text):
-    """The page docs/plugins.md, in whose table each plugin's name links to its page. In the repository, there
-    are no such pages."""
+    """Returns the text of docs/plugins.md in which the plugins' names in the table link to their pages, which
+    exist only in the site."""
     def row(match):
         category, names, rest = match.groups()
         return f"| {category} | " + re.sub(
@@ -125,7 +127,7 @@ def linked_overview(text):
 
 
 def plugin_pages(build, folder, pages_folder):
-    """The lines of the navigation."""
+    """Writes the pages of all plugins. Returns their lines of the navigation."""
     store = PictureStore(build, folder / "pictures")
     found = list(registered(store.program))
     where = sources()
@@ -133,7 +135,7 @@ def plugin_pages(build, folder, pages_folder):
         target = pages_folder / "docs/reference" / category
         target.mkdir(parents=True, exist_ok=True)
         plugin_page(store, target, category, name, where.get((category, name)))
-    print(f"rendered {store.rendered} pictures of plugins")
+    print(f"rendered {store.rendered} images of plugins")
     overview = pages_folder / "docs/plugins.md"
     overview.write_text(linked_overview(overview.read_text("utf-8")), "utf-8")
     lines = []

@@ -8,7 +8,7 @@ CODE = re.compile(FENCED.pattern + r"|`[^`\n]*`", re.DOTALL | re.MULTILINE)
 
 
 def pages(root):
-    """Of a clone, what git knows; of a copy without git, what isn't built."""
+    """Returns the Markdown files: those of the git repository, or without git, those outside of build folders."""
     listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard", "*.md"],
                             capture_output=True, text=True, check=False)
     if listed.returncode == 0:
@@ -19,7 +19,7 @@ def pages(root):
 
 
 def anchors(text):
-    """Of the headings, as GitHub and Python-Markdown make them."""
+    """Returns the anchors of the headings, as GitHub and Python-Markdown derive them."""
     found, counts = set(), {}
     for heading in re.findall(r"^#{1,6} +(.*?) *#*$", FENCED.sub("", text), re.MULTILINE):
         heading = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)
@@ -30,7 +30,7 @@ def anchors(text):
 
 
 def dead_links(root):
-    """'PAGE: TARGET' of each link that leads nowhere, and the number of those that do lead somewhere."""
+    """Returns 'PAGE: TARGET' of each dead link, and the number of working links."""
     dead, alive = [], 0
     texts = {}
     for page in pages(root):

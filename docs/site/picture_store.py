@@ -1,6 +1,6 @@
-"""Keeps the pictures of plugins between builds of the site. A picture is rendered again only if something
-that it depends on has other contents: its scene, the files that scenes name, the program, or a plugin that
-rendered it.
+"""Keeps the images of plugins between builds of the site. An image is rendered again only if the contents of
+one of its dependencies have changed: its scene, the files that scenes name, the program, or a plugin that the
+render loads.
 """
 import hashlib
 import json
@@ -18,11 +18,11 @@ def digest(*parts):
 
 class PictureStore:
     def __init__(self, build, folder):
-        """folder: of the pictures; it also gets the files that scenes name."""
+        """`folder` is for the images and the files that scenes name."""
         self.build = build
         self.program = build / "bin/kinome"
         self.folder = folder
-        self.rendered = 0  # pictures that weren't in the store
+        self.rendered = 0  # number of images that weren't in the store
         self.known = {}  # digests of files
         plugin_pictures.make_files(folder / "files")
         fixed = [self.program, *(build / "lib").glob("libkinome.so"), *(build / "plugins/support").glob("*.so"),
@@ -36,14 +36,15 @@ class PictureStore:
         return digest(*(self.known[path].encode() for path in paths))
 
     def key(self, scene, exposure, plugins):
-        """plugins: ["bsdf/diffuse", ...]. Of each, there may be libraries for several instruction sets."""
+        """Returns the hash of an image's dependencies. plugins: ["bsdf/diffuse", ...]. A plugin may have several
+        libraries, one per instruction set."""
         libraries = [path for name in plugins
                      for path in (self.build / "plugins").glob(f"{name}*.so")]
         return digest(scene.encode(), str(exposure).encode(), self.fixed.encode(),
                       self.digest_of(libraries).encode())
 
     def put(self, category, name, example, target):
-        """Writes the picture to `target`. False if there is nothing to show."""
+        """Writes the image to `target`. Returns False if the plugin has no image."""
         scene = plugin_pictures.scene_of(category, name, example)
         if scene is None:
             return False

@@ -1,6 +1,6 @@
-"""A small picture for the page of each plugin: its example, as the page shows it, in a scene that goes
-with its category. What can't be shown as it is has a substitute in INSTEAD; what has nothing to show
-is in WITHOUT."""
+"""Renders a small image for the page of each plugin: the example on the page, in a scene for its category.
+INSTEAD has scenes for plugins whose examples can't be rendered like this. WITHOUT lists the plugins without an
+image."""
 import json
 import math
 import pathlib
@@ -9,7 +9,7 @@ import shutil
 import struct
 import subprocess
 
-# Of Debian's package blender-data.
+# Photographs of Debian's package blender-data.
 PHOTOGRAPHS = pathlib.Path("/usr/share/blender/datafiles/studiolights/world")
 WIDTH, HEIGHT = 256, 192
 
@@ -49,7 +49,7 @@ def scene(shapes, light=SKY, integrator='<integrator type="clustered"/>', sensor
 
 
 def standing(shape, z=0.0, scale=1.0, angle=0, axis="x"):
-    """A shape in its own space, brought to where the scene shows it."""
+    """Returns the XML of a shape, rotated, scaled and moved up, with a BSDF."""
     move = (f'<transform name="to_world"> <rotate {axis}="1" angle="{angle}"/> <scale value="{scale}"/> '
             f'<translate z="{z}"/> </transform>')
     return shape.replace(">", f"> {move} {CLAY}", 1) if not shape.endswith("/>") else \
@@ -57,7 +57,7 @@ def standing(shape, z=0.0, scale=1.0, angle=0, axis="x"):
 
 
 def filled(medium):
-    """A ball of a medium in front of the group, under the sky."""
+    """Returns a scene with a ball of the medium in front of the group, under the sky."""
     return scene(FLOOR + GROUP + BALL % f'<bsdf type="null"/> {medium}', spp=256)
 
 
@@ -80,7 +80,7 @@ def file_shape(plugin, file):
     return standing(f'<shape type="{plugin}"> <string name="filename" value="{file}"/> </shape>', 0.05)
 
 
-# In place of the example of the page.
+# Replacements for the examples of the pages.
 INSTEAD = {
     ("bsdf", "subsurface"): scene(FLOOR + BALL % """<bsdf type="subsurface">
       <rgb name="color" value="0.9, 0.75, 0.5"/> <rgb name="radius" value="0.1, 0.05, 0.02"/>
@@ -105,7 +105,7 @@ INSTEAD = {
       <float name="scale" value="40"/> </emitter>"""),
     ("emitter", "directional"): scene(FLOOR + GROUP, DIM + """<emitter type="directional">
       <vector name="direction" x="1" y="1" z="-1.5"/> <rgb name="irradiance" value="3, 2.9, 2.5"/> </emitter>"""),
-    # Their sky is black below the horizon: the floor fills the picture.
+    # Their sky is black below the horizon: the floor fills the image.
     ("emitter", "sunsky"): scene(WIDE_FLOOR + GROUP, """<emitter type="sunsky"> <float name="hour" value="15"/>
       <float name="turbidity" value="4"/> </emitter>"""),
     ("emitter", "timed_sunsky"): scene(WIDE_FLOOR + GROUP, """<emitter type="timed_sunsky">
@@ -173,7 +173,7 @@ WITHOUT = {
 
 
 def scene_of(category, name, example):
-    """None where there is nothing to show."""
+    """Returns the scene for a plugin's image, or None if it has no image."""
     if (category, name) in WITHOUT or example is None:
         return None
     if (category, name) in INSTEAD:
@@ -194,7 +194,7 @@ def scene_of(category, name, example):
         return scene(FLOOR + BALL % f'<bsdf type="{kind}"> {example} </bsdf>')
     if category == "integrator":
         return scene(FLOOR + GROUP, integrator=example, spp=64)
-    # Filters and samplers show in single pixels.
+    # Differences between filters or samplers are visible in single pixels.
     if category == "rfilter":
         return scene(FLOOR + GROUP, spp=64, width=WIDTH // 4, rfilter=example)
     if category == "sampler":
@@ -207,7 +207,7 @@ def scene_of(category, name, example):
 
 
 def knot(folder):
-    """A trefoil knot of triangles, coloured along its way."""
+    """Writes a trefoil knot of triangles, whose colour varies along the knot."""
     def place(t):
         return (0.5 * (math.sin(t) + 2 * math.sin(2 * t)), 0.5 * (math.cos(t) - 2 * math.cos(2 * t)),
                 0.7 + 0.45 * -math.sin(3 * t))
@@ -244,7 +244,7 @@ def knot(folder):
 
 
 def curves(folder):
-    """A tuft of hair, and some twigs."""
+    """Writes a tuft of hair, and some twigs."""
     hairs, twigs = [], []
     for i in range(900):
         a, r = 2.39996 * i, 0.55 * math.sqrt(i / 900)
@@ -266,7 +266,7 @@ def curves(folder):
 
 
 def images(folder):
-    """The maps that examples name."""
+    """Writes the maps that examples name."""
     import numpy as np
     from PIL import Image
     size = 512
@@ -291,7 +291,7 @@ def images(folder):
 
 
 def grids(folder):
-    """Smoke that thins out toward its border, and flat microflakes."""
+    """Writes a grid of smoke that thins out toward its border, and a grid of flat microflakes."""
     import numpy as np
 
     def save(name, values):
@@ -306,7 +306,7 @@ def grids(folder):
 
 
 def make_files(folder):
-    """All files that the scenes name."""
+    """Writes all files that the scenes name."""
     folder.mkdir(parents=True, exist_ok=True)
     knot(folder)
     curves(folder)
@@ -314,20 +314,20 @@ def make_files(folder):
     grids(folder)
 
 
-# In stops, where the picture would be too bright or too dark.
+# Exposures in stops, for images that would be too bright or too dark.
 EXPOSURE = {"blackbody": -14, "d65": -1.5, "depth": -3, "sunsky": 1.5,
             "timed_sunsky": 1.5}
 
 
 def render(program, files, category, name, text, exposure, picture):
-    """Renders the scene `text` to `picture`, a PNG. Returns the plugins that were loaded. Raises RuntimeError
-    with what the program said if it can't be rendered."""
+    """Renders the scene `text` to `picture`, a PNG. Returns the loaded plugins. Raises RuntimeError with the
+    program's message if that fails."""
     file = files / f"{category}-{name}.xml"
     file.write_text(re.sub(r"\s+", " ", text), "utf-8")
     done = subprocess.run([program, "-q", "--stats=json", file, "-o", file.with_suffix(".exr"), "--png",
                            "--exposure", str(exposure)], capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise RuntimeError(f"the picture of {category}/{name}: {done.stderr.strip()}")
+        raise RuntimeError(f"the image of {category}/{name}: {done.stderr.strip()}")
     file.with_suffix(".exr").unlink()
     if category in ("rfilter", "sampler"):
         from PIL import Image

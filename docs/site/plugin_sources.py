@@ -1,4 +1,4 @@
-"""What the sources say of plugins: where each of them is, and the example in its comment."""
+"""Finds the source file of each plugin, and the example in its comment."""
 import pathlib
 import re
 
@@ -9,7 +9,7 @@ LOOP = re.compile(r"^foreach\(name IN ITEMS ([^)]*)\)\n  (kinome_add_plugin.*\n)
 
 
 def sources(root=ROOT):
-    """The file of each (category, name), other names included, by the lines of CMake."""
+    """Returns the source file of each (category, name), aliases included, from the CMake files."""
     found = {}
     for lists in (root / "plugins").rglob("CMakeLists.txt"):
         text = LOOP.sub(
@@ -23,8 +23,8 @@ def sources(root=ROOT):
 
 
 def example(source):
-    """The XML in the comment that a plugin's file has: its lines that are indented like XML, from the
-    first that begins with a tag. None if there is none."""
+    """Returns the example in the comment at the top of a plugin's file, or None. It is the indented block of
+    lines that begins with an XML tag."""
     lines = []
     indent = None
     for line in source.read_text("utf-8").splitlines():

@@ -105,11 +105,11 @@ const char* smooth_contradiction(const Emitter& emitter, EnvironmentGrid grid, c
   // Nodes and weights of Gauss quadrature: Abramowitz and Stegun, table 25.4, mapped to [0, 1].
   constexpr double a = 0.28867513459481288, b = 0.43056815579702629, c = 0.16999052179242813;
   constexpr double wb = 0.17392742256872693, wc = 0.32607257743127307;
-  const double few = quad_flux<2>(emitter, grid, column, row, {0.5 - a, 0.5 + a}, {0.5, 0.5});
-  const double many = quad_flux<4>(emitter, grid, column, row, {0.5 - b, 0.5 - c, 0.5 + c, 0.5 + b},
-                                   {wb, wc, wc, wb});
+  const double by_4 = quad_flux<2>(emitter, grid, column, row, {0.5 - a, 0.5 + a}, {0.5, 0.5});
+  const double by_16 = quad_flux<4>(emitter, grid, column, row,
+                                    {0.5 - b, 0.5 - c, 0.5 + c, 0.5 + b}, {wb, wc, wc, wb});
   constexpr double kMaxError = 0.05;
-  return std::abs(few - many) <= kMaxError * std::max(std::abs(few), std::abs(many))
+  return std::abs(by_4 - by_16) <= kMaxError * std::max(std::abs(by_4), std::abs(by_16))
              ? nullptr
              : audit_words::kSmooth;
 }

@@ -49,7 +49,7 @@ class Audit {
   /// Adds the results of an audit of other points.
   void add(const Audit& other) {
     for (const auto& [object, count] : other.looks_) looks_[object] += count;
-    for (const auto& [who, count] : other.faults_) faults_[who] += count;
+    for (const auto& [key, count] : other.faults_) faults_[key] += count;
     for (const auto& [object, densities] : other.densities_) densities_[object].add(densities);
   }
 
@@ -61,7 +61,7 @@ class Audit {
       PluginFault& fault = by_name[{name, what}];
       fault = {name, what, fault.count + count, fault.looks + looks_.at(&object)};
     };
-    for (const auto& [who, count] : faults_) add(*who.first, who.second, count);
+    for (const auto& [key, count] : faults_) add(*key.first, key.second, count);
     for (const auto& [object, densities] : densities_) {
       if (densities.fails() && !has_fault(*object)) {
         add(*object, audit_words::kUnfollowed, looks_.at(object));
@@ -98,7 +98,7 @@ class Audit {
   }
 
   /// Returns true if a fault was found in the object or in a nested one, or if the density test of
-  /// a nested one fails. A failing density test of the object itself may be a consequence of that.
+  /// a nested one fails. Such a fault may also make the object's own density test fail.
   bool has_fault(const Object& object) const {
     std::set<const Object*> seen;
     return has_fault(object, seen);

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "kinome/denoise.h"
@@ -19,7 +20,7 @@ namespace {
 
 constexpr int kRadius = 5;  ///< of the window, in pixels
 /// Part of the squared mean brightness of the image that is added to a pixel's, as in relMSE.
-constexpr double kDarkest = 0.01;
+constexpr double kMeanFraction = 0.01;
 
 /// Replaces each value by the sum over the window around its pixel.
 void sum_over_windows(std::vector<double>& values, int width, int height) {
@@ -54,19 +55,20 @@ std::vector<float> combine_with_noisy(std::span<const float> noisy, std::span<co
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   double mean = 0;
   for (const float value : denoised) mean += double{value} / static_cast<double>(3 * pixels);
-  const double darkest = kDarkest * 3 * mean * mean;
+  const double min_brightness = kMeanFraction * 3 * mean * mean;
   // Sums over channels, relative to the squared brightness, and weights that limit the influence of
   // single pixels with much noise.
   std::vector<double> difference(pixels), noise(pixels), weight(pixels), own(pixels);
   for (size_t p = 0; p < pixels; ++p) {
-    const double brightness = squared_sum(&denoised[3 * p]) + darkest;
+    const double brightness = squared_sum(&denoised[3 * p]) + min_brightness;
     double squares = 0, variances = 0;
     for (size_t i = 3 * p; i < 3 * p + 3; ++i) {
       const double d = double{noisy[i]} - denoised[i];
       squares += d * d;
       variances += variance[i];
     }
-    own[p] = brightness > 0 ? variances / brightness : 0;
+    own[p] = brightness > 0 ? std::max(variances, 0.) / brightness : 0;
+    if (!std::isfinite(squares)) own[p] = std::numeric_limits<double>::infinity();
     if (!std::isfinite(own[p])) continue;
     weight[p] = 1 / (1 + own[p]);
     difference[p] = brightness > 0 ? weight[p] * squares / brightness : 0;

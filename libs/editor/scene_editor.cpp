@@ -7,12 +7,12 @@
 #include "base/clock.h"
 #include "base/log_once.h"
 #include "base/read_files.h"
-#include "editor/placed_transform.h"
-#include "editor/scene_parameters.h"
-#include "editor/scene_update.h"
-#include "editor/scene_writer.h"
+#include "editor/saving/placed_transform.h"
+#include "editor/saving/scene_writer.h"
+#include "editor/updates/scene_parameters.h"
+#include "editor/updates/scene_update.h"
 #include "plugin/property_types.h"
-#include "scene_xml/convert.h"
+#include "scene_xml/values/convert.h"
 
 namespace kinome {
 namespace {
@@ -123,6 +123,11 @@ struct SceneEditor::State {
     pending.push_back({std::move(target), std::move(edited), where, std::move(inserted)});
   }
 
+  SceneObject object_of(const std::string& path, const Node& node) const {
+    return {path, node.tag + "/" + node.value("type"), node.inner != nullptr,
+            builder->made_of(node).get()};
+  }
+
   Scene::Contents contents_of_scene() {
     Scene::Contents contents = builder->scene(expansion.root);
     contents.hash = expansion.hash;
@@ -148,7 +153,7 @@ SceneEditor::SceneEditor(const std::string& path, const LoadOptions& options,
                          PluginRegistry& registry, RenderStats* stats)
     : SceneEditor(loader::read_text(path, {}), path, options, registry, stats) {
   const ReadFiles::Recording recording(state_->read_files);
-  note_read_file(path);
+  record_read_file(path);
 }
 
 SceneEditor::SceneEditor(const std::string& xml, const std::string& name,
@@ -217,17 +222,18 @@ std::vector<SceneParameter> SceneEditor::textured_parameters() const {
 std::vector<SceneObject> SceneEditor::objects() const {
   std::vector<SceneObject> all;
   for (const auto& [path, node] : state_->parameters->objects()) {
-    all.push_back({path, node->tag + "/" + node->value("type"), node->inner != nullptr,
-                   state_->builder->made_of(*node).get()});
+    all.push_back(state_->object_of(path, *node));
   }
   return all;
 }
 
+std::optional<SceneObject> SceneEditor::object_at(const std::string& path) const {
+  const Node* const node = state_->parameters->listed_object(path);
+  return node ? std::optional(state_->object_of(path, *node)) : std::nullopt;
+}
+
 std::string SceneEditor::path_of(const Object& object) const {
-  for (const auto& [path, node] : state_->parameters->objects()) {
-    if (state_->builder->made_of(*node).get() == &object) return path;
-  }
-  return "";
+  return state_->parameters->path_of(object);
 }
 
 std::optional<EditedValue> SceneEditor::get(const std::string& path) const {

@@ -13,8 +13,8 @@
 /// Helpers shared by all code that reads and writes files with OpenEXR.
 namespace kinome {
 
-/// Makes the threads of set_image_file_threads() available to OpenEXR, if a file with this number of
-/// bytes is large enough to need them.
+/// Makes the threads of set_image_file_threads() available to OpenEXR, if a file with this number
+/// of bytes is large enough to need them.
 void use_threads_for(uint64_t bytes);
 
 /// Calls `write` with a stream that writes to `path`, which is afterwards either complete or

@@ -106,7 +106,14 @@ void read_luminance_chroma(const std::string& path, int part, const Imath::Box2i
   }
 }
 
-Image read_checked(const std::string& path, ImageMetadata* metadata) {
+/// Returns the position of a file's pixels in its display window.
+ExrWindow window_of(const Imf::Header& header) {
+  const Imath::Box2i &pixels = header.dataWindow(), &all = header.displayWindow();
+  const Imath::V2i offset = pixels.min - all.min, size = all.max - all.min + Imath::V2i(1);
+  return {Vec2(offset.x, offset.y), Vec2(size.x, size.y)};
+}
+
+Image read_checked(const std::string& path, ImageMetadata* metadata, ExrWindow* exr_window) {
   check_exr(path);
   use_threads_for(std::filesystem::file_size(path));
   Imf::MultiPartInputFile file(path.c_str());
@@ -129,6 +136,7 @@ Image read_checked(const std::string& path, ImageMetadata* metadata) {
   }
   convert_to_rec709(header, color.kind, image);
   if (metadata) read_metadata(header, *metadata);
+  if (exr_window) *exr_window = window_of(header);
   return image;
 }
 
@@ -142,9 +150,9 @@ void check_image(const std::string& path, const Image& image) {
   }
 }
 
-constexpr Imf::PixelType kPixelTypes[] = {Imf::HALF, Imf::FLOAT, Imf::UINT};  // by ExrNumber
+constexpr Imf::PixelType kPixelTypes[] = {Imf::HALF, Imf::FLOAT, Imf::UINT};  // by ExrSampleType
 
-Imf::Header make_header(const Image& image, ExrNumber number, const ImageMetadata& metadata,
+Imf::Header make_header(const Image& image, ExrSampleType number, const ImageMetadata& metadata,
                         Vec2 crop_offset, Vec2 full_size) {
   if (full_size == Vec2(0.f)) full_size = Vec2(image.width, image.height);
   const Imath::V2i first(static_cast<int>(crop_offset.x), static_cast<int>(crop_offset.y));
@@ -156,7 +164,7 @@ Imf::Header make_header(const Image& image, ExrNumber number, const ImageMetadat
   // less, because PIZ initializes tables for each 32 rows. For floats, ZIP is as small and much
   // faster at any size.
   constexpr size_t kMinValuesForPiz = 1 << 18;
-  const bool is_for_piz = number == ExrNumber::kHalf && image.data.size() >= kMinValuesForPiz;
+  const bool is_for_piz = number == ExrSampleType::kHalf && image.data.size() >= kMinValuesForPiz;
   header.compression() = is_for_piz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
 #if OPENEXR_VERSION_MAJOR * 10000 + OPENEXR_VERSION_MINOR * 100 + OPENEXR_VERSION_PATCH >= 30103
   // Noise compresses no better at OpenEXR's level, 4, which takes 7 to 15 % longer.
@@ -204,23 +212,24 @@ std::vector<uint32_t> to_integers(const Image& image) {
 
 }  // namespace
 
-Image read_exr(const std::string& path, const Location& asker, ImageMetadata* metadata) {
+Image read_exr(const std::string& path, const Location& requester, ImageMetadata* metadata,
+               ExrWindow* window) {
   const auto fail = [&](const std::string& why) {
     const Error error(Location{path}, "can't be read: " + why);
-    return asker.file.empty() ? error : error.asked_for_by(asker);
+    return requester.file.empty() ? error : error.requested_by(requester);
   };
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
     throw fail(std::filesystem::exists(path, ignored) ? "it is not a file" : "no such file");
   }
   try {
-    return read_checked(path, metadata);
+    return read_checked(path, metadata, window);
   } catch (const std::exception& e) {
     throw fail(why_unreadable(e));
   }
 }
 
-void write_exr(const std::string& path, const Image& image, ExrNumber number,
+void write_exr(const std::string& path, const Image& image, ExrSampleType number,
                const ImageMetadata& metadata, Vec2 crop_offset, Vec2 full_size) {
   check_image(path, image);
   use_threads_for(image.data.size() * sizeof(float));
@@ -233,11 +242,11 @@ void write_exr(const std::string& path, const Image& image, ExrNumber number,
     std::vector<uint32_t> integers;
     size_t bytes = sizeof(float);
     auto* base = reinterpret_cast<const char*>(image.data.data());
-    if (number == ExrNumber::kHalf) {
+    if (number == ExrSampleType::kHalf) {
       halves = to_halves(path, image);
       bytes = sizeof(half);
       base = reinterpret_cast<const char*>(halves.data());
-    } else if (number == ExrNumber::kUint) {
+    } else if (number == ExrSampleType::kUint) {
       integers = to_integers(image);
       base = reinterpret_cast<const char*>(integers.data());
     }

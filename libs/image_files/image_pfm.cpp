@@ -45,10 +45,10 @@ void write_pfm(const std::string& path, const Image& image) {
   writer.commit();
 }
 
-Image read_pfm(const std::string& path, const Location& asker) {
+Image read_pfm(const std::string& path, const Location& requester) {
   const auto fail = [&](const std::string& why) {
     const Error error(Location{path}, "can't be read: " + why);
-    return asker.file.empty() ? error : error.asked_for_by(asker);
+    return requester.file.empty() ? error : error.requested_by(requester);
   };
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) throw fail("no such file");

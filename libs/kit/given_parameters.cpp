@@ -23,8 +23,8 @@ bool works_without_parameters(const Subject& subject) {
 /// occurred; 0 if there is none.
 int line_in_xml(const Error& error) {
   if (error.where().file == Subject::kFile) return error.where().line;
-  for (const Location& asker : error.askers()) {
-    if (asker.file == Subject::kFile) return asker.line;
+  for (const Location& requester : error.requesters()) {
+    if (requester.file == Subject::kFile) return requester.line;
   }
   return 0;
 }

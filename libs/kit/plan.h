@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kit/request.h"
-#include "kit/statistics.h"
+#include "kit/statistics/statistics.h"
 
 namespace kinome::check {
 

@@ -19,7 +19,7 @@ struct Request {
   std::set<std::string> only;                     ///< names of checks; empty: all
   std::set<std::string> except;                   ///< names of excluded checks
   std::string against;  ///< an integrator or emitter for the same light: a name, or XML
-  double effort = 1;    ///< factor on the number of random samples
+  double effort = 1;    ///< factor of the number of random samples
   uint64_t seed = 0;
 };
 

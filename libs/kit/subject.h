@@ -75,7 +75,7 @@ class Subject {
 
 /// How values of a type are written in XML, and values to try.
 struct TypeValues {
-  const char* tag = "";              ///< of kFloatOrName and of colours: that of single numbers
+  const char* tag = "";              ///< kFloatOrName and colours: the tag of single numbers
   const char* needed = "";           ///< for a required parameter without a value; "": unknown
   std::vector<std::string> usual;    ///< those most likely to be accepted first
   std::vector<std::string> extreme;  ///< the plugin may accept or refuse these

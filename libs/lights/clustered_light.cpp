@@ -18,7 +18,8 @@ constexpr uint32_t kProbesOfPoint = 4;
 constexpr int kColumns = 720, kRows = 360;
 constexpr int kMaxQuadsOfSide = 1 << 15;
 
-/// Each probe is at a random position in its part of the cell, so that the mean over seeds is exact.
+/// Each probe is at a random position in its part of the cell, so that the mean over seeds is
+/// exact.
 LightPoints probed_points(const Emitter& environment, uint32_t count, uint64_t seed) {
   const SpherePartition cells(count);
   const float extent = cells.cell_solid_angle();

@@ -288,10 +288,10 @@ void MeshShape::measure() {
   // Embree and block functions load 16 bytes at a time.
   make_readable_beyond(mesh_.positions);
   make_readable_beyond(mesh_.normals);
-  by_area_ = std::make_unique<ByArea>();
+  by_area_ = std::make_unique<AreaDistribution>();
 }
 
-const GridDistribution& MeshShape::by_area() const {
+const GridDistribution& MeshShape::area_distribution() const {
   std::call_once(by_area_->made, [this] {
     std::vector<float> areas;
     areas.reserve(mesh_.triangles.size());
@@ -305,7 +305,7 @@ const GridDistribution& MeshShape::by_area() const {
 }
 
 SurfaceInteraction MeshShape::sample_surface(const Vec2& u) const {
-  const GridDistribution& triangles = by_area();
+  const GridDistribution& triangles = area_distribution();
   const GridDistribution::Cell cell =
       triangles.total() > 0 ? triangles.sample(u) : GridDistribution::Cell{0, 0, u};
   const Vec2 barycentric = wide::formulas::square_to_triangle(cell.u);

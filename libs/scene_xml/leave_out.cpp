@@ -7,8 +7,8 @@
 #include "base/file_search.h"
 #include "kinome/log.h"
 #include "kinome/mitsuba_plugins.h"
-#include "scene_xml/build.h"
 #include "scene_xml/legacy/legacy.h"
+#include "scene_xml/objects/build.h"
 
 namespace kinome::loader {
 namespace {

@@ -5,12 +5,19 @@
 
 #include <fmt/format.h>
 
+#include "kinome/light_groups.h"
 #include "kinome/log.h"
-#include "scene_xml/build.h"
-#include "scene_xml/convert.h"
+#include "scene/bounces.h"
 #include "scene/traceable.h"
+#include "scene_xml/objects/build.h"
+#include "scene_xml/values/convert.h"
 
 namespace kinome::loader {
+namespace {
+
+constexpr const char* kSecondEnvironment = "a scene has at most one environment emitter";
+
+}  // namespace
 
 /// Checks objects that weren't made because nothing uses them, and lists them as skipped. Must be
 /// called after all used objects were made.
@@ -141,11 +148,11 @@ void Builder::add_to_scene(const Node& child, const Node& target,
     }
     add(contents.sensors, sensor);
   } else if (auto emitter = std::dynamic_pointer_cast<Emitter>(object)) {
-    const bool second =
+    const bool is_second =
         emitter->is_environment() &&
         std::any_of(contents.emitters.begin(), contents.emitters.end(),
                     [&](const auto& other) { return other != emitter && other->is_environment(); });
-    if (second) throw Error(child.where, "a scene has at most one environment emitter");
+    if (is_second) throw Error(child.where, kSecondEnvironment);
     if (emitter->is_surface()) {  // belongs to the shape that refers to it, if there is one
       surface_emitters_.emplace_back(
           emitter, Error(target.where, "this '" + target.value("type") +
@@ -177,6 +184,7 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
       }
     }
   }
+  check_top_emitters();
   for (const auto& [emitter, fault] : surface_emitters_) {
     if (!emitter->shape()) log_warn(fault.what());
   }
@@ -188,7 +196,28 @@ void Builder::complete_scene(const Location& where, Scene::Contents& contents) {
   }
   check_instances(contents);
   warn_of_ignored_media(where, contents);
+  set_emitters_of_integrator(contents);
   if (denoising_) contents.integrator = with_guides(contents.integrator, where);
+}
+
+/// Reports emitters that can't be in a scene together. Nested emitters are part of the scene.
+void Builder::check_top_emitters() {
+  const Emitter* environment = nullptr;
+  for (size_t i = 0; i < top_emitters_.size(); ++i) {
+    const auto& [emitter, where] = top_emitters_[i];
+    std::vector<std::shared_ptr<Emitter>> all = emitter->children();
+    all.push_back(emitter);
+    for (const auto& one : all) {
+      if (!one->is_environment() || one.get() == environment) continue;
+      if (environment) faults_.add(where, kSecondEnvironment);
+      environment = one.get();
+    }
+    for (size_t k = 0; k < i && emitter->is_indirect(); ++k) {
+      const Emitter& other = *top_emitters_[k].first;
+      if (&other == emitter.get() || !other.is_indirect()) continue;
+      if (have_same_bounce(*emitter, other)) faults_.add(where, kSameBounce);
+    }
+  }
 }
 
 /// Warns if the scene has media that its integrator doesn't trace.
@@ -239,7 +268,7 @@ void Builder::check_instances(const Scene::Contents& contents) const {
     include(sensor->sample_ray(0.5f * Vec2(crop.x0 + crop.x1, crop.y0 + crop.y1), Vec2(0.5f)).o);
   }
   for (const auto& [instance, where] : instances_) {
-    if (farthest_ray(instance->to_world()) >= 2 * reach) continue;
+    if (max_ray_coordinate(instance->to_world()) >= 2 * reach) continue;
     throw Error(where, fmt::format("this instance is scaled down too far: rays from {:.3g} units "
                                    "away are beyond the ray tracer's range in its space",
                                    reach));

@@ -3,7 +3,7 @@
 #include "base/clock.h"
 #include "base/log_once.h"
 #include "kinome/read_files.h"
-#include "scene_xml/build.h"
+#include "scene_xml/objects/build.h"
 
 namespace kinome {
 namespace {
@@ -61,7 +61,7 @@ std::unique_ptr<Scene> load(const std::string& text, const std::string& name,
 std::unique_ptr<Scene> load_scene(const std::string& path, const LoadOptions& options,
                                   PluginRegistry& registry, RenderStats* stats) {
   const auto start = Clock::now();
-  note_read_file(path);
+  record_read_file(path);
   return load(loader::read_text(path, {}), path, options, registry, stats, start);
 }
 

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 // all bytes before it. Numbers have 8 bytes. A text is its length, followed by its bytes.
 constexpr std::string_view kMagic = "kinome checkpoint\n";
 constexpr uint64_t kFormat = 1;
-/// Which of a pass's items are done. kSome is followed by one bit per item.
+/// State of a pass's items: none, all or some are done. kSome is followed by one bit per item.
 constexpr uint64_t kNone = 0, kAll = 1, kSome = 2;
 
 Error file_error(const std::string& path, const std::string& why) {
@@ -79,9 +79,9 @@ class Reader {
   }
 
   void bytes(void* data, size_t count) {
-    if (count > left_) throw misfit();
+    if (count > left_) throw wrong_render();
     file_.read(static_cast<char*>(data), static_cast<std::streamsize>(count));
-    if (!file_) throw misfit();
+    if (!file_) throw wrong_render();
     left_ -= count;
   }
   template <class Number>
@@ -94,7 +94,7 @@ class Reader {
   /// Throws Error if the file can't contain `count` items of `bits` bits. Called before allocating
   /// memory for them.
   void expect(uint64_t count, uint64_t bits) const {
-    if (count / 8 > left_ / bits) throw misfit();
+    if (count / 8 > left_ / bits) throw wrong_render();
   }
   uint64_t count(uint64_t bits) {
     const auto count = number<uint64_t>();
@@ -107,11 +107,11 @@ class Reader {
     return text;
   }
   void finish() const {
-    if (left_ != 0) throw misfit();
+    if (left_ != 0) throw wrong_render();
   }
   Error damaged() const { return file_error(path_, "it is damaged: its checksum is wrong"); }
   /// Error for contents that don't fit this render though the checksum is right.
-  Error misfit() const { return file_error(path_, "it belongs to another render"); }
+  Error wrong_render() const { return file_error(path_, "it belongs to another render"); }
 
  private:
   void check_hash(uint64_t size) {
@@ -310,7 +310,7 @@ void Checkpoint::read_file(Film& film) {
   }
   for (uint64_t i = in.count(64); i > 0; --i) decisions_.push_back(in.number<double>());
   if (!film.transfer([&](void* bytes, size_t count) { in.bytes(bytes, count); })) {
-    throw in.misfit();
+    throw in.wrong_render();
   }
   in.finish();
 }

@@ -160,4 +160,17 @@ FilmNoise film_noise(const Film& film) {
   return noise;
 }
 
+Image with_channels_of(const Image& image, const Image& other) {
+  const size_t pixels = static_cast<size_t>(image.width) * image.height;
+  const size_t a = image.channels.size(), b = other.channels.size();
+  Image joined{image.width, image.height, image.channels, {}};
+  joined.channels.insert(joined.channels.end(), other.channels.begin(), other.channels.end());
+  joined.data.reserve(pixels * (a + b));
+  for (size_t p = 0; p < pixels; ++p) {
+    joined.data.insert(joined.data.end(), &image.data[p * a], &image.data[p * a] + a);
+    joined.data.insert(joined.data.end(), &other.data[p * b], &other.data[p * b] + b);
+  }
+  return joined;
+}
+
 }  // namespace kinome

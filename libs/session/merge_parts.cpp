@@ -10,10 +10,13 @@
 #include "session/fill_gaps.h"
 #include "session/part_file.h"
 #include "kinome/error.h"
+#include "kinome/film_noise.h"
 #include "kinome/parts.h"
 
 namespace kinome {
 namespace {
+
+constexpr size_t kMaxLanesForNoise = 8;
 
 constexpr const char* kSamples = "kinome:samples";
 constexpr const char* kInstructionSet = "kinome:isa";
@@ -168,10 +171,21 @@ ImageMetadata merged_metadata(const std::vector<PartHeader>& parts, MergedParts&
   return metadata;
 }
 
+/// Estimates the noise of the sum of all parts. Groups of parts are the lanes of a film.
+FilmNoise noise_of(const std::vector<PartHeader>& parts, PluginRegistry& registry) {
+  const auto lanes = static_cast<uint32_t>(std::min(parts.size(), kMaxLanesForNoise));
+  const std::shared_ptr<Film> film = make_film_of_part(parts.front(), registry, lanes);
+  for (size_t i = 0; i < parts.size(); ++i) {
+    film->set_lane(static_cast<uint32_t>(i * lanes / parts.size()));
+    add_part(parts[i], *film);
+  }
+  return film_noise(*film);
+}
+
 }  // namespace
 
 MergedParts merge_parts(const std::vector<std::string>& paths, bool allows_missing,
-                        PluginRegistry& registry) {
+                        PluginRegistry& registry, bool estimates_noise) {
   const std::vector<PartHeader> parts = read_headers(paths);
   MergedParts merged;
   find_missing(parts, merged);
@@ -187,6 +201,9 @@ MergedParts merge_parts(const std::vector<std::string>& paths, bool allows_missi
     merged.gaps = static_cast<double>(std::count(gaps.begin(), gaps.end(), true)) /
                   static_cast<double>(gaps.size());
     mark_gaps(*merged.film, merged.image);
+  }
+  if (estimates_noise && parts.size() > 1) {
+    merged.image = with_channels_of(merged.image, noise_of(parts, registry).image);
   }
   merged.metadata = merged_metadata(parts, merged);
   return merged;

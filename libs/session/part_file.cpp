@@ -92,14 +92,14 @@ void add_rows(Fnv1a& hash, const std::vector<SumColumns>& columns, int width, in
 }
 
 /// Parses "3/16": the part's number, from 1, and the number of parts.
-PicturePart part_of(const std::string& text) {
+ImagePart part_of(const std::string& text) {
   uint32_t number = 0, count = 0;
   const char* const end = text.data() + text.size();
   const auto first = std::from_chars(text.data(), end, number);
   const bool is_half = first.ec == std::errc{} && first.ptr != end && *first.ptr == '/';
   const auto second = std::from_chars(is_half ? first.ptr + 1 : end, end, count);
   if (second.ec != std::errc{} || second.ptr != end || number < 1 || number > count ||
-      count > PicturePart::kMaxParts) {
+      count > ImagePart::kMaxParts) {
     throw std::runtime_error("damaged: its attribute kinome:part is invalid");
   }
   return {number - 1, count};
@@ -193,7 +193,8 @@ PartHeader read_part_header(const std::string& path) {
   return reading(path, [&] { return header_of(path); });
 }
 
-std::shared_ptr<Film> make_film_of_part(const PartHeader& header, PluginRegistry& registry) {
+std::shared_ptr<Film> make_film_of_part(const PartHeader& header, PluginRegistry& registry,
+                                        uint32_t lanes) {
   const auto integer = [](const char* name, int value) {
     return fmt::format("<integer name=\"{}\" value=\"{}\"/>", name, value);
   };
@@ -215,7 +216,7 @@ std::shared_ptr<Film> make_film_of_part(const PartHeader& header, PluginRegistry
   const auto object = load_object_from_string(xml, header.path, {}, registry);
   const auto film = std::dynamic_pointer_cast<Film>(object);
   if (!film) throw part_error(header.path, "it is damaged: it has no film");
-  film->prepare(header.film.layers, header.film.channels, 1);
+  film->prepare(header.film.layers, header.film.channels, lanes);
   film->set_response(header.film.response);
   return film;
 }
@@ -248,7 +249,7 @@ void add_part(const PartHeader& header, Film& film) {
   film.add_non_finite(header.film.non_finite);
 }
 
-void write_part_file(const std::string& path, Film& film, PartFilm of, const PicturePart& part,
+void write_part_file(const std::string& path, Film& film, PartFilm of, const ImagePart& part,
                      const Image& image, ImageMetadata metadata) {
   const Rect& crop = film.crop();
   const std::vector<FilmSums> sums = film.layer_sums();

@@ -18,7 +18,7 @@ namespace kinome {
 
 struct PartHeader {
   std::string path;
-  PicturePart part;
+  ImagePart part;
   PartFilm film;
   Rect crop;
   int width = 0, height = 0;  ///< of the full film
@@ -28,17 +28,18 @@ struct PartHeader {
 /// Throws Error if the file can't be read or isn't a part.
 KINOME_EXPORT PartHeader read_part_header(const std::string& path);
 
-/// Creates a film that is prepared like the part's film.
+/// Creates a film that is prepared like the part's film, with this number of lanes.
 KINOME_EXPORT std::shared_ptr<Film> make_film_of_part(const PartHeader& header,
-                                                      PluginRegistry& registry);
+                                                      PluginRegistry& registry, uint32_t lanes = 1);
 
-/// Adds the file's sums to those of a film from make_film_of_part(). Throws Error if they can't be
-/// read or their checksum is wrong; the film's contents are then undefined.
+/// Adds the file's sums to those of a film from make_film_of_part(), in the lane of set_lane().
+/// Throws Error if they can't be read or their checksum is wrong; the film's contents are then
+/// undefined.
 KINOME_EXPORT void add_part(const PartHeader& header, Film& film);
 
 /// Writes a part. `of` describes the film; this function sets its fields about the sums:
 /// non_finite, light_paths, has_splats, hash, component and colors.
-void write_part_file(const std::string& path, Film& film, PartFilm of, const PicturePart& part,
+void write_part_file(const std::string& path, Film& film, PartFilm of, const ImagePart& part,
                      const Image& image, ImageMetadata metadata);
 
 }  // namespace kinome

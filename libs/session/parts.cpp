@@ -55,7 +55,7 @@ Image render_range(const Scene& scene, const Sensor& sensor, RenderContext& cont
 
 }  // namespace
 
-PartRender::PartRender(const Scene& scene, const Sensor& sensor, const PicturePart& part)
+PartRender::PartRender(const Scene& scene, const Sensor& sensor, const ImagePart& part)
     : scene_(scene), sensor_(sensor), part_(part) {
   const Film& film = sensor.film();
   if (film.file_extension() != ".exr") {

@@ -20,7 +20,7 @@ constexpr double kMinSquares = 4096;
 constexpr double kMinLanes = 4, kMaxLanes = 16;
 /// Log a message if the estimated error is below the target by more than this factor.
 constexpr double kBetterFactor = 1.5;
-/// Safety factor on the total number of samples that is predicted to reach the target error.
+/// Safety factor of the total number of samples that is predicted to reach the target error.
 /// Without it, a round would often miss the target narrowly.
 constexpr double kErrorMargin = 1.1;
 /// Limits on the samples of a round, relative to all samples before it. The second round may be
@@ -282,18 +282,7 @@ Image develop(const Film& film, const RenderBudget& budget, RenderStats& stats,
   const FilmNoise noise = film_noise(film);
   stats.renders = noise.renders;
   stats.variance_of_mean = noise.variance_of_mean;
-  const Image& variance = noise.image;
-  const size_t pixels = static_cast<size_t>(image.width) * image.height;
-  const size_t a = image.channels.size(), b = variance.channels.size();
-  std::vector<float> data;
-  data.reserve(pixels * (a + b));
-  for (size_t p = 0; p < pixels; ++p) {
-    data.insert(data.end(), &image.data[p * a], &image.data[p * a] + a);
-    data.insert(data.end(), &variance.data[p * b], &variance.data[p * b] + b);
-  }
-  image.data = std::move(data);
-  image.channels.insert(image.channels.end(), variance.channels.begin(), variance.channels.end());
-  return image;
+  return with_channels_of(image, noise.image);
 }
 
 void render_passes(Passes& passes, Film& film, RenderJob& job, const PassCallback& on_pass) {

@@ -90,9 +90,9 @@ Image run_film_render(const FilmRender& how, const Scene& scene, const Sensor& s
     film.prepare(integrator.layers(), integrator.channels(), how.lanes);
     WorkSource* const source = job.work_source();
     context.scheduler.set_film(film);
-    if (is_root(job.group())) integrator.warn_of_light_left_out(scene, sensor, context);
+    if (is_root(job.group())) integrator.warn_of_ignored_light(scene, sensor, context);
     const double begun = job.seconds();
-    together(job.group(), [&] {
+    on_all_processes(job.group(), [&] {
       if (source) source->begin(film);
     });
     if (source && source->resumes() && context.scheduler.commit_callback()) {

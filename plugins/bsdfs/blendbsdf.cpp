@@ -37,8 +37,9 @@ class Blend final : public Bsdf {
       : weight_(read_weight(props)), nested_(read_nested(props)) {
     lobes_ = nested_[0]->lobes() | nested_[1]->lobes();
     transmits_ = nested_[0]->transmits() || nested_[1]->transmits();
-    scatters_through_ = nested_[0]->scatters_through() || nested_[1]->scatters_through();
-    passes_straight_ = nested_[0]->passes_straight() || nested_[1]->passes_straight();
+    has_rough_transmission_ =
+        nested_[0]->has_rough_transmission() || nested_[1]->has_rough_transmission();
+    has_null_lobe_ = nested_[0]->has_null_lobe() || nested_[1]->has_null_lobe();
     relative_index_ = read_relative_index(props);
   }
 
@@ -214,16 +215,16 @@ class Blend final : public Bsdf {
     }
     wide::for_lanes(points.count, [&](size_t i) {
       const Float split = shares_of(query.lobes, weights[i]).probability;
-      const wide::Mask take = Float::load(query.u1 + i) < split;
-      const auto choose_of = [&](float* to, const float* from) {
-        select(take, Float::load(from + i), Float::load(to + i)).store(to + i);
+      const wide::Mask takes_second = Float::load(query.u1 + i) < split;
+      const auto select_into = [&](float* to, const float* from) {
+        select(takes_second, Float::load(from + i), Float::load(to + i)).store(to + i);
       };
       for (const auto& [to, from] : {std::pair(answer.wo, second.wo),
                                      std::pair(answer.weight, second.weight)}) {
-        choose_of(to.x, from.x), choose_of(to.y, from.y), choose_of(to.z, from.z);
+        select_into(to.x, from.x), select_into(to.y, from.y), select_into(to.z, from.z);
       }
-      choose_of(answer.sample_pdf, second.sample_pdf);
-      choose_of(answer.is_delta, second.is_delta);
+      select_into(answer.sample_pdf, second.sample_pdf);
+      select_into(answer.is_delta, second.is_delta);
     });
     BsdfQuery sampled = query;
     sampled.u1 = nullptr;

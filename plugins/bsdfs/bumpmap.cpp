@@ -19,7 +19,7 @@ namespace {
 constexpr Parameter kParameters[] = {
     {"texture", ParameterType::kObject, nullptr, "heights, read as a single channel", true,
      Category::kTexture},
-    {"scale", ParameterType::kFloat, "1", "factor on the heights"},
+    {"scale", ParameterType::kFloat, "1", "scale factor of the heights"},
     KINOME_TURNED_FRAME_PARAMETERS,
 };
 

@@ -15,7 +15,7 @@ namespace kinome {
       {"thickness", ParameterType::kFloat, "1", "thickness of the coat, in units of 1 / sigma_a"}, \
       {"sigma_a", ParameterType::kUnitlessTexture, "0", "absorption coefficient of the coat"},     \
       {"specular_reflectance", ParameterType::kReflectanceTexture, "1",                            \
-       "factor on the coat's reflection"},                                                         \
+       "scale factor of the coat's reflection"},                                                   \
   {                                                                                                \
     "bsdf", ParameterType::kObject, nullptr, "the coated BSDF", true, Category::kBsdf              \
   }

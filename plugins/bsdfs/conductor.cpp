@@ -11,7 +11,8 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     KINOME_CONDUCTOR_PARAMETERS,
-    {"specular_reflectance", ParameterType::kReflectanceTexture, "1", "factor on the reflection"},
+    {"specular_reflectance", ParameterType::kReflectanceTexture, "1",
+     "scale factor of the reflection"},
 };
 
 class Conductor final : public wide::FormulaBsdf<Conductor> {

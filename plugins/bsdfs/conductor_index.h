@@ -5,18 +5,18 @@
 #include <iterator>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "batch.h"
-#include "conductor_presets.h"
+#include "kinome/measured_indices.h"
+
 namespace kinome {
 
 /// Values of `material`: "none", and the names of the presets. Some presets have a second name.
 inline constexpr auto kConductorNames = [] {
-  constexpr auto kSeconds = std::ranges::count_if(kConductorPresets, &ConductorPreset::second_name);
-  std::array<const char*, 1 + std::size(kConductorPresets) + kSeconds> names{"none"};
+  constexpr auto kSeconds = std::ranges::count_if(kMeasuredIndices, &MeasuredIndex::second_name);
+  std::array<const char*, 1 + std::size(kMeasuredIndices) + kSeconds> names{"none"};
   size_t count = 1;
-  for (const ConductorPreset& preset : kConductorPresets) {
+  for (const MeasuredIndex& preset : kMeasuredIndices) {
     names[count++] = preset.name;
     if (preset.second_name) names[count++] = preset.second_name;
   }
@@ -34,11 +34,7 @@ class ConductorIndex {
       return;
     }
     for (const char* name : {"eta", "k"}) props.exclude(name, "material");
-    const std::string_view name = kConductorNames[props.choice("material")];
-    const ConductorPreset& preset =
-        *std::ranges::find_if(kConductorPresets, [&](const ConductorPreset& one) {
-          return name == one.name || (one.second_name && name == one.second_name);
-        });
+    const MeasuredIndex& preset = *measured_index(kConductorNames[props.choice("material")]);
     eta_ = ColorInput(make_uniform_texture(preset.eta));
     k_ = ColorInput(make_uniform_texture(preset.k));
   }

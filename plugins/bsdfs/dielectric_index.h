@@ -24,10 +24,10 @@ inline constexpr NamedNumber kIndicesOfRefraction[] = {
   {"int_ior", ParameterType::kFloatOrName, "bk7", "index of refraction " inside},      \
       {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction " outside}, \
       {"specular_reflectance", ParameterType::kReflectanceTexture, "1",                \
-       "factor on the reflection"},                                                    \
+       "scale factor of the reflection"},                                              \
   {                                                                                    \
     "specular_transmittance", ParameterType::kReflectanceTexture, "1",                 \
-        "factor on the transmission"                                                   \
+        "scale factor of the transmission"                                             \
   }
 
 /// Returns int_ior / ext_ior. Both are bounded so that squares and inverses are finite.

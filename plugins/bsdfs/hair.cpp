@@ -24,7 +24,7 @@ constexpr Parameter kParameters[] = {
     {"pheomelanin", ParameterType::kFloat, "0.2", "concentration of the pigment of red hair"},
     {"sigma_a", ParameterType::kUnitlessTexture, nullptr,
      "absorption coefficient per radius of the fibre, instead of the pigments"},
-    {"scale", ParameterType::kFloat, "1", "factor on sigma_a"},
+    {"scale", ParameterType::kFloat, "1", "scale factor of sigma_a"},
     {"int_ior", ParameterType::kFloatOrName, "amber", "index of refraction of the fibre"},
     {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
     {"longitudinal_roughness", ParameterType::kFloat, "0.3",
@@ -115,7 +115,7 @@ class Hair final : public wide::FormulaBsdf<Hair> {
     if (!std::isfinite(tilt)) throw props.error("scale_tilt", "must be finite");
     tilt_ = {-2 * tilt, tilt, 4 * tilt, 0};
     lobes_ = Lobe::kGlossy;
-    transmits_ = scatters_through_ = true;
+    transmits_ = has_rough_transmission_ = true;
   }
 
   auto inputs() const { return std::tie(absorption_); }

@@ -25,8 +25,8 @@ class OpacityMask final : public Bsdf {
     lobes_ = nested_->lobes() | Lobe::kDelta;
     turns_to_viewer_ = nested_->turns_to_viewer();
     transmits_ = true;
-    passes_straight_ = true;
-    scatters_through_ = nested_->scatters_through();
+    has_null_lobe_ = true;
+    has_rough_transmission_ = nested_->has_rough_transmission();
     relative_index_ = nested_->relative_index();
   }
 
@@ -86,7 +86,7 @@ class OpacityMask final : public Bsdf {
     const float opacity = clamped_share(opacity_.at(si));
     const float probability = nested_probability(Lobe::kAll, opacity);
     NullTransmission through{Rgb(1 - opacity), 1 - probability};
-    if (nested_->passes_straight()) {
+    if (nested_->has_null_lobe()) {
       const NullTransmission nested = nested_->null_transmission(si);
       through.transmittance += nested.transmittance * opacity;
       through.probability += nested.probability * probability;
@@ -98,7 +98,7 @@ class OpacityMask final : public Bsdf {
                                const NullTransmissionBlock& out) const override {
     using wide::Float;
     const NumberInput::Columns opacities(opacity_, points);
-    const bool is_nested = nested_->passes_straight();
+    const bool is_nested = nested_->has_null_lobe();
     if (is_nested) nested_->null_transmission_block(points, out);
     wide::for_lanes(points.count, [&](size_t i) {
       const Float opacity = clamped_share(opacities[i]);

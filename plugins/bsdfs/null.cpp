@@ -17,7 +17,7 @@ class Null final : public wide::FormulaBsdf<Null> {
   explicit Null(const Properties&) {
     lobes_ = Lobe::kDelta;
     transmits_ = true;
-    passes_straight_ = true;
+    has_null_lobe_ = true;
     is_invisible_ = true;
   }
 

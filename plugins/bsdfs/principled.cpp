@@ -45,7 +45,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
         diffuse_rate_(nonnegative_number(props, "diffuse_reflectance_sampling_rate")),
         main_rate_(nonnegative_number(props, "main_specular_sampling_rate")),
         clearcoat_rate_(nonnegative_number(props, "clearcoat_sampling_rate")) {
-    transmits_ = scatters_through_ = common_.spec_trans->max() > 0 && metallic_->min() < 1;
+    transmits_ = has_rough_transmission_ = common_.spec_trans->max() > 0 && metallic_->min() < 1;
     eta_ = read_eta(props, transmits_);
     if (transmits_) relative_index_ = eta_;
     lobes_ = metallic_->min() < 1 ? Lobe::kDiffuse | Lobe::kGlossy : Lobe::kGlossy;
@@ -142,7 +142,7 @@ class Principled final : public wide::FormulaBsdf<Principled> {
       const F rest = u1 - diffuse_probability_;
       const auto is_coat = !is_diffuse && rest < coat_probability_;
       VecOf<F> wo = warp::square_to_cosine_hemisphere<VecOf<F>>(u2);
-      MaskOf<F> goes_through = u1 < 0.f;  // nowhere
+      MaskOf<F> goes_through = u1 < 0.f;  // false in all lanes
       if (has_glossy_) {
         const auto facet = boundary_.sample(u2);
         goes_through = !is_diffuse && !is_coat &&

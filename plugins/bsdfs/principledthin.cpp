@@ -41,7 +41,7 @@ class PrincipledThin final : public wide::FormulaBsdf<PrincipledThin> {
         glossy_rates_{nonnegative_number(props, "specular_reflectance_sampling_rate"),
                       nonnegative_number(props, "specular_transmittance_sampling_rate")} {
     const bool is_glossy = common_.spec_trans->max() > 0;
-    transmits_ = scatters_through_ = is_glossy || diff_trans_->max() > 0;
+    transmits_ = has_rough_transmission_ = is_glossy || diff_trans_->max() > 0;
     lobes_ = (is_glossy ? Lobe::kGlossy : Lobe::kNone) |
              (common_.spec_trans->min() < 1 ? Lobe::kDiffuse : Lobe::kNone);
   }

@@ -28,7 +28,7 @@ class RoughBoundary {
         index_(select(is_outside_, F(eta), F(1 / eta))),
         microfacet_(alpha_u, alpha_v),
         sampled_(alpha_u * sampled_scale(), alpha_v * sampled_scale()),
-        viewers_part_(microfacet_.viewers_part(microfacet_.times_alpha2(wi_), wi_.z)),
+        viewer_g1_(microfacet_.viewer_g1(microfacet_.times_alpha2(wi_), wi_.z)),
         density_part_(microfacet_.smith_g1_exact(wi_) / wi_.z) {}
 
   struct Value {
@@ -49,7 +49,7 @@ class RoughBoundary {
     // Each direction must be on the same side of the microfacet as of the surface.
     const auto is_valid = wi_.z > 0.f && cos_i > 0.f && cos_o * out.z > 0.f && length2 > 1e-12f &&
                           d * h.z > 1e-20f;
-    const F g = microfacet_.smith_g1(microfacet_.times_alpha2(out), abs(out.z)) * viewers_part_;
+    const F g = microfacet_.smith_g1(microfacet_.times_alpha2(out), abs(out.z)) * viewer_g1_;
     // Jacobian of refraction divided by the Jacobian of reflection, 1 / (4 cos_i). The squared
     // index of the Jacobian cancels in f, because radiance scales by its inverse.
     const F bent = 4.f * cos_i * abs(cos_o) / sqr(length2);
@@ -95,7 +95,7 @@ class RoughBoundary {
   /// Maps to and from coordinates in which wi is above the surface.
   Vector above(const Vector& v) const { return {v.x, v.y, select(is_outside_, v.z, -v.z)}; }
 
-  /// Factor on alpha for sampling all normals, which keeps weights low (Walter et al. 2007, 5.3).
+  /// Factor of alpha for sampling all normals, which keeps weights low (Walter et al. 2007, 5.3).
   F sampled_scale() const {
     return visible_ ? F(1.f) : 1.2f - 0.2f * sqrt(min(wi_.z, F(1.f)));
   }
@@ -113,7 +113,7 @@ class RoughBoundary {
   bool visible_;
   F index_;  ///< index of refraction of the other side divided by that of wi's side
   Microfacet<kType, F> microfacet_, sampled_;
-  F viewers_part_, density_part_;
+  F viewer_g1_, density_part_;
 };
 
 }  // namespace kinome

@@ -25,7 +25,7 @@ class RoughDielectric : public wide::FormulaBsdf<RoughDielectric> {
         sample_visible_(props.boolean("sample_visible")) {
     relative_index_ = bending_ior(props);
     lobes_ = Lobe::kGlossy;
-    transmits_ = scatters_through_ = true;
+    transmits_ = has_rough_transmission_ = true;
   }
 
   auto inputs() const { return std::tie(reflectance_, transmittance_, alpha_u_, alpha_v_); }

@@ -22,7 +22,7 @@ namespace {
 constexpr Parameter kParameters[] = {
     {"diffuse_reflectance", ParameterType::kReflectanceTexture, "0.5", "albedo of the base"},
     {"specular_reflectance", ParameterType::kReflectanceTexture, "1",
-     "factor on the coat's reflection"},
+     "scale factor of the coat's reflection"},
     {"int_ior", ParameterType::kFloatOrName, "polypropylene", "index of refraction of the coat"},
     {"ext_ior", ParameterType::kFloatOrName, "air", "index of refraction outside"},
     choice_of("distribution", kMicrofacetTypes, "beckmann",

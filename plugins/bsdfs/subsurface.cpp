@@ -8,7 +8,7 @@
 /// must be closed and can't have another one. `volpath` and `clustered` render it exactly, by walks
 /// of the light inside; integrators without media show rough glass.
 ///
-/// `color` is the albedo of a deep, flat body in even light, apart from the reflections at its
+/// `color` is the albedo of a deep, flat body in uniform light, apart from the reflections at its
 /// boundary, as the `diffuse_reflectance` of `roughplastic`. `radius` is the mean free path in
 /// units of the scene; that of red light is the longest in most bodies. The extinction of the
 /// medium is 1 / (scale radius). The albedo of single collisions is, after Kulla and Conty 2017,
@@ -31,7 +31,7 @@ constexpr Parameter kParameters[] = {
      "albedo of a deep body, without the reflections of its boundary; must be uniform"},
     {"radius", ParameterType::kUnitlessTexture, "1",
      "mean free path inside, in units of the scene; must be uniform"},
-    {"scale", ParameterType::kFloat, "1", "factor on the radius"},
+    {"scale", ParameterType::kFloat, "1", "scale factor of the radius"},
     {"g", ParameterType::kFloat, "0",
      "mean cosine of the deflection at a collision, between -1 and 1; positive values scatter "
      "forward"},

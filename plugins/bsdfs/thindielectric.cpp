@@ -25,7 +25,7 @@ class ThinDielectric final : public wide::FormulaBsdf<ThinDielectric> {
         eta_(relative_ior(props)) {
     lobes_ = Lobe::kDelta;
     transmits_ = true;
-    passes_straight_ = true;
+    has_null_lobe_ = true;
   }
 
   template <class F>

@@ -118,7 +118,7 @@ class TurnedFrame : public Bsdf {
     }
     lobes_ = nested_->lobes();
     transmits_ = nested_->transmits();
-    scatters_through_ = nested_->scatters_through();
+    has_rough_transmission_ = nested_->has_rough_transmission();
     relative_index_ = nested_->relative_index();
     turns_to_viewer_ = flip_ || shadowing_;
   }
@@ -220,7 +220,7 @@ class TurnedFrame : public Bsdf {
     SurfaceInteraction si;  ///< the point in the perturbed frame
   };
 
-  /// Maps kinds of forms to the kinds with `is_turned` set.
+  /// Maps kinds of forms to the kinds with `has_perturbed_normal` set.
   class TurnedKinds {
    public:
     explicit TurnedKinds(BsdfFormKinds& all) : all_(all) {}
@@ -228,9 +228,9 @@ class TurnedFrame : public Bsdf {
       if (kind == kind_) return turned_;
       kind_ = kind;
       turned_ = BsdfFormKinds::kNone;
-      if (kind == BsdfFormKinds::kNone || all_[kind].is_turned) return turned_;
+      if (kind == BsdfFormKinds::kNone || all_[kind].has_perturbed_normal) return turned_;
       BsdfForm form = all_[kind];
-      form.is_turned = true;
+      form.has_perturbed_normal = true;
       return turned_ = all_.number_of(form);
     }
     uint32_t black() { return all_.number_of(BsdfForm()); }

@@ -33,8 +33,8 @@ class TwoSided final : public Bsdf {
         throw props.error("bsdf", "must not refract light: both sides would refract it inwards");
       }
       transmits_ = transmits_ || side->transmits();
-      scatters_through_ = scatters_through_ || side->scatters_through();
-      passes_straight_ = passes_straight_ || side->passes_straight();
+      has_rough_transmission_ = has_rough_transmission_ || side->has_rough_transmission();
+      has_null_lobe_ = has_null_lobe_ || side->has_null_lobe();
     }
     lobes_ = sides_.front()->lobes() | sides_.back()->lobes();
     is_lambertian_ = sides_.front()->is_lambertian() && sides_.back()->is_lambertian();
@@ -60,9 +60,9 @@ class TwoSided final : public Bsdf {
 
   void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                    const BsdfAnswer& answer) const override {
-    const size_t backs = seen_from_behind(points);
-    if (backs == 0) return sides_.front()->shade_block(points, query, answer);
-    if (sides_.size() == 1 || backs == points.count) {
+    const size_t num_backs = seen_from_behind(points);
+    if (num_backs == 0) return sides_.front()->shade_block(points, query, answer);
+    if (sides_.size() == 1 || num_backs == points.count) {
       return shade_facing(*sides_.back(), points, query, answer);
     }
     // Each point takes the result of its side.
@@ -85,11 +85,11 @@ class TwoSided final : public Bsdf {
 
   void null_transmission_block(const SurfaceBlock& points,
                                const NullTransmissionBlock& out) const override {
-    const size_t backs = seen_from_behind(points);
-    if (backs == 0) return sides_.front()->null_transmission_block(points, out);
+    const size_t num_backs = seen_from_behind(points);
+    if (num_backs == 0) return sides_.front()->null_transmission_block(points, out);
     const wide::ScratchColumns columns(8, points.count);
     const SurfaceBlock facing = turned_to_viewer(points, columns);
-    if (sides_.size() == 1 || backs == points.count) {
+    if (sides_.size() == 1 || num_backs == points.count) {
       return sides_.back()->null_transmission_block(facing, out);
     }
     const NullTransmissionBlock back{columns.three(4), columns[7]};
@@ -100,11 +100,11 @@ class TwoSided final : public Bsdf {
   }
 
   void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const override {
-    const size_t backs = seen_from_behind(points);
-    if (backs == 0) return sides_.front()->describe_block(points, out);
+    const size_t num_backs = seen_from_behind(points);
+    if (num_backs == 0) return sides_.front()->describe_block(points, out);
     const wide::ScratchColumns columns(22, points.count);
     const SurfaceBlock facing = turned_to_viewer(points, columns);
-    if (sides_.size() == 1 || backs == points.count) {
+    if (sides_.size() == 1 || num_backs == points.count) {
       return sides_.back()->describe_block(facing, out);
     }
     // Each point takes the description of its side.

@@ -29,13 +29,13 @@ constexpr Parameter kTable[] = {
      "Latitude-longitude image in any format that 'bitmap' reads; integers are sRGB.", true},
     {"data", ParameterType::kImage, nullptr,
      "Pixels from a program, instead of the file: radiance with one or three channels."},
-    {"scale", ParameterType::kFloat, "1", "Factor on the image's radiance."},
+    {"scale", ParameterType::kFloat, "1", "Scale factor of the image's radiance."},
     {"to_world", ParameterType::kTransform, "identity",
      "Rotation (or reflection) of the map. Without it, the top row is +y and the centre column "
      "+z."},
     {"mis_compensation", ParameterType::kBoolean, "false",
-     "Sample mainly what is brighter than the mean, and leave most of the rest to BSDF sampling "
-     "(Karlík et al. 2019)."},
+     "Sample mainly directions that are brighter than the mean; BSDF sampling covers most of the "
+     "others (Karlík et al. 2019)."},
 };
 
 /// Converts the image to linear values.

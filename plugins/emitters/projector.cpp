@@ -29,7 +29,7 @@ constexpr Parameter kTable[] = {
      "Position and orientation; light is emitted along +z."},
     {"irradiance", ParameterType::kEmissionTexture, "1",
      "The projected image: the radiance of a white diffuse surface at z = 1."},
-    {"scale", ParameterType::kFloat, "1", "Factor on the irradiance."},
+    {"scale", ParameterType::kFloat, "1", "Scale factor of the irradiance."},
     KINOME_FOV_PARAMETERS,
 };
 

@@ -15,8 +15,8 @@ namespace kinome::sunsky {
     {"latitude", ParameterType::kFloat, "35.6894", "Degrees north."}, \
     {"longitude", ParameterType::kFloat, "139.6917", "Degrees east."}, \
     {"timezone", ParameterType::kFloat, "9", "Offset of local time from UTC, in hours."}, \
-    {"sun_scale", ParameterType::kFloat, "1", "Factor on the sun's radiance."}, \
-    {"sky_scale", ParameterType::kFloat, "1", "Factor on the sky's radiance."}, \
+    {"sun_scale", ParameterType::kFloat, "1", "Scale factor of the sun's radiance."}, \
+    {"sky_scale", ParameterType::kFloat, "1", "Scale factor of the sky's radiance."}, \
     {"sun_aperture", ParameterType::kFloat, "0.5358", \
      "Angular diameter of the sun, in degrees; doesn't change its irradiance."},\
     {"complex_sun", ParameterType::kBoolean, "false", \
@@ -37,7 +37,7 @@ struct SkySettings {
   double chord2() const { return 4 * std::pow(std::sin(half_angle / 2), 2); }
   /// Solid angle of the sun's disk [sr].
   float solid_angle() const { return static_cast<float>(std::numbers::pi * chord2()); }
-  /// Factor on the radiance of a sun of this size, relative to one of kSolarHalfAngle.
+  /// Factor of the radiance of a sun of this size, relative to one of kSolarHalfAngle.
   float sun_ratio() const {
     return static_cast<float>(4 * std::pow(std::sin(kSolarHalfAngle / 2), 2) / chord2());
   }

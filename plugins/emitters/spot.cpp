@@ -33,7 +33,7 @@ constexpr Parameter kTable[] = {
     {"beam_width", ParameterType::kFloat, nullptr,
      "Angle from the axis, in degrees, up to which the intensity is constant; default: 3/4 of "
      "cutoff_angle."},
-    {"texture", ParameterType::kUnitlessTexture, "1", "Factor on the intensity."},
+    {"texture", ParameterType::kUnitlessTexture, "1", "Scale factor of the intensity."},
 };
 
 constexpr float kDegree = kPi / 180;
@@ -140,7 +140,7 @@ class Spot final : public ColoredPoint<Spot> {
   Beam<wide::formulas::NumberOf<V>> beam_toward(const V& d) const {
     using namespace wide::formulas;
     using F = NumberOf<V>;
-    // Not from the cosine, which is imprecise for small angles.
+    // The angle by atan2, because that by the cosine is imprecise if it is small.
     const F theta = atan2(sqrt(d.x * d.x + d.y * d.y), d.z);
     const MaskOf<F> is_lit = d.z >= min_lit_cosine_ && theta <= cutoff_;
     const F falloff =

@@ -87,7 +87,7 @@ struct Points {
   void add(const SurfaceInteraction& si, const Vec3& d, const Rgb& incident, float area) {
     Reflection point{si, si.frame.to_local(d), incident, si.shape->bsdf().is_lambertian(), {}};
     const float side = point.to_light.z >= 0 ? 1.f : -1.f;
-    // For the reflectance on the light's side.
+    // The reflectance is evaluated for a viewer on the light's side.
     point.si.wi = Vec3(0, 0, side);
     const Bsdf& bsdf = si.shape->bsdf();
     if (point.lambertian) {
@@ -100,7 +100,7 @@ struct Points {
     if (is_black(point.radiance)) return;
     // Offset from the surface, because grazing rays would otherwise hit it just before their end.
     lights.position.push_back(si.ray_origin(d));
-    // Not the normal of reflection_frame, which may depend on the viewer for a normal map.
+    // The shading normal, because that of reflection_frame may depend on the viewer.
     lights.normal.push_back(si.frame.n * side);
     lights.power.push_back(point.radiance);
     lights.extent.push_back(area);

@@ -32,7 +32,7 @@ constexpr const char* kExtensions[] = {".exr", ".pfm", ".rgbe"};  // by FileForm
 constexpr const char* kPixelFormats[] = {"luminance", "luminance_alpha", "rgb",
                                          "rgba",      "xyz",             "xyza"};
 constexpr int kFirstRgb = 2, kFirstXyz = 4;
-constexpr const char* kComponentFormats[] = {"float16", "float32", "uint32"};  // by ExrNumber
+constexpr const char* kComponentFormats[] = {"float16", "float32", "uint32"};  // by ExrSampleType
 
 const Parameter kTable[] = {
     {"width", ParameterType::kInteger, "768", "width of the full film in pixels"},
@@ -102,7 +102,7 @@ class HdrFilm : public Film {
     is_luminance_ = pixel_format < kFirstRgb;
     is_xyz_ = pixel_format >= kFirstXyz;
     has_alpha_ = pixel_format % 2 == 1;
-    number_ = static_cast<ExrNumber>(choice(props, "component_format", kComponentFormats));
+    number_ = static_cast<ExrSampleType>(choice(props, "component_format", kComponentFormats));
     sample_border_ = props.boolean("sample_border");
     filter_ = props.object<ReconstructionFilter>();
     if (!filter_) throw props.error("rfilter", "is missing: the film needs a nested <rfilter>");
@@ -124,7 +124,7 @@ class HdrFilm : public Film {
           });
       std::optional<Image> xyz;  // without it, the image is written as it is, not copied
       if (is_xyz_) xyz = to_xyz(image);
-      write_exr(file.string(), xyz ? *xyz : image, needs_float ? ExrNumber::kFloat : number_,
+      write_exr(file.string(), xyz ? *xyz : image, needs_float ? ExrSampleType::kFloat : number_,
                 metadata, Vec2(crop_.x0, crop_.y0), Vec2(width_, height_));
     }
   }
@@ -170,7 +170,7 @@ class HdrFilm : public Film {
 
   FileFormat format_ = FileFormat::kExr;
   bool is_xyz_ = false;
-  ExrNumber number_ = ExrNumber::kHalf;
+  ExrSampleType number_ = ExrSampleType::kHalf;
 };
 
 }  // namespace

@@ -1,12 +1,16 @@
 /// Arbitrary output variables: properties of the first hit, as additional channels of the image.
-/// Each nested integrator adds the channels NAME.R, .G, .B and .A. The first one also renders the
-/// film's colour, which is black without nested integrators. Channels are filtered like colour;
-/// rays that hit nothing count as 0. `aovs` lists name:type pairs. Channels have Mitsuba's names:
-/// NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on. The pairs crypto:object and
-/// crypto:material add the layers CryptoObject and CryptoMaterial: mattes in the format
-/// Cryptomatte, with the ids of the scene file as names. The guides for denoisers, which Mitsuba
-/// doesn't have, describe what mirrors and glass show: see transport/guides.h. If all channels are
-/// guides, they have at most 8 samples per pixel and pass.
+/// Each nested integrator adds the channels NAME.R, .G, .B and .A, unless there are light groups
+/// alone. The first one also renders the film's colour, which is black without nested integrators.
+/// Channels are filtered like colour; rays that hit nothing count as 0. `aovs` lists name:type
+/// pairs. Channels have Mitsuba's names: NAME.T for a depth, NAME.X, .Y, .Z for a vector and so on.
+/// The names variance, tile_variance, noisy, denoised, lights and those that begin with Crypto are
+/// reserved for other channels.
+/// The pairs crypto:object and crypto:material add the layers CryptoObject and CryptoMaterial:
+/// mattes in the format Cryptomatte, with the ids of the scene file as names. The guides for
+/// denoisers, which Mitsuba doesn't have, describe what mirrors and glass show: see
+/// transport/camera/guides.h. If all channels are guides, they have at most 8 samples per pixel and
+/// pass. `light_groups` divides the colour of the first nested integrator by emitters: see
+/// docs/light-groups.md.
 ///
 ///     <integrator type="aov">
 ///       <string name="aovs" value="depth:depth,n:sh_normal,albedo:albedo"/>
@@ -14,7 +18,6 @@
 ///     </integrator>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -27,10 +30,12 @@
 #include "kinome/block_points.h"
 #include "kinome/primary_rays.h"
 #include "nesting.h"
-#include "transport/blocks_of_tile.h"
-#include "transport/camera.h"
-#include "transport/film_samples.h"
-#include "transport/guides.h"
+#include "reserved_names.h"
+#include "transport/blocks/blocks_of_tile.h"
+#include "transport/camera/camera.h"
+#include "transport/camera/film_samples.h"
+#include "transport/camera/guides.h"
+#include "transport/camera/next_rays.h"
 
 namespace kinome {
 namespace {
@@ -41,18 +46,26 @@ constexpr Parameter kTable[] = {
      "NAME:TYPE pairs, separated by commas or spaces; types: albedo, depth, position, uv, "
      "geo_normal, sh_normal, dp_du, dp_dv, duv_dx, duv_dy, prim_index, shape_index (from 1); "
      "guide_albedo, guide_normal: of the first rough surface behind mirrors and smooth glass, for "
-     "denoisers. crypto:object and crypto:material add layers of Cryptomatte.",
-     true},
+     "denoisers. crypto:object and crypto:material add layers of Cryptomatte. Required unless "
+     "there are light_groups."},
+    {"light_groups", ParameterType::kString, nullptr,
+     "Groups of emitters, as 'NAME: ID ID; NAME: ID', by ids of emitters or of their shapes; or "
+     "'all' for a group of each emitter that has an id. Light of each group adds the channels "
+     "lights.NAME.R, .G and .B. All other emitters are the group 'rest', so that the groups add up "
+     "to the image. The first nested integrator must be clustered, path, direct, volpath or "
+     "volpathmis."},
     {"crypto_depth", ParameterType::kInteger, "6", "ids per pixel of Cryptomatte layers, even"},
-    {"crypto_samples", ParameterType::kInteger, "32",
-     "camera rays per pixel for Cryptomatte layers"},
+    {"crypto_samples", ParameterType::kInteger, nullptr,
+     "camera rays per pixel for Cryptomatte layers, fewer if they take half of a time limit; "
+     "default: as many as the image has samples, between 4 and 16; with a time limit, at most 16 "
+     "in a tenth of the time"},
     {"integrator", ParameterType::kObject, nullptr,
      "Integrators that render the colour channels; each gets channels of its own.", false,
      Category::kIntegrator, 16},
 };
 
-/// Maximum number of samples per pixel and pass if there are guides only. Denoisers remove the noise
-/// of guides, which is far below that of the colour.
+/// Maximum number of samples per pixel and pass if there are guides only. Denoisers remove the
+/// noise of guides, which is far below that of the colour.
 constexpr uint32_t kMaxGuideSamples = 8;
 
 struct SurfaceHit {
@@ -102,48 +115,6 @@ Vec2 uv_offset(const SurfaceInteraction& si, const Ray& ray) {
   return is_finite(Vec3(result, 0)) ? result : Vec2(0);
 }
 
-/// Rays through the neighbouring pixels of a block's rays, from the same points of the lens:
-/// Mitsuba's ray differentials. One per thread.
-class NextRays {
- public:
-  NextRays(const Sensor& sensor, size_t rays)
-      : sensor_(sensor),
-        // Distance between a pixel's samples, as in Mitsuba.
-        scale_(1 / std::sqrt(static_cast<float>(std::max(1u, sensor.sampler().sample_count())))),
-        arena_(rays + kBlockLanes),
-        position_(arena_.two()),
-        next_{arena_.ray_hits(), arena_.ray_hits()} {}
-
-  void find(const Columns2& position, const Columns2& aperture, size_t count) {
-    for (int axis = 0; axis < 2; ++axis) {
-      for (size_t i = 0; i < padded(count); ++i) {
-        position_.x[i] = position.x[i] + (axis == 0 ? 1.f : 0.f);
-        position_.y[i] = position.y[i] + (axis == 1 ? 1.f : 0.f);
-      }
-      sensor_.sample_ray_block(position_, aperture, count, next_[axis]);
-    }
-  }
-
-  /// Returns the ray of the pixel to the right (axis 0) or below (1), moved toward `ray` until they
-  /// are as far apart as a pixel's samples.
-  Ray at(size_t i, const Ray& ray, int axis) const {
-    Ray next = ray_of(&next_[axis][i / kBlockLanes].ray, i % kBlockLanes);
-    // In Mitsuba's pinhole camera, all of them begin at the ray's own origin on the near plane.
-    const bool is_pinhole = !sensor_.needs_aperture_sample() && next.o == ray.o;
-    const Vec3 from = ray.o + ray.tmin * ray.d;
-    next.o = is_pinhole ? from : from + scale_ * (next.o + next.tmin * next.d - from);
-    next.d = ray.d + scale_ * (next.d - ray.d);
-    return next;
-  }
-
- private:
-  const Sensor& sensor_;
-  float scale_;
-  transport::Arena arena_;
-  Columns2 position_;
-  RayHit16* next_[2];
-};
-
 /// Splits a list at commas and white space.
 std::vector<std::string_view> items_of(std::string_view list) {
   constexpr std::string_view kSeparators = ", \t\r\n";
@@ -187,7 +158,12 @@ class AovWorker {
     const bool needs_next_rays = std::any_of(types.begin(), types.end(), [](const Type* type) {
       return type->needs_next_rays;
     });
-    if (needs_next_rays) next_.emplace(sensor, transport::kBlockSamples);
+    if (needs_next_rays) {
+      // Distance between a pixel's samples, as in Mitsuba.
+      const float distance =
+          1 / std::sqrt(static_cast<float>(std::max(1u, sensor.sampler().sample_count())));
+      next_.emplace(sensor, distance, transport::kBlockSamples);
+    }
     const bool needs_guides = std::any_of(types.begin(), types.end(),
                                           [](const Type* type) { return type->guide != nullptr; });
     if (needs_guides) guides_.emplace(scene, sensor, transport::kBlockSamples);
@@ -248,27 +224,41 @@ class AovWorker {
   transport::FilmSamples film_;
   transport::Arena arena_;
   std::vector<float*> values_;
-  std::optional<NextRays> next_;
+  std::optional<transport::NextRays> next_;
   std::optional<transport::Guides> guides_;
 };
 
 class AovIntegrator final : public NestingIntegrator {
  public:
-  explicit AovIntegrator(const Properties& props) : NestingIntegrator(props) {
-    for (const Nested& nested : this->nested()) {
-      add_color(nested, {{"R", FilmChannel::kR},
-                         {"G", FilmChannel::kG},
-                         {"B", FilmChannel::kB},
-                         {"A", FilmChannel::kA}});
-    }
-    for (const Nested& nested : this->nested()) add_channels_of(nested);
-    const std::vector<std::string> names = parse(props);
-    layer_ = add_channels(names);
+  explicit AovIntegrator(const Properties& props)
+      : NestingIntegrator(props),
+        groups_(props, "light_groups"),
+        has_copies_(groups_.is_empty() || props.has("aovs") || nested().size() > 1) {
+    if (!groups_.is_empty()) grouping_ = &find_grouping(props);
+    list();
+    parse(props);
     constexpr int64_t kMaxLevels = 64, kMaxSamples = 4096;
+    const int64_t samples =
+        props.has("crypto_samples") ? props.integer("crypto_samples", 1, kMaxSamples) : 0;
     cryptomatte_ =
         Cryptomatte(kinds_, static_cast<int>(props.integer("crypto_depth", 1, kMaxLevels)),
-                    static_cast<uint32_t>(props.integer("crypto_samples", 1, kMaxSamples)));
-    cryptomatte_layer_ = add_channels(cryptomatte_.channels());
+                    static_cast<uint32_t>(samples));
+    list();
+    if (const auto twice = channel_named_twice()) {
+      throw props.error("aovs", "names two channels '" + *twice + "'");
+    }
+  }
+
+  void set_emitters(std::span<const Emitter* const> emitters) override {
+    NestingIntegrator::set_emitters(emitters);
+    if (groups_.is_empty()) return forget_groups();
+    grouping_->check_light_groups(groups_, emitters);
+    if (!groups_.set_emitters(emitters)) return;
+    grouping_->set_light_groups(groups_);
+    list();
+    if (const auto twice = channel_named_twice()) {
+      groups_.fail("adds the channel '" + *twice + "', which exists already");
+    }
   }
 
   std::vector<Stage> stages() const override {
@@ -305,6 +295,48 @@ class AovIntegrator final : public NestingIntegrator {
   }
 
  private:
+  void list_channels() override {
+    for (const Nested& nested : this->nested()) {
+      if (!has_copies_) break;
+      add_color(nested, {{"R", FilmChannel::kR},
+                         {"G", FilmChannel::kG},
+                         {"B", FilmChannel::kB},
+                         {"A", FilmChannel::kA}});
+    }
+    for (const Nested& nested : this->nested()) add_channels_of(nested);
+    layer_ = add_channels(names_);
+    cryptomatte_layer_ = add_channels(cryptomatte_.channels());
+  }
+
+  /// Returns the integrator that renders the film's colour. Throws Error if it can't divide light
+  /// by group.
+  GroupingIntegrator& find_grouping(const Properties& props) const {
+    if (nested().empty()) throw props.error("light_groups", "requires a nested integrator");
+    Integrator* const first = nested()[0].integrator.get();
+    if (auto* const grouping = dynamic_cast<GroupingIntegrator*>(first)) return *grouping;
+    throw props.error("light_groups", "requires 'clustered', 'path', 'direct', 'volpath' or "
+                                      "'volpathmis' as the first nested integrator: '" +
+                                          first->plugin() + "' renders no light groups");
+  }
+
+  /// Removes the light groups of the nested integrator. It has some if an edit of the scene removed
+  /// them from this integrator.
+  void forget_groups() {
+    if (nested().empty()) return;
+    auto* const first = dynamic_cast<GroupingIntegrator*>(nested()[0].integrator.get());
+    if (!first || first->layers()[0].empty()) return;
+    first->set_light_groups({});
+    list();
+  }
+
+  std::optional<std::string> channel_named_twice() const {
+    std::set<std::string> names;
+    for (const FilmChannel& channel : channels()) {
+      if (!names.insert(channel.name).second) return channel.name;
+    }
+    return std::nullopt;
+  }
+
   /// Adds a layer with these channels. Returns its number, or -1 if `names` is empty.
   int add_channels(const std::vector<std::string>& names) {
     if (names.empty()) return -1;
@@ -313,11 +345,9 @@ class AovIntegrator final : public NestingIntegrator {
     return layer;
   }
 
-  /// Sets types_ and kinds_, and returns the names of the channels of types_.
-  std::vector<std::string> parse(const Properties& props) {
-    std::vector<std::string> names;
-    std::set<std::string> taken;
-    for (const FilmChannel& channel : channels()) taken.insert(channel.name);
+  /// Sets types_, kinds_ and names_.
+  void parse(const Properties& props) {
+    if (!groups_.is_empty() && !props.has("aovs")) return;
     const std::string list = props.string("aovs");
     for (const std::string_view item : items_of(list)) {
       const size_t colon = item.find(':');
@@ -334,21 +364,26 @@ class AovIntegrator final : public NestingIntegrator {
         continue;
       }
       const Type& type = find_type(props, std::string(item.substr(colon + 1)));
+      if (is_reserved(name)) {
+        throw props.error("aovs", "must not use the name '" + name +
+                                      "', which is reserved for other channels of the image");
+      }
       types_.push_back(&type);
       for (const char suffix : std::string_view(type.suffixes)) {
-        names.push_back(name + "." + suffix);
-        if (!taken.insert(names.back()).second) {
-          throw props.error("aovs", "names two channels '" + names.back() + "'");
-        }
+        names_.push_back(name + "." + suffix);
       }
     }
-    if (names.empty() && kinds_.empty()) {
+    if (names_.empty() && kinds_.empty()) {
       throw props.error("aovs", "must be NAME:TYPE pairs, got none");
     }
-    return names;
   }
 
+  LightGroups groups_;
+  /// False if the image's channels show all colours, so that the nested integrators need no copies.
+  bool has_copies_;
+  GroupingIntegrator* grouping_ = nullptr;  ///< nullptr without groups
   std::vector<const Type*> types_;
+  std::vector<std::string> names_;  ///< channels of types_
   int layer_ = -1;
   std::vector<CryptomatteKind> kinds_;
   Cryptomatte cryptomatte_{{}, 0, 0};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,14 @@ namespace kinome {
 /// samples that hit it, divided by the sum of all weights. Samples that hit nothing belong to no
 /// id.
 ///
-/// An average of ids is meaningless. The values of a pixel are therefore computed from a fixed set
-/// of samples, which neither the seed nor the pass changes, so that every pass has the same values.
+/// An average of ids is meaningless. The values of a pixel are therefore computed once, in the
+/// first pass, from a set of samples that doesn't depend on the seed, so that the parts of an image
+/// have the same values.
 class Cryptomatte {
  public:
-  /// Renders these kinds, with `levels` ids per pixel, from `samples` camera rays per pixel.
+  /// Renders these kinds, with `levels` ids per pixel, from `samples` camera rays per pixel, or
+  /// fewer in half of the remaining time. 0: as many as the image has samples, between 4 and 16, or
+  /// at most 16 in a tenth of the remaining time.
   Cryptomatte(std::vector<CryptomatteKind> kinds, int levels, uint32_t samples);
 
   bool is_empty() const { return kinds_.empty(); }
@@ -28,6 +32,13 @@ class Cryptomatte {
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context, int layer) const;
 
  private:
+  /// Returns the number of camera rays per pixel. `seconds_of_sample` measures the time of one.
+  uint32_t sample_count(const Sensor& sensor, RenderContext& context,
+                        const std::function<double()>& seconds_of_sample) const;
+
+  /// Maximum share of the remaining time of a render with a time limit.
+  double share_of_time() const;
+
   std::vector<CryptomatteKind> kinds_;
   int levels_;
   uint32_t samples_;

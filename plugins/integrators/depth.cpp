@@ -3,13 +3,13 @@
 ///
 ///     <integrator type="depth"/>
 
+#include "ignored_parameters.h"
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
 #include "kinome/primary_rays.h"
-#include "ignored_parameters.h"
-#include "transport/blocks_of_tile.h"
-#include "transport/camera.h"
-#include "transport/film_samples.h"
+#include "transport/blocks/blocks_of_tile.h"
+#include "transport/camera/camera.h"
+#include "transport/camera/film_samples.h"
 
 namespace kinome {
 namespace {

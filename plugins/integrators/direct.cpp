@@ -9,11 +9,11 @@
 #include <optional>
 #include <string>
 
-#include "kinome/integrator.h"
+#include "kinome/light_groups.h"
 #include "kinome/plugin.h"
+#include "transport/direct/direct_light.h"
+#include "transport/paths/camera_block.h"
 #include "transport/stages.h"
-#include "transport/camera_block.h"
-#include "transport/direct_light.h"
 
 namespace kinome {
 namespace {
@@ -22,9 +22,9 @@ constexpr Parameter kTable[] = {
     {"shading_samples", ParameterType::kInteger, "1",
      "Number of emitter samples, and of BSDF samples, for each primary ray."},
     {"emitter_samples", ParameterType::kInteger, nullptr,
-     "Number of emitter samples (default: shading_samples). Not together with shading_samples."},
+     "Number of emitter samples (default: shading_samples); excludes shading_samples."},
     {"bsdf_samples", ParameterType::kInteger, nullptr,
-     "Number of BSDF samples (default: shading_samples). Not together with shading_samples."},
+     "Number of BSDF samples (default: shading_samples); excludes shading_samples."},
     {"hide_emitters", ParameterType::kBoolean, "false",
      "The camera doesn't see emitters: it looks through surfaces that emit, and the sky is black, "
      "also behind masks and panes."},
@@ -76,7 +76,7 @@ void add_light(DirectWorker& worker, const Scene& scene, const transport::LightS
   }
 }
 
-class DirectIntegrator final : public Integrator {
+class DirectIntegrator final : public GroupingIntegrator {
  public:
   explicit DirectIntegrator(const Properties& props) {
     const bool separate = props.has("emitter_samples") || props.has("bsdf_samples");
@@ -104,7 +104,7 @@ class DirectIntegrator final : public Integrator {
     if (!scene.has_surface_emitters()) {
       context.job.skip("nearest hits of BSDF rays", "no surface emits: occlusion is enough");
     }
-    const transport::SceneTable table(scene);
+    const transport::SceneTable table(scene, {}, light_groups());
     const PathSettings settings{{2, 5}, hide_emitters_};
     transport::render_blocks<DirectWorker>(
         table, sensor, context, settings,

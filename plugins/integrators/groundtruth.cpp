@@ -28,15 +28,15 @@ class GroundTruth final : public Integrator {
             kBounceStage,       kShadeStage,       kShadowStage,  kFilmStage};
   }
 
-  void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
-                              RenderContext& context) const override {
-    kinome::warn_of_light_left_out(settings_, scene, sensor, context);
+  void warn_of_ignored_light(const Scene& scene, const Sensor& sensor,
+                             RenderContext& context) const override {
+    kinome::warn_of_ignored_light(settings_, scene, sensor, context);
   }
 
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
     if (render_without_surfaces(settings_, scene, sensor, context)) return;
     ScenePointLights lights = gather(settings_, scene, context);
-    if (lights.sets.empty()) context.job.skip("light points", "no emitter offers any");
+    if (lights.sets.empty()) context.job.skip("light points", "no emitter has any");
     for (PointLightSet& set : lights.sets) {
       PointSelection all;
       all.points.resize(set.points.size());

@@ -6,7 +6,7 @@
 namespace kinome {
 
 inline constexpr Parameter kIgnoredHideEmitters = ignored_row(
-    "hide_emitters", ParameterType::kBoolean, "emitters are surfaces here; give it to the integrator "
-                                              "that renders their light");
+    "hide_emitters", ParameterType::kBoolean,
+    "this integrator treats emitters like other surfaces; set it in the one that renders light");
 
 }  // namespace kinome

@@ -35,6 +35,13 @@ class MomentIntegrator final : public NestingIntegrator {
                         "', which doesn't sample pixels one by one; use --variance to estimate its "
                         "noise");
       }
+    }
+    list();
+  }
+
+ private:
+  void list_channels() override {
+    for (const Nested& nested : this->nested()) {
       add_channels_of(nested);
       add_color(nested, {{"X", FilmChannel::kX}, {"Y", FilmChannel::kY}, {"Z", FilmChannel::kZ}});
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -11,28 +12,43 @@
 
 #include "kinome/film_layers.h"
 #include "kinome/integrator.h"
+#include "kinome/light_groups.h"
 #include "kinome/plugin.h"
 #include "kinome/sensor.h"
 #include "kinome/stats.h"
+#include "reserved_names.h"
 
 namespace kinome {
 
 /// An integrator that renders nested integrators, each into its own layers of the film. The colour
 /// of the first one is the film's. Their other channels are named as in Mitsuba: by the nested
 /// integrator's name in the scene ("_arg_0" and so on if it has none).
-class NestingIntegrator : public Integrator {
+class NestingIntegrator : public Integrator, public RefersToEmitters {
  public:
   explicit NestingIntegrator(const Properties& props) {
+    int layers = 0;
     for (auto& [name, where, integrator] : props.nested<Integrator>()) {
-      const auto layers = integrator->layers();
-      nested_.push_back({name, where, std::move(integrator), static_cast<int>(layers_.size())});
-      layers_.insert(layers_.end(), layers.begin(), layers.end());
+      if (is_reserved(name)) {
+        throw Error(where, "the name '" + name + "' is reserved for other channels of the image");
+      }
+      const int first = layers;
+      layers += static_cast<int>(integrator->layers().size());
+      nested_.push_back({name, where, std::move(integrator), first});
     }
-    if (layers_.empty()) layers_.emplace_back();  // the film's colour
   }
 
   std::vector<std::vector<std::string>> layers() const override { return layers_; }
   std::vector<FilmChannel> channels() const override { return channels_; }
+  void set_emitters(std::span<const Emitter* const> emitters) override {
+    const auto before = nested_layers();
+    for (const Nested& nested : nested_) {
+      if (auto* const refers = dynamic_cast<RefersToEmitters*>(nested.integrator.get())) {
+        refers->set_emitters(emitters);
+      }
+    }
+    // A render may read lists that don't change while its scene is edited.
+    if (nested_layers() != before) list();
+  }
 
   std::vector<Stage> stages() const override {
     std::vector<Stage> stages;
@@ -73,10 +89,10 @@ class NestingIntegrator : public Integrator {
     if (nested_.empty()) return Integrator::inspect(scene, sensor, context, film_position);
     return nested_[0].integrator->inspect(scene, sensor, context, film_position);
   }
-  void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
-                              RenderContext& context) const override {
+  void warn_of_ignored_light(const Scene& scene, const Sensor& sensor,
+                             RenderContext& context) const override {
     for (const Nested& nested : nested_) {
-      nested.integrator->warn_of_light_left_out(scene, sensor, context);
+      nested.integrator->warn_of_ignored_light(scene, sensor, context);
     }
   }
   void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const override {
@@ -94,6 +110,25 @@ class NestingIntegrator : public Integrator {
     int first_layer;
   };
   const std::vector<Nested>& nested() const { return nested_; }
+  /// Lists the layers and channels. Must be called by constructors of derived classes, and whenever
+  /// the lists of a nested integrator change.
+  void list() {
+    layers_ = nested_layers();
+    channels_.clear();
+    list_channels();
+  }
+  /// Lists the channels, and the layers of this integrator itself. Called by list().
+  virtual void list_channels() = 0;
+  /// Layers of all nested integrators, at least one.
+  std::vector<std::vector<std::string>> nested_layers() const {
+    std::vector<std::vector<std::string>> all;
+    for (const Nested& nested : nested_) {
+      const auto layers = nested.integrator->layers();
+      all.insert(all.end(), layers.begin(), layers.end());
+    }
+    if (all.empty()) all.emplace_back();  // the film's colour
+    return all;
+  }
   /// Renders the layers of this integrator itself. Called after the nested integrators of a pass,
   /// with the pass's share of the scene's samples.
   virtual void render_own(const Scene& /*scene*/, const Sensor& /*sensor*/,
@@ -111,10 +146,13 @@ class NestingIntegrator : public Integrator {
       add_channel({nested.name + "." + suffix, nested.first_layer, value});
     }
   }
-  /// Adds all channels of a nested integrator other than its colour.
+  /// Adds all channels of a nested integrator other than its colour. Light groups of the film's
+  /// colour keep their names.
   void add_channels_of(const Nested& nested) {
     for (FilmChannel channel : nested.integrator->channels()) {
-      channel.name = nested.name + "." + channel.name;
+      const bool keeps_name =
+          nested.first_layer == 0 && channel.name.starts_with(LightGroups::kPrefix);
+      if (!keeps_name) channel.name = nested.name + "." + channel.name;
       channel.layer += nested.first_layer;
       add_channel(std::move(channel));
     }

@@ -6,7 +6,7 @@
 ///     <integrator type="path"><integer name="max_depth" value="8"/></integrator>
 
 #include "kinome/plugin.h"
-#include "transport/path_integrator.h"
+#include "transport/paths/path_integrator.h"
 
 namespace kinome {
 namespace {

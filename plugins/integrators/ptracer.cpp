@@ -16,10 +16,10 @@
 
 #include "kinome/integrator.h"
 #include "kinome/plugin.h"
+#include "transport/blocks/blocks_of_tile.h"
+#include "transport/light_paths/light_paths.h"
+#include "transport/paths/camera_block.h"
 #include "transport/stages.h"
-#include "transport/blocks_of_tile.h"
-#include "transport/camera_block.h"
-#include "transport/light_paths.h"
 
 namespace kinome {
 namespace {
@@ -27,7 +27,7 @@ namespace {
 constexpr Parameter kTable[] = {
     KINOME_PATH_PARAMETERS,
     {"hide_emitters", ParameterType::kBoolean, "false",
-     "Emitters look black to the camera, and hide what lies behind them."},
+     "The camera sees emitters as black surfaces, which hide the objects behind them."},
 };
 
 /// Maximum number of light paths in a pass, unless one sample of each pixel is more. It bounds the

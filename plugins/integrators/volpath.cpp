@@ -6,7 +6,7 @@
 ///     <integrator type="volpath"><integer name="max_depth" value="8"/></integrator>
 
 #include "kinome/plugin.h"
-#include "transport/media/volume_integrator.h"
+#include "transport/media/paths/volume_integrator.h"
 #include "volume_parameters.h"
 
 namespace kinome {

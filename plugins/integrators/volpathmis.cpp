@@ -4,7 +4,7 @@
 ///     <integrator type="volpathmis"><integer name="max_depth" value="8"/></integrator>
 
 #include "kinome/plugin.h"
-#include "transport/media/volume_integrator.h"
+#include "transport/media/paths/volume_integrator.h"
 #include "volume_parameters.h"
 
 namespace kinome {

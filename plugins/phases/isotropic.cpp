@@ -27,4 +27,4 @@ class Isotropic final : public wide::DeflectionPhase<Isotropic> {
 }  // namespace kinome
 
 KINOME_PLUGIN(kinome::Isotropic, kinome::Category::kPhase, "isotropic",
-              "Scatters light evenly in all directions.", {});
+              "Scatters light uniformly in all directions.", {});

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Parameter kParameters[] = {
     {"values", ParameterType::kString, nullptr,
-     "two or more numbers that aren't negative: the first for light that returns, the last for "
+     "two or more nonnegative numbers: the first for light that returns, the last for "
      "light that goes straight on",
      true},
 };
@@ -34,7 +34,7 @@ std::vector<double> parse_values(const Properties& props) {
     const bool is_number = error == std::errc() && (next == end || std::strchr(", \t\r\n", *next));
     if (!is_number || !std::isfinite(value) || value < 0) {
       const std::string word(at, std::strcspn(at, ", \t\r\n"));
-      throw props.error("values", "must be numbers that aren't negative, got '" + word + "'");
+      throw props.error("values", "must be nonnegative numbers, got '" + word + "'");
     }
     values.push_back(value);
     sum += value;

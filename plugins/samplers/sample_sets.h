@@ -7,7 +7,8 @@
 
 namespace kinome {
 
-/// Divides the unlimited samples of a pixel into sets of `count`. Each set has its own keys.
+/// Divides a pixel's infinite sequence of samples into sets of `count` samples. Each set has its
+/// own keys.
 class SampleSets {
  public:
   explicit SampleSets(uint32_t count) : count_(count) {}

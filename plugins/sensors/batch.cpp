@@ -37,7 +37,7 @@ class Batch final : public ParsedSensor {
     part_ = Vec2(film_->width() / count, film_->height());
     for (const auto& sensor : sensors_) {
       if (sensor->is_surface()) {
-        throw props.error("sensor", "must not be one that has to be nested in a shape");
+        throw props.error("sensor", "must not be of a kind that must be nested in a shape");
       }
       const Vec2 size(sensor->film().width(), sensor->film().height());
       // Scales the sensor's image to the width of the part.

@@ -21,7 +21,7 @@ inline constexpr Parameter kCurveParameters[] = {
     {"to_world", ParameterType::kTransform, "identity",
      "Transform from object to world space; doesn't affect radii."},
     kNestedBsdf,
-    named_object("interior", Category::kMedium, "An error: rays meet curves only from outside."),
+    named_object("interior", Category::kMedium, "An error: rays hit curves only from outside."),
     kExterior,
 };
 
@@ -72,7 +72,7 @@ class CurveShape : public Shape {
   explicit CurveShape(const Properties& props) : Shape(props) {
     if (interior()) {
       throw props.error("interior",
-                        "isn't possible for curves, because rays meet them only from outside: "
+                        "isn't possible for curves, because rays hit them only from outside: "
                         "remove the medium (or the BSDF that defines it), or use a mesh");
     }
     const std::string file = props.file("filename");

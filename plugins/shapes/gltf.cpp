@@ -354,7 +354,7 @@ class Gltf final : public wide::Mesh {
   explicit Gltf(const Properties& props) : Mesh(props) {
     const std::string file = props.file("filename");
     const tinygltf::Model model = parse_gltf(file);
-    const std::vector<std::string> requested = wanted_attributes();
+    const std::vector<std::string> requested = requested_attributes();
     GltfReader reader(
         file, model, props.boolean("flip_tex_coords"),
         std::find(requested.begin(), requested.end(), "vertex_color") != requested.end());

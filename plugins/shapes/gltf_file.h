@@ -59,7 +59,7 @@ inline tinygltf::Model parse_gltf(const std::string& file) {
   };
   const auto read = [](std::vector<unsigned char>* contents, std::string* /*fault*/,
                        const std::string& path, void*) {
-    note_read_file(path);
+    record_read_file(path);
     const std::string buffer = file_contents(path);
     contents->assign(buffer.begin(), buffer.end());
     return true;

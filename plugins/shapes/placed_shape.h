@@ -175,17 +175,17 @@ class PlacedShape final : public Shape {
   float area() const override { return static_cast<float>(area_data().area); }
 
   /// Samples uniformly by area: by the area in the group, with rejection in proportion to the map's
-  /// area ratio. Further tries use random numbers that are hashes of u.
+  /// area ratio. Further attempt use random numbers that are hashes of u.
   SurfaceInteraction sample_surface(const Vec2& u) const override {
     const double max_ratio = area_data().max_ratio;
     SurfaceInteraction si;
     Vec2 sample = u;
     const uint64_t seed = hash_words(std::bit_cast<uint32_t>(u.x), std::bit_cast<uint32_t>(u.y));
-    for (uint32_t tries = 0; tries < kMaxTries; ++tries) {
+    for (uint32_t attempt = 0; attempt < kMaxAttempts; ++attempt) {
       si = shape_->sample_surface(sample);
-      const float keep = random_number(seed, 3 * tries);
+      const float keep = random_number(seed, 3 * attempt);
       if (static_cast<double>(keep) * max_ratio <= map_->area_ratio(si.n)) break;
-      sample = {random_number(seed, 3 * tries + 1), random_number(seed, 3 * tries + 2)};
+      sample = {random_number(seed, 3 * attempt + 1), random_number(seed, 3 * attempt + 2)};
     }
     si = to_world(si, Vec3(0, 0, -1));
     si.shape = this;
@@ -199,8 +199,8 @@ class PlacedShape final : public Shape {
   }
 
  private:
-  /// A try is accepted with a probability of at least 1/3, unless the map flattens strongly.
-  static constexpr uint32_t kMaxTries = 1000;
+  /// An attempt is accepted with a probability of at least 1/3, unless the map flattens strongly.
+  static constexpr uint32_t kMaxAttempts = 1000;
   struct AreaData {
     double area = 0, max_ratio = 0;
   };

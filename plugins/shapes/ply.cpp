@@ -342,7 +342,7 @@ class Ply final : public wide::Mesh {
     const PlyHeader header = read_ply_header(file, bytes);
     const std::string_view body = std::string_view(bytes).substr(header.bytes);
     const bool flip_v = props.boolean("flip_tex_coords");
-    const std::vector<std::string> requested = wanted_attributes();
+    const std::vector<std::string> requested = requested_attributes();
     constexpr bool kBigEndianHost = std::endian::native == std::endian::big;
     if (header.format == PlyFormat::kAscii) {
       mesh_ = read_from(AsciiSource(file, header, body), file, header, flip_v, requested);

@@ -10,7 +10,7 @@ namespace {
 
 const Parameter kTable[] = {
     {"temperature", ParameterType::kFloat, nullptr, "temperature in kelvin, from 100 to 1e6", true},
-    {"scale", ParameterType::kFloat, "1", "factor on the radiance; not negative"},
+    {"scale", ParameterType::kFloat, "1", "scale factor of the radiance; not negative"},
     {"wavelength_min", ParameterType::kFloat, "360",
      "shortest wavelength in nm; there is no emission below it"},
     {"wavelength_max", ParameterType::kFloat, "830",

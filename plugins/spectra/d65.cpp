@@ -10,7 +10,7 @@ namespace {
 
 const Parameter kTable[] = {
     {"color", ParameterType::kColorTexture, "1", "colour in linear Rec.709"},
-    {"scale", ParameterType::kFloat, "1", "factor on the colour; not negative"},
+    {"scale", ParameterType::kFloat, "1", "scale factor of the colour; not negative"},
     {"texture", ParameterType::kObject, nullptr, "texture; alternative to color and scale", false,
      Category::kTexture},
 };

@@ -28,7 +28,7 @@ using namespace wide::formulas;
 
 constexpr Parameter kParameters[] = {
     {"name", ParameterType::kString, nullptr, "vertex_NAME or face_NAME", true},
-    {"scale", ParameterType::kFloat, "1", "factor on the values"},
+    {"scale", ParameterType::kFloat, "1", "scale factor of the values"},
 };
 
 /// Vertices of a triangle, and the barycentric coordinates of a point.

@@ -9,11 +9,13 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <new>
 
 #include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "kinome/instruction_set.h"
 #include "kinome/log.h"
+#include "kinome/read_files.h"
 
 namespace kinome {
 namespace {
@@ -74,8 +76,6 @@ ReadImageFunction open_reader(const char* name, const Properties& props) {
 }
 
 StoredImage read_file(const std::string& path, const Properties& props) {
-  std::error_code failed;
-  const auto size = std::filesystem::file_size(path, failed);
   std::string magic(4, '\0');
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(Location{path}, std::string("can't be read: ") + std::strerror(errno));
@@ -84,10 +84,7 @@ StoredImage read_file(const std::string& path, const Properties& props) {
   if (magic.starts_with("PF") || magic.starts_with("Pf")) {
     return pick_channels(read_pfm(path), Location{path});
   }
-  std::string bytes(failed ? 0 : size, '\0');
-  file.clear();
-  file.seekg(0);
-  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  const std::string bytes = file_contents(path);
   StoredImage image;
   std::string error;
   for (const char* library : kReadImageLibraries) {
@@ -164,7 +161,11 @@ LoadedImage::LoadedImage(const Properties& props) {
     image = pick_channels(*pixels, source);
   } else {
     source = Location{props.file("filename"), 0, 0};
-    image = read_file(source.file, props);
+    try {
+      image = read_file(source.file, props);
+    } catch (const std::bad_alloc&) {
+      throw Error(source, "doesn't fit in memory");
+    }
   }
   log_unused(source.file, image.unused);
   const auto channels = static_cast<size_t>(image.channels);

@@ -40,7 +40,7 @@ constexpr Parameter kParameters[] = {
     {"use_grid_bbox", ParameterType::kBoolean, "false",
      "the grid fills the box in its file, not the unit cube"},
     ignored_row("raw", ParameterType::kBoolean, "values are never converted to spectra"),
-    ignored_row("accel", ParameterType::kBoolean, "there is no hardware for it on processors"),
+    ignored_row("accel", ParameterType::kBoolean, "only GPUs have hardware for it"),
     ignored_row("max_value", ParameterType::kFloat, "the maximum of the values is used"),
 };
 
@@ -111,7 +111,7 @@ Transform cube_to_world(const Properties& props, const VoxelGrid& grid) {
   const Vec3 size = grid.box.extent();
   if (!(size.x > 0 && size.y > 0 && size.z > 0 && is_finite(size) && is_finite(grid.box.lo))) {
     throw props.error("use_grid_bbox",
-                      "requires a file whose box isn't empty and is along the axes");
+                      "requires a file whose box isn't empty and is aligned with the axes");
   }
   Mat4 m(1.f);
   for (int a = 0; a < 3; ++a) m[a][a] = size[a];

@@ -17,7 +17,7 @@ void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance = 1e
   EXPECT_NEAR(glm::distance(a, b), 0, tolerance) << a.x << " " << a.y << " " << a.z;
 }
 
-TEST(CameraPath, OrbitGoesRoundTheAxisThroughTheTarget) {
+TEST(CameraPath, OrbitTurnsAboutTheAxisThroughTheTarget) {
   expect_near(orbit(start(), 0).position, {1, 3, 6});
   // The orbit is counterclockwise seen from above: from the front to the right.
   expect_near(orbit(start(), 0.25).position, {6, 3, 1});
@@ -26,7 +26,7 @@ TEST(CameraPath, OrbitGoesRoundTheAxisThroughTheTarget) {
   expect_near(orbit(start(), 0.3).target, {1, 2, 1});
 }
 
-TEST(CameraPath, EllipseLiesOnTheSphereAboutItsTarget) {
+TEST(CameraPath, EllipseIsOnASphereAroundItsTarget) {
   const CameraView middle = start();
   const double radius = glm::distance(middle.position, middle.target);
   const glm::dvec3 out = (middle.position - middle.target) / radius;
@@ -46,7 +46,7 @@ TEST(CameraPath, EllipseLiesOnTheSphereAboutItsTarget) {
   expect_near(on_ellipse(middle, {0, 0}, 0.4).position, middle.position);
 }
 
-TEST(CameraPath, ViewsArePlacedAsLookatPlacesThem) {
+TEST(CameraPath, ViewsMatchLookat) {
   const auto to_world = start().to_world();
   ASSERT_TRUE(to_world);
   const Vec3 p = to_world->point({0, 0, 0}), d = to_world->vector({0, 0, 1});
@@ -65,7 +65,7 @@ KeyedCurve curve(std::vector<std::pair<double, double>> keys, KeyedCurve::Kind k
   return KeyedCurve(std::move(made), kind);
 }
 
-TEST(KeyedCurve, GoesThroughItsKeysAndStaysThereOutside) {
+TEST(KeyedCurve, InterpolatesItsKeysAndIsConstantOutside) {
   for (const auto kind : {KeyedCurve::Kind::kCatmullRom, KeyedCurve::Kind::kMonotone}) {
     const KeyedCurve c = curve({{1, 5}, {2, 7}, {5, -1}, {5.5, 0}}, kind);
     for (const KeyedCurve::Key& key : c.keys()) expect_near(c.at(key.time), key.value);

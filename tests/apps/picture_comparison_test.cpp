@@ -95,7 +95,7 @@ TEST(Flip, IsNothingOfEqualsAndMuchOfOpposites) {
   for (const float value : Flip(black).differences(white)) EXPECT_GT(value, 0.9f);
 }
 
-TEST(Reference, TellsTheRelMseOfTheValidation) {
+TEST(Reference, RelMseMatchesTheValidation) {
   Image reference = image_of(bright(picture(true)));
   Image other = image_of(bright(picture(false)));
   other.at(7, 5, 1) = std::numeric_limits<float>::quiet_NaN();
@@ -142,7 +142,7 @@ TEST(Reference, ShowsDifferences) {
   EXPECT_NEAR(Reference(grey, "a.exr").errors_of(lighter).rel_mse, 0.005, 1e-8);
 }
 
-TEST(Reference, SaysWhyNot) {
+TEST(Reference, ErrorsGiveTheReason) {
   const test::TemporaryFolder folder;
   const std::string missing = folder.path("missing.exr");
   test::expect_error([&] { Reference reference(missing); }, missing, "");
@@ -167,7 +167,7 @@ TEST(SplitView, HasAPartOfEach) {
   }
 }
 
-TEST(Display, ShowsThePictureBesideItsReference) {
+TEST(Display, ShowsTheImageBesideItsReference) {
   const Image black{4, 2, {"R", "G", "B"}, std::vector<float>(24, 0.f)};
   const Image white{4, 2, {"R", "G", "B"}, std::vector<float>(24, 1.f)};
   Display display;

@@ -153,7 +153,7 @@ TEST(Channels, AreGroupedByTheirNames) {
   EXPECT_EQ(group_named(Image{}, "colour").count, 0);
 }
 
-TEST(Tone, IsWhatAPngHas) {
+TEST(Tone, MatchesThePng) {
   std::vector<float> values;
   for (const float x : numbers()) values.insert(values.end(), {x, x / 3, 7 * x});
   values.resize(values.size() / 3 * 3);
@@ -186,7 +186,7 @@ TEST(Tone, RisesWithTheLight) {
   }
 }
 
-TEST(Tone, MarksWhatIsNoLight) {
+TEST(Tone, MarksInvalidValues) {
   const Image image = row({kNan, 1, 1, kInf, -1, 1, -1, 1, 1, 1, 1, 1}, {"R", "G", "B"});
   const float max_float = std::numeric_limits<float>::max();
   const Image replaced = row({0, 1, 1, max_float, 0, 1, 0, 1, 1, 1, 1, 1}, {"R", "G", "B"});
@@ -226,7 +226,7 @@ TEST(Tone, MarksWhatIsNoLight) {
   EXPECT_EQ(ToneMapper(with_sign).map(Image{}).size(), 0u);
 }
 
-TEST(Tone, RangesHoldWhatThereIs) {
+TEST(Tone, RangesContainAllValues) {
   const Image image = row({0.03f, 0.5f, 41, kNan, 0, -3}, {"Y"});
   const ChannelGroup group = group_named(image, "Y");
   const ColorRange logarithmic = range_of(image, group, true);
@@ -277,7 +277,7 @@ TEST(Histogram, CountsEachValueOnce) {
   EXPECT_EQ(bad_pixels(image, group_named(image, "Y"), 9).size(), 4u);
 }
 
-TEST(Histogram, BinsAreWhereTheySayTheyAre) {
+TEST(Histogram, BinsMatchTheirStatedRanges) {
   for (int bin = 0; bin < ChannelHistogram::kBins; ++bin) {
     const float inside = ChannelHistogram::least(bin) * 1.0001f;
     const Image image = row({inside}, {"Y"});

@@ -6,7 +6,7 @@
 namespace kinome::app::progress_test {
 namespace {
 
-TEST(ProgressText, TellsTheTimeLeftUntilTheEnd) {
+TEST(ProgressText, ReportsTheRemainingTime) {
   EXPECT_EQ(progress_text(0.25, 0.25, 10).percent, 25);
   EXPECT_EQ(progress_text(0.25, 0.25, 10).left, ", 30 s left");
   EXPECT_EQ(progress_text(0.1, 0.1, 60).left, ", 9 min 00 s left");

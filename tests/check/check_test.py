@@ -88,11 +88,11 @@ def without_numbers(text):
 class Page(unittest.TestCase):
     """docs/checks.md must be up to date, except for measured numbers."""
 
-    def test_faults_are_those_of_the_sources(self):
+    def test_faults_match_the_sources(self):
         self.assertEqual({source: {row[0] for row in rows}
                           for source, rows in WRONG_PLUGINS.items()}, planted())
 
-    def test_table_is_that_of_the_faults(self):
+    def test_the_table_lists_all_faults(self):
         page = (ROOT / "docs/checks.md").read_text("utf-8")
         shown = checks.rows_of(page)
         self.assertEqual([row[:4] for row in shown],
@@ -194,7 +194,7 @@ class CommandLines(unittest.TestCase):
             self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
             self.assertNotIn("FAULT", result.stdout)
 
-    def test_what_check_cannot_check(self):
+    def test_plugins_that_cannot_be_checked(self):
         for words, said in (
                 (["diffus"], "unknown plugin 'diffus' (did you mean 'diffuse'?)"),
                 (["diffuse", "-D", "reflectans=1"], "did you mean 'reflectance'?"),

@@ -5,8 +5,7 @@ import re
 FOLDER = pathlib.Path(__file__).resolve().parent
 
 # For each source and value of the parameter `fault`: its meaning, the check that must find it, and
-# a part of the check's message, or several alternatives separated by
-# .
+# a part of the check's message, or several alternatives separated by "|".
 WRONG_PLUGINS = {
     "emitter": [
         ("scale of 0", "`scale` = 0 is accepted and divided by itself: the radiance is NaN",
@@ -147,7 +146,7 @@ WRONG_PLUGINS = {
          "sampling", "eval() integrates to 0.5, expected 1"),
         ("density", "`sample` returns twice the density",
          "values", "but eval() returns"),
-        ("forward", "directions are sampled only ahead",
+        ("forward", "only forward directions are sampled",
          "sampling", "samples don't follow eval()"),
         ("block", "`eval_block` is 10 % greater than `eval`",
          "blocks", "eval_block() differs from eval()"),
@@ -199,7 +198,7 @@ WRONG_PLUGINS = {
     "rfilter": [
         ("radius", "the filter is nonzero up to 1, but its `radius` is 0.8",
          "values", "beyond the radius"),
-        ("one side", "it is 10 % lower on the left",
+        ("one side", "the filter is 10 % lower on the left",
          "values", "filters must be symmetric"),
         ("block", "`eval_block` is 1 % greater than `eval`",
          "values", "eval_block()"),

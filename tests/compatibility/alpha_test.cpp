@@ -144,7 +144,7 @@ void expect_share(double mean, double expected, double rays, const std::string& 
       << what;
 }
 
-TEST(Alpha, IsThatOfMitsubasPathByEveryIntegrator) {
+TEST(Alpha, EqualsMitsubasPathWithEveryIntegrator) {
   for (const Method& method : kMethods) {
     for (const Case& c : kCases) {
       const std::string what = std::string(c.name) + " by " + method.type + method.parameters;
@@ -167,7 +167,7 @@ TEST(Alpha, IsThatOfMitsubasPathByEveryIntegrator) {
   }
 }
 
-TEST(Alpha, OfLayersOfMasksIsWhatTheyCoverTogether) {
+TEST(Alpha, OfLayeredMasksIsTheirTotalCoverage) {
   const std::string body = kSky + card(mask("0.4")) + card(mask("0.4"), "-1");
   for (const char* type : {"path", "clustered", "ptracer"}) {
     expect_share(mean_of(render(integrator_xml({type, ""}, true), body), 3), 1 - 0.6 * 0.6,

@@ -242,7 +242,7 @@ TEST_F(GltfMeshes, PrimitivesWithoutNormalsAreFlat) {
   }
 }
 
-TEST_F(GltfMeshes, HiddenNodesAndWhatIsReported) {
+TEST_F(GltfMeshes, HiddenNodesAreReported) {
   GltfFile file;
   file.nodes =
       R"({"mesh":0,"children":[1]},)"

@@ -62,7 +62,8 @@ TEST(ImageFiles, AFilmOfXyzIsReadAsItsColours) {
 TEST(ImageFiles, ReflectancesThatAreNoneRender) {
   const TemporaryFolder folder;
   const std::string path = folder.path("paper.exr");
-  write_exr(path, Image{1, 1, {"R", "G", "B"}, {1.002f, 20, std::nanf("")}}, ExrNumber::kFloat, {});
+  write_exr(path, Image{1, 1, {"R", "G", "B"}, {1.002f, 20, std::nanf("")}}, ExrSampleType::kFloat,
+            {});
   testing::internal::CaptureStderr();
   const auto scene =
       scene_from("<emitter type='constant'/>" +
@@ -78,7 +79,7 @@ TEST(ImageFiles, ReflectancesThatAreNoneRender) {
 TEST(ImageFiles, NegativeTexelsAreReportedOnce) {
   const TemporaryFolder folder;
   const std::string path = folder.path("sky.exr");
-  write_exr(path, Image{2, 1, {"Y"}, {1, -0.25f}}, ExrNumber::kFloat, {});
+  write_exr(path, Image{2, 1, {"Y"}, {1, -0.25f}}, ExrSampleType::kFloat, {});
   testing::internal::CaptureStderr();
   scene_from("<emitter type='envmap'><string name='filename' value='" + path + "'/></emitter>" +
              card_xml("<bsdf type='diffuse'>" + image_xml(path, "reflectance") + "</bsdf>") +

@@ -30,7 +30,7 @@ TEST(NoIntegrator, IsPathWithOneWarning) {
 }
 
 /// `-D integrator=path` renders the same image as Python's `integrator="path"`.
-TEST(ScenesIntegrators, HaveAllBouncesUnlessTheyAreAskedForLess) {
+TEST(ScenesIntegrators, HaveAllBouncesByDefault) {
   for (const std::string& type : std::vector<std::string>{"path", "ptracer", "clustered"}) {
     const std::string included = "<include filename=\"" + std::string(KINOME_TEST_SOURCE) +
                                  "/scenes/integrators/" + type + ".xml\"/>";

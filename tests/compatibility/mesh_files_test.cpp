@@ -194,7 +194,7 @@ TEST_F(MeshFiles, CurvesWithPointedTips) {
                Error);
 }
 
-/// As MeshLab writes textured meshes; Mitsuba refuses them.
+/// MeshLab writes textured meshes like this; Mitsuba refuses them.
 TEST_F(MeshFiles, PlyTextureCoordinatesOfCorners) {
   const std::string header =
       kPlyVertices +
@@ -222,7 +222,7 @@ TEST_F(MeshFiles, PlyTextureCoordinatesOfCorners) {
   EXPECT_EQ(mesh.positions[mesh.triangles[2].x], Vec3(1, 1, 0));
 }
 
-/// As in files of the Stanford repository and of VTK; Mitsuba refuses them.
+/// Files of the Stanford repository and of VTK have strips; Mitsuba refuses them.
 TEST_F(MeshFiles, PlyTriangleStrips) {
   expect_triangles("a.ply",
                    kPlyVertices +

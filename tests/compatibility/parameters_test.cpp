@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "kit/read_checks.h"
 #include "kinome/log_listener.h"
+#include "kit/checks/read_checks.h"
 #include "support/render.h"
 #include "support/volume_files.h"
 
@@ -96,6 +96,8 @@ Names unknown_of(Category category, const std::string& name) {
   // Programs pass pixels, scene files don't.
   if (name == "envmap" || name == "bitmap" || name == "gridvolume") return {"data"};
   if (name == "bsplinecurve" || name == "linearcurve") return {"interior"};
+  // Needs a nested integrator and the ids of emitters.
+  if (name == "aov") return {"light_groups"};
   // Only a BSDF that defines a medium.
   return category == Category::kSensor ? Names{"bsdf"} : Names();
 }

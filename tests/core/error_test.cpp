@@ -10,7 +10,7 @@
 namespace kinome::error_test {
 namespace {
 
-TEST(Error, SaysWhereAsFarAsItIsKnown) {
+TEST(Error, GivesTheKnownPartsOfTheLocation) {
   EXPECT_STREQ(Error({"a.xml", 3, 7}, "wrong").what(), "a.xml:3:7: wrong");
   EXPECT_STREQ(Error({"a.xml", 0, 0}, "wrong").what(), "a.xml: wrong");
   EXPECT_STREQ(Error("wrong").what(), "wrong");
@@ -28,7 +28,7 @@ TEST(Error, IsOneLine) {
   EXPECT_STREQ(Error({"a\nb", 1, 2}, "two\nlines\r\tin one").what(), "a b:1:2: two lines  in one");
 }
 
-TEST(Error, IsShortWhateverItQuotes) {
+TEST(Error, AbbreviatesLongQuotes) {
   // Characters of two bytes, none of which may be cut in two.
   std::string text;
   for (int i = 0; i < 100000; ++i) text += "ä";
@@ -82,7 +82,7 @@ TEST(UniformTexture, IsItsValueEverywhere) {
   EXPECT_EQ(make_uniform_texture(Rgb(0.3f))->eval_1(Vec2(0.f)), 0.3f);
 }
 
-TEST(Log, SaysWhoSpeaksAndObeysItsLevel) {
+TEST(Log, NamesTheProgramAndObeysItsLevel) {
   testing::internal::CaptureStderr();
   const LogLevel before = log_level();
   set_log_level(LogLevel::kWarn);
@@ -109,7 +109,7 @@ TEST(RunProcess, ReportsStatusAndBothStreams) {
   EXPECT_EQ(test::run_process({"/bin/sh", "-c", "head -c 1000000 /dev/zero"}).out.size(), 1000000u);
 }
 
-TEST(RunProcess, EndsWhatTakesTooLong) {
+TEST(RunProcess, EndsProcessesThatTakeTooLong) {
   EXPECT_EQ(test::run_process({"/bin/sh", "-c", "sleep 60 & wait"}, 0.2).status, 128 + 9);
 }
 

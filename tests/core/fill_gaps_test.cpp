@@ -26,7 +26,7 @@ class PacedIntegrator : public Integrator {
  public:
   PacedIntegrator(const Pace& pace, double& now) : pace_(pace), now_(now) {}
   std::vector<std::vector<std::string>> layers() const override { return {{}}; }
-  void warn_of_light_left_out(const Scene&, const Sensor&, RenderContext&) const override {
+  void warn_of_ignored_light(const Scene&, const Sensor&, RenderContext&) const override {
     now_ += pace_.light_left_out;
   }
   void render(const Scene&, const Sensor& sensor, RenderContext& context) const override {
@@ -85,7 +85,7 @@ RenderStats interrupted(const Pace& pace) {
   return stats;
 }
 
-TEST(FillGaps, WhatIsQuickIsFilled) {
+TEST(FillGaps, QuickPixelsAreFilled) {
   for (const Pace& pace : {Pace{0, 0, 0, 0}, Pace{0, 1.9, 0, .1}, Pace{0, 0, 0, 2.6}}) {
     const RenderStats stats = interrupted(pace);
     EXPECT_EQ(stats.filled, 0.75);
@@ -93,7 +93,7 @@ TEST(FillGaps, WhatIsQuickIsFilled) {
   }
 }
 
-TEST(FillGaps, WhatTakesLongIsNot) {
+TEST(FillGaps, SlowPixelsAreNotFilled) {
   for (const Pace& pace : {Pace{0, 2.1, 0, 0}, Pace{0, 1.9, 0, .2}, Pace{0, 0, 0, 2.7}}) {
     const RenderStats stats = interrupted(pace);
     EXPECT_EQ(stats.filled, 0);

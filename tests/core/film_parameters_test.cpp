@@ -29,7 +29,7 @@ void expect_error(const std::string& body, const std::string& part) {
   }
 }
 
-TEST(Film, RefusesWhatItCannotBe) {
+TEST(Film, RefusesInvalidParameters) {
   expect_error("<integer name=\"width\" value=\"0\"/>", "width");
   expect_error("<integer name=\"width\" value=\"-5\"/>", "width");
   expect_error("<integer name=\"height\" value=\"99999999999\"/>", "height");
@@ -73,7 +73,7 @@ TEST(Film, RefusesMorePixelsThanItCanCount) {
 }
 
 /// Films of other plugins may not check their size.
-TEST(Film, PreparesNoMorePixelsThanItCanCount) {
+TEST(Film, RefusesToPrepareMorePixelsThanItCanCount) {
   class Vast : public Film {
    public:
     Vast() { crop_ = {0, 0, 1 << 16, 1 << 16}; }

@@ -73,7 +73,7 @@ TEST(InstructionSets, HaveNames) {
 
 TEST(InstructionSets, AreChosen) {
   const InstructionSet best = processor_instruction_set();
-  const InstructionSet least = least_instruction_set();
+  const InstructionSet least = min_instruction_set();
   const std::string lowest = to_string(least);
   {
     const KinomeIsa empty("");
@@ -96,11 +96,11 @@ TEST(InstructionSets, AreChosen) {
 
 TEST(InstructionSets, OfALesserProcessorAreRefused) {
   if (!instruction_set_named("x86-64")) GTEST_SKIP() << "not an x86-64 processor";
-  const InstructionSet lesser = std::max(InstructionSet::kX86V3, least_instruction_set());
+  const InstructionSet lesser = std::max(InstructionSet::kX86V3, min_instruction_set());
   EXPECT_EQ(choose_instruction_set(to_string(lesser), lesser), lesser);
   EXPECT_EQ(error_of([&] { choose_instruction_set("x86-64-v4", InstructionSet::kX86V3); }),
             "--isa: this processor lacks x86-64-v4; its best instruction set is x86-64-v3");
-  if (least_instruction_set() > InstructionSet::kX86V2) return;  // the set isn't available
+  if (min_instruction_set() > InstructionSet::kX86V2) return;  // the set isn't available
   const KinomeIsa beyond("x86-64-v2");
   EXPECT_EQ(choose_instruction_set({}, lesser), InstructionSet::kX86V2);
   EXPECT_EQ(error_of([&] { choose_instruction_set({}, InstructionSet::kBaseline); }),
@@ -109,8 +109,8 @@ TEST(InstructionSets, OfALesserProcessorAreRefused) {
 
 /// The program rejects sets below the lowest one for which it and its plugins are built.
 TEST(InstructionSets, LessThanAllIsBuiltForIsRefused) {
-  const std::string least = to_string(least_instruction_set());
-  for (int i = 0; i < static_cast<int>(least_instruction_set()); ++i) {
+  const std::string least = to_string(min_instruction_set());
+  for (int i = 0; i < static_cast<int>(min_instruction_set()); ++i) {
     const std::string less = to_string(static_cast<InstructionSet>(i));
     EXPECT_EQ(error_of([&] { choose_instruction_set(less); }),
               "--isa: must be at least " + least +
@@ -133,7 +133,7 @@ TEST(RegistryOfInstructionSets, TakesTheBestThatItMay) {
   }
 }
 
-TEST(RegistryOfInstructionSets, KnowsWhatThereIs) {
+TEST(RegistryOfInstructionSets, ListsTheInstalledSets) {
   PluginRegistry registry({KINOME_UNIT_PLUGINS}, InstructionSet::kBaseline);
   std::vector<InstructionSet> expected;
   for (const InstructionSet set : kAll) {
@@ -185,7 +185,7 @@ TEST(RegistryOfInstructionSets, RefusesMoreThanItMayUse) {
   EXPECT_EQ(taken_by(willing), to_string(best));
 }
 
-TEST(RegistryOfInstructionSets, RefusesWhatTheProcessorLacks) {
+TEST(RegistryOfInstructionSets, RefusesSetsThatTheProcessorLacks) {
   // No processor supports this set, so that none of its code may run.
   std::ifstream stream(library_of(InstructionSet::kBaseline), std::ios::binary);
   std::string library{std::istreambuf_iterator<char>(stream), {}};

@@ -56,7 +56,7 @@ TEST(Transform, ProductAppliesTheRightOneFirst) {
   expect_near((a * b).inverse().point((a * b).point(p)), p, kRounding);
 }
 
-TEST(Transform, InverseIsAsGoodAsFloatCanHold) {
+TEST(Transform, InverseIsAccurateToSinglePrecision) {
   // A thin needle in a rotated frame. Its determinant of 1e-6 is a sum of terms near 1, so that
   // single precision would cause errors of some per cent. The exact inverse rounded to float has an
   // error of the condition number times epsilon, 6e-5.
@@ -71,7 +71,7 @@ TEST(Transform, InverseIsAsGoodAsFloatCanHold) {
   }
 }
 
-TEST(Transform, KnowsWhatItDoes) {
+TEST(Transform, ReportsItsProperties) {
   const Transform rigid(rotation_and_shift());
   EXPECT_TRUE(rigid.is_invertible());
   EXPECT_FALSE(rigid.has_scale());

@@ -93,7 +93,7 @@ TEST(ProcessGroup, TilesHaveTheSameBits) {
   }
 }
 
-TEST(ProcessGroup, SharedItemsComeToAll) {
+TEST(ProcessGroup, SharedItemsReachAllProcesses) {
   constexpr size_t kItems = 40;
   ThreadGroups::run(3, [&](ProcessGroup& group) {
     RenderContext context({.threads = 2, .group = &group});
@@ -114,11 +114,11 @@ TEST(ProcessGroup, SharedItemsComeToAll) {
     // The process that computed an item continues with it.
     std::vector<int> planned(kItems, -1);
     SharedItems second([&](size_t item, SharedBytes& bytes) { bytes.value(planned[item]); });
-    second.stay_with(first.makers());
+    second.assign(first.ranks());
     context.scheduler.for_each(
         kItems, [&](size_t item, RenderCounters&) { planned[item] = kept[item]; }, &second);
-    EXPECT_EQ(planned, first.makers());
-    EXPECT_EQ(second.makers(), first.makers());
+    EXPECT_EQ(planned, first.ranks());
+    EXPECT_EQ(second.ranks(), first.ranks());
   });
 }
 
@@ -128,13 +128,13 @@ TEST(ProcessGroup, AllAgree) {
     EXPECT_EQ(agree(context.job.group(), 10 + group.rank()), 10);
     EXPECT_EQ(context.job.decide([&] { return 20. + group.rank(); }), 20);
     uint64_t sums[] = {1, static_cast<uint64_t>(group.rank())};
-    add_up(context.job.group(), sums);
+    sum_over_processes(context.job.group(), sums);
     EXPECT_EQ(sums[0], 3u);
     EXPECT_EQ(sums[1], 3u);
   });
 }
 
-TEST(ProcessGroup, OneMistakeIsAllOfTheirs) {
+TEST(ProcessGroup, AnErrorOfOneProcessEndsAll) {
   ThreadGroups::run(3, [&](ProcessGroup& group) {
     RenderContext context({.threads = 1, .group = &group});
     try {
@@ -152,7 +152,7 @@ TEST(ProcessGroup, OneMistakeIsAllOfTheirs) {
       if (group.rank() == 1) throw Error("no such file");
     };
     try {
-      together(&group, fails_at_one);
+      on_all_processes(&group, fails_at_one);
       ADD_FAILURE() << "rank " << group.rank();
     } catch (const AgreedError& error) {
       EXPECT_STREQ(error.what(), "rank 1 on here: no such file");
@@ -216,7 +216,7 @@ constexpr const char* kScene = R"(
     <emitter type="area"> <rgb name="radiance" value="9"/> </emitter>
   </shape>)";
 
-TEST(ProcessGroup, WhatWasLearnedGivesTheSameBits) {
+TEST(ProcessGroup, LearnedDataGiveTheSameBits) {
   const std::vector<float> alone = render_scene(*scene_from(kScene)).data;
   for (const int size : {2, 3}) {
     std::vector<std::unique_ptr<Scene>> scenes;

@@ -62,13 +62,13 @@ TEST(Properties, GettersFallBackOnTheTable) {
   EXPECT_FALSE(props.has("flag"));
 }
 
-TEST(Properties, MistakesInATableAreNotTheUsers) {
+TEST(Properties, WrongTableEntriesAreLogicErrors) {
   const Properties props = make();
   EXPECT_THROW(props.real("bad"), std::logic_error);
   EXPECT_THROW(props.real("unlisted"), std::logic_error);
 }
 
-TEST(Properties, WhatIsNeitherGivenNorDefaultedIsAnError) {
+TEST(Properties, MissingParametersWithoutDefaultAreErrors) {
   EXPECT_EQ(error_of([] { make().file("file"); }),
             "f.xml:1:1: bsdf 'thing' needs parameter 'file', a string (a file name)");
 }
@@ -95,7 +95,7 @@ TEST(Properties, ASpectrumIsEqualEnergyWhiteToLightAndWhiteToReflectance) {
   EXPECT_EQ(props.texture("albedo")->mean(), Rgb(0.5f));
 }
 
-TEST(Properties, WrongTypesNameBoth) {
+TEST(Properties, TypeErrorsNameBothTypes) {
   Properties props = make();
   props.set("count", 1.5, kWhere);
   props.set("name", true, kWhere);
@@ -110,7 +110,7 @@ TEST(Properties, WrongTypesNameBoth) {
             "f.xml:2:5: 'name' must be a color, got a boolean");
 }
 
-TEST(Properties, ReflectancesStayInsideTheUnitInterval) {
+TEST(Properties, ReflectancesOutsideTheUnitIntervalAreErrors) {
   Properties props = make();
   props.set("albedo", 1.5, kWhere);
   props.set("map", UniformColor{Rgb(0.5f, -0.25f, 0.f), false, false}, kWhere);
@@ -142,7 +142,7 @@ TEST(Properties, ChoicesSuggestTheNearest) {
             "'beckmann'?)");
 }
 
-TEST(Properties, NothingIsGivenTwice) {
+TEST(Properties, ParametersGivenTwiceAreErrors) {
   Properties props = make();
   props.set("size", 1.0, {"f.xml", 2, 5});
   EXPECT_EQ(error_of([&] {
@@ -151,7 +151,7 @@ TEST(Properties, NothingIsGivenTwice) {
             "f.xml:3:5: 'size' is given twice (first at f.xml:2:5)");
 }
 
-TEST(Properties, KnowsWhatNobodyRead) {
+TEST(Properties, ListsUnreadParameters) {
   Properties props = make();
   props.set("size", 1.0, kWhere);
   props.set("count", int64_t{1}, kWhere);
@@ -192,7 +192,7 @@ TEST(Properties, ObjectsOfTheWrongKindAreRefused) {
   EXPECT_FALSE(props.has_object("mask"));
 }
 
-TEST(Properties, IntegersAreHeldToARange) {
+TEST(Properties, IntegersOutsideARangeAreErrors) {
   Properties props = make();
   props.set("count", int64_t{7}, kWhere);
   EXPECT_EQ(props.integer("count", 7, 7), 7u);
@@ -206,7 +206,7 @@ TEST(Properties, IntegersAreHeldToARange) {
   }
 }
 
-TEST(Properties, FilesAreLookedForInOrder) {
+TEST(Properties, FilesAreSearchedInOrder) {
   const test::TemporaryFolder folder;
   const std::string first = folder.folder() + "/a", second = folder.folder() + "/b";
   folder.write("a/one.txt", "");
@@ -230,7 +230,7 @@ TEST(Properties, FilesAreLookedForInOrder) {
   EXPECT_EQ(error_of([&] { find(""); }), "f.xml:2:5: 'file' can't be found: a file name is empty");
 }
 
-TEST(Properties, ErrorsStandAtTheParameterOrAtTheObject) {
+TEST(Properties, ErrorsHaveThePositionOfTheParameterOrObject) {
   Properties props = make();
   props.set("size", 1.0, kWhere);
   EXPECT_STREQ(props.error("size", "must be odd").what(), "f.xml:2:5: 'size' must be odd");

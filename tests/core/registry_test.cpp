@@ -108,7 +108,7 @@ TEST(Registry, NoCodeOfAnotherAbiEverRuns) {
   unsetenv("KINOME_TEST_TRACE");
 }
 
-TEST(Registry, RefusesWhatIsBuiltForOtherArithmetic) {
+TEST(Registry, RefusesPluginsWithOtherArithmetic) {
   const auto message = [&](const std::string& folder) {
     PluginRegistry registry({KINOME_UNIT_PLUGINS "/" + folder});
     const std::string text = find_error(registry, "wide_probe");
@@ -258,7 +258,7 @@ TEST(Create, ChecksEveryTypeAgainstTheTable) {
   }
 }
 
-TEST(Create, NeedsWhatIsRequired) {
+TEST(Create, RequiresMandatoryParameters) {
   Properties props(Category::kTexture, "strict", {"f.xml", 1, 1});
   EXPECT_EQ(create_error(props), "f.xml:1:1: texture 'strict' needs parameter 'needed', a string");
   props.set("needed", std::string("x"), {"f.xml", 2, 3});
@@ -325,14 +325,14 @@ TEST(Create, NamesMissingAndWrongObjects) {
   }
 }
 
-TEST(Create, ListsWhatWasNotRead) {
+TEST(Create, ListsUnreadParameters) {
   Properties props = probe_properties();
   props.set("real", 1.0, {"f.xml", 2, 3});
   props.set("unread", 1.0, {"f.xml", 3, 3});
   EXPECT_EQ(create_error(props), "f.xml:3:3: texture 'probe' has unused parameters: 'unread'");
 }
 
-TEST(Create, GivesAPlaceToErrorsFromInside) {
+TEST(Create, AddsThePositionToErrorsOfConstructors) {
   Properties props = probe_properties();
   props.set("broken", true, {"f.xml", 2, 3});
   EXPECT_EQ(create_error(props), "f.xml:1:1: from deep inside");

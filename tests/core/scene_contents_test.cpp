@@ -52,7 +52,7 @@ TEST(Scene, TheDefaultSensorSeesTheShapes) {
 }
 
 /// Unsupported plugins of Mitsuba are omitted or replaced by Mitsuba's defaults.
-TEST(Scene, LeavesOutWhatIsMissingIfAsked) {
+TEST(Scene, LenientLeavesOutUnsupportedPlugins) {
   const std::string xml =
       "<scene version=\"3.0.0\">\n<integrator type='stokes'><integrator type='volpath'>"
       "<integer name='max_depth' value='3'/></integrator>"
@@ -95,7 +95,7 @@ TEST(Scene, LeavesOutWhatIsMissingIfAsked) {
 }
 
 /// As in Mitsuba, an area emitter may be outside the element of its shape.
-TEST(Scene, LampsMayStandBesideTheirShapes) {
+TEST(Scene, EmittersMayBeBesideTheirShapes) {
   const std::string lamp = "<emitter type='area' id='lamp'/>";
   const std::string shape = "<shape type='sphere'><ref id='lamp'/></shape>";
   for (const std::string& both : {lamp + shape, shape + lamp}) {
@@ -108,7 +108,7 @@ TEST(Scene, LampsMayStandBesideTheirShapes) {
   EXPECT_THROW(scene_from(lamp + shape + shape), Error) << "an area emitter belongs to one shape";
 }
 
-TEST(Scene, IgnoresWhatIsOfMitsubasWorkingAlone) {
+TEST(Scene, IgnoresParametersOfMitsubasImplementation) {
   EXPECT_NO_THROW(scene_from(
       "<integrator type='path'><integer name='block_size' value='32'/><integer "
       "name='samples_per_pass' value='16'/><float name='timeout' value='5'/></integrator>"
@@ -135,7 +135,7 @@ TEST(Scene, SensorsKeepTheChildrenThatTheyHave) {
   EXPECT_EQ(scene->sensors()[0]->sampler().sample_count(), 9u);
 }
 
-TEST(Scene, ReferencesShareWhatTheyName) {
+TEST(Scene, ReferencesShareTheirObject) {
   const auto scene = load(
       "<bsdf type='diffuse' id='m'/><shape type='sphere'><ref id='m'/></shape>"
       "<shape type='sphere'><ref id='m'/></shape>");
@@ -147,7 +147,7 @@ TEST(Scene, ShapesThatAreReferredToAtTheRootCountOnce) {
   EXPECT_EQ(load("<shape type='sphere' id='s'/><ref id='s'/>")->shapes().size(), 1u);
 }
 
-TEST(Scene, WhatNobodyRefersToIsCheckedAllTheSame) {
+TEST(Scene, UnusedObjectsAreChecked) {
   EXPECT_EQ(
       error_of([] { load("<bsdf type='diffuse'><rgb name='reflectance' value='2'/></bsdf>"); }),
       "scene.xml:1:45: 'reflectance' is outside [0,1]: 2 2 2");
@@ -157,7 +157,7 @@ std::string unused_error(const std::string& children) {
   return error_of([&] { load(children); });
 }
 
-TEST(Scene, WhatNobodyRefersToIsNotMade) {
+TEST(Scene, UnusedObjectsAreNotMade) {
   RenderStats stats;
   load(
       "<texture type='bitmap' id='wood'><string name='filename' value='missing.exr'/></texture>"
@@ -173,7 +173,7 @@ TEST(Scene, WhatNobodyRefersToIsNotMade) {
   EXPECT_EQ(std::count(stats.plugins.begin(), stats.plugins.end(), "texture/bitmap"), 0);
 }
 
-TEST(Scene, MistakesInWhatNobodyRefersToAreFound) {
+TEST(Scene, ErrorsInUnusedObjectsAreFound) {
   EXPECT_NE(unused_error("<texture type='bitmap' id='t'><string name='filename' value='a.exr'/>"
                          "<string name='wrap_mod' value='clamp'/></texture>")
                 .find("has no parameter 'wrap_mod' (did you mean 'wrap_mode'?)"),
@@ -197,7 +197,7 @@ TEST(Scene, MistakesInWhatNobodyRefersToAreFound) {
             std::string::npos);
 }
 
-TEST(Stats, TellWhatLoadingCost) {
+TEST(Stats, ReportTheCostOfLoading) {
   PluginRegistry registry({KINOME_UNIT_PLUGINS, KINOME_TEST_PLUGINS});
   RenderStats stats;
   load_scene_from_string(

@@ -49,7 +49,7 @@ TEST_P(EveryFilter, KeepsTheSum) {
 /// and without the border that the filter reaches. Splats outside the sampled region are ignored.
 /// Pixels at an edge get light from only one side. The light increases to the right, so that errors
 /// there are visible.
-TEST_P(EveryFilter, LightIsThePictureThatSamplesMake) {
+TEST_P(EveryFilter, SplatsGiveTheImageOfSamples) {
   for (const char* border : {"true", "false"}) {
     const std::string more = std::string(R"(<integer name="crop_offset_x" value="2"/>)"
                                          R"(<integer name="crop_width" value="4"/>)"
@@ -144,7 +144,7 @@ TEST(Splat, CountsInLuminanceAndLeavesAlpha) {
   EXPECT_EQ(alpha->develop().data, (std::vector<float>{1, 2, 3, 0}));
 }
 
-TEST(Splat, IgnoresWhatIsFarOffAndCountsWhatIsNoNumber) {
+TEST(Splat, IgnoresDistantSplatsAndCountsNonFiniteOnes) {
   const auto film = film_with("gaussian", 4, 4);
   film->prepare({{}});
   FilmTile tile = film->make_tile({0, 0, 4, 4});

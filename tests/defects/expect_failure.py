@@ -5,7 +5,8 @@
 CORE: the library of the core's copies. It is preloaded, so that its functions replace the core's.
 PLUGINS: folder of the plugins' copies, which are found before the real ones. With the name of a
 defect, the defect is planted, and the tests that must notice it must fail (not crash). Without a
-name, the tests of all of the program's defects must pass, which shows that they notice the defects.
+name, the tests of the program's first defect must pass, which shows that the copies work. The other
+tests pass with the originals, which are the same code.
 
 The first assertion that fails ends the program, by SIGTRAP: later ones prove no more.
 """
@@ -30,6 +31,8 @@ def main(core, plugins, program, name=""):
     test = os.path.basename(program).removeprefix("test_")
     patterns = dict.fromkeys(d.pattern for d in DEFECTS if d.test == test and name in ("", d.name))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if not name:
+        patterns = list(patterns)[:1]
     result = run(core, plugins, program, ":".join(patterns), name)
     output = f"\n{result.stdout}{result.stderr}"
     if not name:

@@ -111,7 +111,7 @@ class Resuming : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Resuming, EveryIntegratorComesToTheSameBits) {
+TEST_F(Resuming, EveryIntegratorGivesTheSameBits) {
   for (const char* integrator :
        {R"(<integrator type="direct"/>)", R"(<integrator type="path"/>)",
         R"(<integrator type="depth"/>)", R"(<integrator type="ptracer"/>)",
@@ -131,7 +131,7 @@ TEST_F(Resuming, EveryIntegratorComesToTheSameBits) {
 }
 
 /// Renders several passes over the image: of samples, and of rays.
-TEST_F(Resuming, PassesComeToTheSameBits) {
+TEST_F(Resuming, PassesGiveTheSameBits) {
   expect_same_bits(*scene_with(R"(<integrator type="depth"/>)", 1030, 4));
   expect_same_bits(*scene_with(R"(<integrator type="clustered">
       <float name="rays_per_pixel" value="1100"/><integer name="cut_size" value="16"/>
@@ -140,7 +140,7 @@ TEST_F(Resuming, PassesComeToTheSameBits) {
 }
 
 /// The rounds of a budget depend on the samples so far.
-TEST_F(Resuming, BudgetsComeToTheSameBits) {
+TEST_F(Resuming, BudgetsGiveTheSameBits) {
   const auto scene = [](const std::string& integrator, const std::string& parameters = "") {
     return scene_with("<integrator type='" + integrator + "'>" + parameters + "</integrator>", 4,
                       30);
@@ -166,7 +166,7 @@ TEST_F(Resuming, WholeRendersAreNotRepeated) {
   EXPECT_FALSE(fs::exists(folder_.path("c")));
 }
 
-TEST_F(Resuming, OfNothingBegins) {
+TEST_F(Resuming, WithoutAFileStartsAnew) {
   const auto scene = scene_with(R"(<integrator type="direct"/>)");
   Checkpoint checkpoint(options(true));
   EXPECT_FALSE(checkpoint.resumes());

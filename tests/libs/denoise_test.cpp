@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "kinome/denoise.h"
@@ -139,6 +140,20 @@ TEST(Denoise, TheCombinationNeedsAVariance) {
   const std::vector<float> unknown(truth.size(), kInfinity), black(truth.size(), 0.f);
   EXPECT_EQ(combine_with_noisy(picture.noisy, unknown, truth, kSide, kSide), truth);
   EXPECT_EQ(combine_with_noisy(black, black, black, kSide, kSide), black);
+}
+
+/// They have no influence on other pixels.
+TEST(Denoise, TheCombinationSkipsPixelsThatAreNotFinite) {
+  const std::vector<float> truth = stripes(), denoised = blurred(truth, 2);
+  const NoisyPicture picture = add_noise(truth, 4096, 3);
+  const size_t at = static_cast<size_t>(3 * (30 * kSide + 30));
+  std::vector<float> broken = picture.noisy, unknown = picture.variance;
+  unknown[at] = kInfinity;
+  for (const float value : {kInfinity, std::numeric_limits<float>::quiet_NaN()}) {
+    broken[at] = value;
+    EXPECT_EQ(combine_with_noisy(broken, picture.variance, denoised, kSide, kSide),
+              combine_with_noisy(picture.noisy, unknown, denoised, kSide, kSide));
+  }
 }
 
 /// The discrete filter has the film's weights at whole pixels, normalised, also at the edges.

@@ -95,7 +95,7 @@ TEST(GridDistribution, IsMonotone) {
   }
 }
 
-TEST(GridDistribution, OfNothingHasATotalOfZero) {
+TEST(GridDistribution, OfZeroWeightsHasATotalOfZero) {
   EXPECT_EQ(GridDistribution().total(), 0);
   EXPECT_EQ(GridDistribution(3, 2, std::vector<float>(6)).total(), 0);
   EXPECT_THROW(GridDistribution(3, 2, std::vector<float>(5)), std::invalid_argument);

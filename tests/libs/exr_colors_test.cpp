@@ -64,7 +64,7 @@ void write_parts(const std::string& path, const std::vector<Part>& parts) {
 class ExrColors : public testing::Test {
  protected:
   Image read_back(const Image& image) const {
-    write_exr(path_, image, ExrNumber::kFloat, {});
+    write_exr(path_, image, ExrSampleType::kFloat, {});
     return read_exr(path_);
   }
   TemporaryFolder folder_;
@@ -102,7 +102,7 @@ TEST_F(ExrColors, ComeFirstAndLeaveOtherChannelsTheirNames) {
   EXPECT_EQ(read_back(numbered({"Y", "albedo.R", "albedo.G", "albedo.B"})).channels[0], "Y");
 }
 
-TEST_F(ExrColors, OfSeveralLayersTheWholePictureWins) {
+TEST_F(ExrColors, PrefersTheLayerOfTheWholeImage) {
   const auto first = [this](const std::string& other) {
     const Image back = read_back(numbered(
         {"Diffuse.R", "Diffuse.G", "Diffuse.B", other + ".R", other + ".G", other + ".B"}));

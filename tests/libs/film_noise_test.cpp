@@ -12,7 +12,7 @@ namespace {
 
 /// Lanes are filled one by one. The image is their weighted mean, and its variance is the variance
 /// of this mean.
-TEST(FilmNoise, LanesMakeOnePictureAndItsVariance) {
+TEST(FilmNoise, LanesGiveTheImageAndItsVariance) {
   const auto film = make_film(film_size(2, 1) +
                               R"(<string name="pixel_format" value="rgba"/><rfilter type="box"/>)");
   film->prepare({{"extra"}, {"other"}}, 3);
@@ -56,7 +56,7 @@ TEST(FilmNoise, LanesMakeOnePictureAndItsVariance) {
 
 /// All pixels of a lane share their noise. The variance of tiles and of the image is that of each
 /// pixel. The pixels' variances alone would give 1/256 of it. The last tiles are narrower.
-TEST(FilmNoise, NoiseThatPixelsShareIsThatOfTheirTiles) {
+TEST(FilmNoise, TilesIncludeNoiseThatPixelsShare) {
   const auto film =
       make_film(film_size(20, 18) +
                 R"(<string name="pixel_format" value="luminance"/><rfilter type="box"/>)");
@@ -83,7 +83,7 @@ TEST(FilmNoise, NoiseThatPixelsShareIsThatOfTheirTiles) {
 
 /// A filter spreads each sample over several pixels. Here each lane has one sample, 1 or -1, at
 /// each pixel's centre, so that the expected variance of the tile is known.
-TEST(FilmNoise, NoiseThatTheFilterSpreadsIsThatOfTheTile) {
+TEST(FilmNoise, TilesIncludeNoiseThatTheFilterSpreads) {
   const auto film = make_film(film_size(16, 16) + R"(<rfilter type="gaussian"/>)");
   constexpr uint32_t kLanes = 400;
   film->prepare({{}}, kLanes);

@@ -31,7 +31,7 @@ class Bytes {
  public:
   Bytes() {
     const std::string path = folder_.path("a.exr");
-    write_exr(path, make_image(8, 8, {"Y"}), ExrNumber::kFloat, {});
+    write_exr(path, make_image(8, 8, {"Y"}), ExrSampleType::kFloat, {});
     text = read_file(path);
   }
   void set(const std::string& name, const std::string& type, const std::string& value) {
@@ -64,7 +64,7 @@ TEST(ExrCheck, SizesThatTheFileCannotHold) {
   bytes.expect_error_with("invalid or too large");
 }
 
-TEST(ExrCheck, BlocksThatTakeMoreThanThePicture) {
+TEST(ExrCheck, BlocksLargerThanTheImage) {
   // One row of many pixels is small. 256 of them, which DWAB compresses together, are too large.
   Bytes rows;
   rows.set_size(131072, 1);
@@ -82,7 +82,7 @@ TEST(ExrCheck, BlocksThatTakeMoreThanThePicture) {
   rows.expect_error_with("claims blocks of 131072 x 256 pixels");
 }
 
-TEST(ExrCheck, TilesThatTakeMoreThanThePicture) {
+TEST(ExrCheck, TilesOfMoreBytesThanTheImage) {
   for (const auto& [side, message] : {std::pair(100000, "claims blocks of 100000 x 100000"),
                                       {2000000000, "tile size in its header is too large"}}) {
     Bytes large;
@@ -150,7 +150,7 @@ TEST(ExrCheck, OneColourInFewBytesIsRead) {
   }
 }
 
-TEST(ExrCheck, TilesLargerThanThePictureAreRead) {
+TEST(ExrCheck, TilesLargerThanTheImageAreRead) {
   const TemporaryFolder folder;
   const std::string path = folder.path("tiles.exr");
   const std::vector<float> values(64 * 48, 0.25f);

@@ -132,6 +132,21 @@ TEST_F(Parts, MergedHaveTheBitsOfTheWhole) {
   }
 }
 
+/// Parts are the lanes from which the noise is estimated.
+TEST_F(Parts, NoiseEqualsThatOfIndependentRenders) {
+  const auto scene = scene_with(R"(<integrator type="path"/>)");
+  RenderContext own({.threads = 2, .seed = kSeed, .budget = {.lanes = 3}});
+  const Image whole = render_all_parts(*scene, *scene->sensors()[0], own, 3);
+  const std::vector<std::string> paths = {part(*scene, 1, 3), part(*scene, 2, 3),
+                                          part(*scene, 3, 3)};
+  const MergedParts merged = merge_parts(paths, false, registry(), true);
+  EXPECT_GE(merged.image.find_channel("variance.R"), 0);
+  EXPECT_EQ(merged.image.channels, whole.channels);
+  EXPECT_EQ(merged.image.data, whole.data);
+  // A single part has no noise estimate.
+  EXPECT_LT(merge_parts({paths[0]}, true, registry(), true).image.find_channel("variance.R"), 0);
+}
+
 /// Another order of the additions would be rounded differently. Images in single precision seldom
 /// show the difference, so this test compares the sums.
 TEST_F(Parts, AreAddedInTheirOrder) {
@@ -185,7 +200,7 @@ TEST_F(Parts, MissingOnesAreLeftOutOfTheMean) {
   }
 }
 
-TEST_F(Parts, InterruptedOnesCountAsFarAsTheyGo) {
+TEST_F(Parts, InterruptedPartsCountWithTheirSamples) {
   const auto scene = scene_with(R"(<integrator type="path"/>)");
   const std::string whole = part(*scene, 1, 2);
   const PartRender second(*scene, *scene->sensors()[0], {1, 2});
@@ -272,7 +287,7 @@ TEST_F(Parts, DamagedOnesAreOneClearError) {
       EXPECT_NE(std::string(error.what()).find("damaged.exr: "), std::string::npos) << error.what();
     }
   }
-  write_exr(folder_.path("picture.exr"), images_.back(), ExrNumber::kFloat, metadata());
+  write_exr(folder_.path("picture.exr"), images_.back(), ExrSampleType::kFloat, metadata());
   expect_refused({folder_.path("picture.exr")}, "it is an image, but not a part");
   expect_refused({folder_.path("none.exr")}, "no such file");
 }
@@ -284,7 +299,7 @@ TEST_F(Parts, OfFilmsThatCantBeMergedAreRefused) {
 }
 
 /// An irradiance meter measures π for any colour format of the film.
-TEST_F(Parts, KnowTheSensorsResponse) {
+TEST_F(Parts, ContainTheSensorsResponse) {
   const auto scene = scene_from(R"(
     <emitter type="constant"/>
     <shape type="rectangle">

@@ -147,7 +147,7 @@ TEST(Time, AWildGuessIsCutShort) {
   }
 }
 
-TEST(Time, LeavesWhatTheFileTakes) {
+TEST(Time, IncludesWritingTheFile) {
   RenderBudget budget{.seconds = 2};
   budget.seconds_after = [](const Image& picture) {
     EXPECT_EQ(picture.width, 4);
@@ -158,7 +158,7 @@ TEST(Time, LeavesWhatTheFileTakes) {
   EXPECT_GE(run.passes.now, 1.2);
 }
 
-TEST(Time, ThereIsAlwaysAPicture) {
+TEST(Time, AlwaysGivesAnImage) {
   MadeUp run(4, {.seconds = 0.001}, 0.1, {0.05}, 1, 0.3);
   EXPECT_EQ(run.passes.sizes, std::vector<double>{1});
   EXPECT_NEAR(run.film->develop().at(0, 0, 0), 1, 0.5);

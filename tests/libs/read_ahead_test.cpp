@@ -3,12 +3,12 @@
 #include <string>
 #include <vector>
 
-#include "support/image_helpers.h"
 #include "kinome/image_files.h"
 #include "kinome/log.h"
 #include "kinome/log_listener.h"
 #include "kinome/scene_loader.h"
-#include "scene_xml/memory_in_use.h"
+#include "scene_xml/objects/memory_in_use.h"
+#include "support/image_helpers.h"
 #include "support/render.h"
 
 /// Tests that scenes whose files are read by several threads are those of one thread.
@@ -50,7 +50,7 @@ void expect_same_at_any_number_of_threads(const std::string& path,
   for (const unsigned threads : {2u, 3u, 8u}) EXPECT_EQ(messages_of(path, threads), messages);
 }
 
-TEST(ReadAhead, MessagesAreThoseOfOneThread) {
+TEST(ReadAhead, MessagesDontDependOnThreads) {
   const TemporaryFolder folder;
   const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   folder.write("a.obj", vertices + "f 1 2 3\n");
@@ -106,19 +106,19 @@ TEST(ReadAhead, UnusedDataAreReportedInTheOrderOfTheScene) {
 }
 
 TEST(ReadAhead, MemoryOfObjectsBeingMadeIsBounded) {
-  constexpr uint64_t kMost = loader::MemoryInUse::kMaxBytesBeside;
+  constexpr uint64_t kMax = loader::MemoryInUse::kMaxOtherBytes;
   loader::MemoryInUse memory;
-  EXPECT_TRUE(memory.admits(10 * kMost));
-  memory.begin(10 * kMost);
-  EXPECT_FALSE(memory.admits(kMost + 1));
-  memory.begin(kMost / 2);
-  memory.begin(kMost / 2);
+  EXPECT_TRUE(memory.admits(10 * kMax));
+  memory.begin(10 * kMax);
+  EXPECT_FALSE(memory.admits(kMax + 1));
+  memory.begin(kMax / 2);
+  memory.begin(kMax / 2);
   EXPECT_FALSE(memory.admits(1));
   EXPECT_TRUE(memory.admits(0));
-  memory.end(10 * kMost);
-  EXPECT_TRUE(memory.admits(kMost / 2));
-  EXPECT_TRUE(memory.admits(10 * kMost));
-  memory.begin(10 * kMost);
+  memory.end(10 * kMax);
+  EXPECT_TRUE(memory.admits(kMax / 2));
+  EXPECT_TRUE(memory.admits(10 * kMax));
+  memory.begin(10 * kMax);
   EXPECT_FALSE(memory.admits(1));
 }
 
@@ -130,7 +130,7 @@ TEST(ReadAhead, ReadsLargeImagesTogether) {
   const TemporaryFolder folder;
   const Image image = make_image(600, 300, {"R", "G", "B"});
   for (const char* const name : {"a.exr", "b.exr", "c.exr"}) {
-    write_exr(folder.path(name), image, ExrNumber::kFloat, {});
+    write_exr(folder.path(name), image, ExrSampleType::kFloat, {});
   }
   std::string children = from_file("emitter type='envmap'", "a.exr", "");
   for (const char* const name : {"b.exr", "c.exr"}) {

@@ -106,9 +106,9 @@ const Wrong kWrong[] = {
     {"TableOfOneValue", "<phase type='tabphase'>^<string name='values' value='1'/></phase>",
      "'values' must be at least two numbers, got 1"},
     {"TableOfWords", "<phase type='tabphase'>^<string name='values' value='1, 2x'/></phase>",
-     "'values' must be numbers that aren't negative, got '2x'"},
+     "'values' must be nonnegative numbers, got '2x'"},
     {"NegativeTable", "<phase type='tabphase'>^<string name='values' value='1 -2'/></phase>",
-     "'values' must be numbers that aren't negative, got '-2'"},
+     "'values' must be nonnegative numbers, got '-2'"},
     {"BlackTable", "<phase type='tabphase'>^<string name='values' value='0 0'/></phase>",
      "'values' must have a positive sum"},
     {"UniformFlakes",
@@ -167,6 +167,11 @@ const Wrong kWrong[] = {
      "a scene has at most one integrator"},
     {"TwoEnvironments", "<emitter type='constant'/>\n^<emitter type='constant'/>",
      "a scene has at most one environment emitter"},
+    {"NestedSecondEnvironment",
+     "<emitter type='constant'/>\n^<emitter type='vpl'><emitter type='constant'/></emitter>",
+     "a scene has at most one environment emitter"},
+    {"BounceTwice", "<emitter type='vpl'/>\n^<emitter type='vpl'><emitter type='point'/></emitter>",
+     "two emitters represent the bounce of the same emitter, which would count twice: give each "},
 
     // Numbers
     {"NotANumber", "<bsdf type='diffuse'><float name='reflectance' ^value='1.5x'/></bsdf>",
@@ -361,7 +366,7 @@ void PrintTo(const Wrong& wrong, std::ostream* stream) {
 
 class Errors : public testing::TestWithParam<Wrong> {};
 
-TEST_P(Errors, NameTheirPlace) {
+TEST_P(Errors, HaveTheirPositions) {
   std::string xml = GetParam().xml;
   xml = xml[0] == '!' ? xml.substr(1) : "<scene version='3.0.0'>" + xml + "</scene>";
   std::string place = "scene.xml: ";
@@ -384,41 +389,6 @@ TEST_P(Errors, NameTheirPlace) {
 
 INSTANTIATE_TEST_SUITE_P(Table, Errors, testing::ValuesIn(kWrong),
                          [](const auto& row) { return row.param.name; });
-
-TEST(Places, CountCharactersNotBytes) {
-  EXPECT_EQ(error_of([] {
-              load_scene_from_string(
-                  "\xEF\xBB\xBF<scene version='3.0.0'>\n"
-                  "<!-- Zwölf Boxkämpfer --> <bsdf type='ä' x=''/></scene>",
-                  "scene.xml", {}, probe_registry());
-            }),
-            "scene.xml:2:42: <bsdf> has no attribute 'x'");
-}
-
-TEST(Places, DoNotCountAByteOrderMark) {
-  EXPECT_EQ(error_of([] {
-              load_scene_from_string("\xEF\xBB\xBF<scene version='3.0.0' x=''/>", "scene.xml", {},
-                                     probe_registry());
-            }),
-            "scene.xml:1:24: <scene> has no attribute 'x'");
-}
-
-TEST(Places, AttributesMayStandOnOtherLinesAndHoldAnything) {
-  EXPECT_EQ(error_of([] {
-              load_scene_from_string(
-                  "<scene version='3.0.0'>\r\n<bsdf\r\n  type = \"a='/>\"\r\n"
-                  "\tzzz='>'/>\r\n</scene>",
-                  "scene.xml", {}, probe_registry());
-            }),
-            "scene.xml:4:2: <bsdf> has no attribute 'zzz'");
-}
-
-TEST(Objects, HaveRootsOfTheirOwn) {
-  EXPECT_EQ(error_of([] { load_object_from_string("<scene/>", "a.xml", {}, probe_registry()); }),
-            "a.xml:1:1: a <scene> is not an object of its own");
-  EXPECT_EQ(error_of([] { load_object_from_string("<float/>", "a.xml", {}, probe_registry()); }),
-            "a.xml:1:1: the root must be an object such as <scene>, not <float>");
-}
 
 }  // namespace
 }  // namespace kinome::test::scene_errors_test

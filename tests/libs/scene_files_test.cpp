@@ -103,9 +103,9 @@ TEST(Files, AnUnclosedElementIsNamed) {
   const std::string file = folder.path("a.xml");
   const std::string mismatch = "malformed XML: Start-end tags mismatch: ";
   EXPECT_EQ(message("<bsdf type='diffuse'/></scene>"),
-            file + ":4:25: " + mismatch + "<shape> of line 3 isn't closed");
+            file + ":4:25: " + mismatch + "<shape> in line 3 isn't closed");
   EXPECT_EQ(message("<bsdf type='diffuse'></shape></scene>"),
-            file + ":4:24: " + mismatch + "<bsdf> of line 4 isn't closed");
+            file + ":4:24: " + mismatch + "<bsdf> in line 4 isn't closed");
 }
 
 TEST(Include, DissolvesScenes) {
@@ -118,7 +118,7 @@ TEST(Include, DissolvesScenes) {
   EXPECT_EQ(loaded->shapes()[2]->id(), "c");
 }
 
-TEST(Include, TakesSingleObjectsAndStandsInsideOfObjects) {
+TEST(Include, LoadsSingleObjectsAlsoInsideOfObjects) {
   const TemporaryFolder folder;
   folder.write("bsdf.xml", "<bsdf version='3.0.0' type='diffuse' id='red'/>");
   folder.write("properties.xml", scene("<float name='radius' value='3'/>"));
@@ -187,7 +187,7 @@ TEST(Include, FaultsOfAllFilesAreNamedInTheOrderOfTheScene) {
                 at + "inner.xml:2:19, referenced by " + at + "outer.xml:1:33, referenced by " + at +
                 "main.xml:2:10)\n" + at + "outer.xml:2:1: unknown tag <nonsense> (referenced by " +
                 at + "main.xml:2:10)\n" + at +
-                "broken.xml:2:7: malformed XML: Start-end tags mismatch: <shape> of line 2 isn't "
+                "broken.xml:2:7: malformed XML: Start-end tags mismatch: <shape> in line 2 isn't "
                 "closed (referenced by " +
                 at + "main.xml:3:10)\n" + at +
                 "main.xml:4:22: 'radius' must be positive and finite, got -1\n");
@@ -198,7 +198,7 @@ TEST(Include, FaultsOfAllFilesAreNamedInTheOrderOfTheScene) {
             folder.path("no.xml") + ": no such file");
 }
 
-TEST(Include, ErrorsOfItsParametersAreNotThoseOfAnAsset) {
+TEST(Include, ErrorsOfItsParametersNameNoAsset) {
   const TemporaryFolder folder;
   folder.write("part.xml", scene("<float name='radius' value='-1'/>"));
   EXPECT_EQ(load_error(folder.write(

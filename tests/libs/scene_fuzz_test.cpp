@@ -105,7 +105,7 @@ TEST(Fuzz, LongChainsOfReferences) {
 }
 
 /// Each error is reported, up to a maximum. The time must not grow with the square of their number.
-TEST(Fuzz, ThousandsOfMistakes) {
+TEST(Fuzz, ThousandsOfErrors) {
   std::string xml = "<scene version='3.0.0'>";
   for (int i = 0; i < 6000; ++i) {
     const std::string n = std::to_string(i);

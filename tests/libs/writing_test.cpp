@@ -43,7 +43,7 @@ TEST(Writing, FullDiskIsOneErrorAndLeavesTheOldFile) {
     const std::string path = folder.path(name);
     const auto write = [&] {
       const std::string_view extension = std::string_view(name).substr(2);
-      if (extension == "exr") write_exr(path, image, ExrNumber::kFloat, {});
+      if (extension == "exr") write_exr(path, image, ExrSampleType::kFloat, {});
       if (extension == "pfm") write_pfm(path, image);
       if (extension == "png") write_png(path, image, 0);
     };
@@ -63,7 +63,7 @@ TEST(Writing, FullDiskIsOneErrorAndLeavesTheOldFile) {
   }
 }
 
-TEST(Writing, PlacesThatCannotBeWrittenAreFoundBefore) {
+TEST(Writing, UnwritableFilesAreReportedBeforeTheRender) {
   const TemporaryFolder folder;
   const Image image = make_image(2, 2, {"Y"});
   const std::string file = folder.write("file", "x");
@@ -84,7 +84,7 @@ TEST(Writing, PlacesThatCannotBeWrittenAreFoundBefore) {
                {"/dev/full", "not a regular file"}};
   for (const auto& c : cases) {
     expect_error([&] { check_writable(c.path); }, c.path, c.part);
-    expect_error([&] { write_exr(c.path, image, ExrNumber::kHalf, {}); }, c.path, c.part);
+    expect_error([&] { write_exr(c.path, image, ExrSampleType::kHalf, {}); }, c.path, c.part);
   }
   if (geteuid() != 0) {
     fs::create_directory(folder.path("locked"));

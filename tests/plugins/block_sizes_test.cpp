@@ -6,9 +6,9 @@
 #include <cstring>
 
 #include "support/render.h"
-#include "transport/camera.h"
-#include "transport/light_paths.h"
-#include "transport/paths.h"
+#include "transport/camera/camera.h"
+#include "transport/light_paths/light_paths.h"
+#include "transport/paths/paths.h"
 
 namespace kinome::test::block_sizes_test {
 namespace {

@@ -83,7 +83,7 @@ Rgb microfacet_value(const BsdfForm& form, const Frame& frame, const Vec3& viewe
                              z.data(), kLanes,
                              {{f[0].data(), f[1].data(), f[2].data()}, density.data()});
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(f[c][5], value[c], 1e-6f * value[c]);
-  if (!form.is_turned) return value;
+  if (!form.has_perturbed_normal) return value;
   simd::TurnedPoints turned;
   turned.resize(2);
   for (int axis = 0; axis < 3; ++axis) turned.normal[axis][1] = form.surface_normal[axis];
@@ -94,7 +94,7 @@ Rgb microfacet_value(const BsdfForm& form, const Frame& frame, const Vec3& viewe
   return {f[0][5], f[1][5], f[2][5]};
 }
 
-TEST(BsdfForm, SaysWhatEvalPdfSays) {
+TEST(BsdfForm, AgreesWithEvalPdf) {
   Random random;
   size_t diffuse = 0, glossy = 0;
   for (const BsdfCase& c : bsdf_cases()) {
@@ -114,9 +114,10 @@ TEST(BsdfForm, SaysWhatEvalPdfSays) {
       const float cosine = glm::dot(frame.n, wo);
       if (std::abs(cosine) < 1e-3f) continue;
       const float above_surface = glm::dot(form->surface_normal, wo);
-      if (form->is_turned && std::abs(above_surface) < 1e-3f) continue;
-      const float turned =
-          form->is_turned ? wide::turned_factor(above_surface, form->bump_alpha2) : 1.f;
+      if (form->has_perturbed_normal && std::abs(above_surface) < 1e-3f) continue;
+      const float turned = form->has_perturbed_normal
+                               ? wide::perturbed_normal_factor(above_surface, form->bump_alpha2)
+                               : 1.f;
       const Rgb lambertian = bsdf->eval_pdf(si, Lobe::kDiffuse, si.frame.to_local(wo)).f;
       const Rgb expected =
           cosine > 0 ? form->diffuse * (transmittance(*form, cosine) * cosine * kInvPi * turned)

@@ -99,7 +99,7 @@ const BadBsdf kBadBsdfs[] = {
      "needs a nested bsdf"},
 };
 
-TEST(BsdfParameters, MistakesAreNamed) {
+TEST(BsdfParameters, ErrorsAreNamed) {
   for (const BadBsdf& bad : kBadBsdfs) {
     try {
       make_object(bad.xml);
@@ -120,7 +120,7 @@ class InfiniteTexture final : public Texture {
   float min() const override { return 1; }
 };
 
-TEST(BsdfParameters, WhatIsInfiniteIsNotCalledNegative) {
+TEST(BsdfParameters, InfiniteValuesAreNotCalledNegative) {
   Properties props(Category::kBsdf, "phong", {"scene.xml", 1, 1});
   props.set("exponent", std::make_shared<InfiniteTexture>(), {"scene.xml", 2, 3});
   try {
@@ -137,7 +137,7 @@ Rgb value(const std::string& xml, const Vec3& wo = Vec3(0.3f, 0.1f, 0.9f), Vec2 
   return make<Bsdf>(xml)->eval_pdf(si, Lobe::kAll, glm::normalize(wo)).f;
 }
 
-TEST(BsdfParameters, NamesStandForIndices) {
+TEST(BsdfParameters, NamesOfMaterialsAreIndices) {
   EXPECT_EQ(value("<bsdf type='roughplastic'><string name='int_ior' value='water'/></bsdf>"),
             value("<bsdf type='roughplastic'><float name='int_ior' value='1.333'/></bsdf>"));
   EXPECT_EQ(value("<bsdf type='plastic'/>"),
@@ -204,7 +204,7 @@ TEST(BsdfParameters, TexturesAreReadAtThePoint) {
   }
 }
 
-TEST(BsdfParameters, LobesTellWhatIsThere) {
+TEST(BsdfParameters, LobesMatchTheParameters) {
   const auto lobes = [](const std::string& xml) { return make<Bsdf>(xml)->lobes(); };
   EXPECT_EQ(lobes("<bsdf type='diffuse'/>"), Lobe::kDiffuse);
   EXPECT_EQ(lobes("<bsdf type='phong'/>"), Lobe::kDiffuse | Lobe::kGlossy);

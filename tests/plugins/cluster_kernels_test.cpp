@@ -45,7 +45,7 @@ struct Clusters {
     local.cone_sine = column(0, 1);
     local.inverse_one_plus_sine = column(0.5f, 1);
     local.reach = column(0, 0.5f);
-    local.least_distance2 = column(1e-3f, 0.5f);
+    local.min_distance2 = column(1e-3f, 0.5f);
     std::uniform_int_distribution<int> few(0, 3);
     for (size_t i = 0; i < kRows * kBlockLanes; ++i) hits.push_back(static_cast<float>(few(rng)));
   }
@@ -92,7 +92,7 @@ void expect_same(const Sums& found, const Sums& expected) {
   }
 }
 
-TEST(ClusterKernels, ImportanceIsThatOfOneClusterAfterTheOther) {
+TEST(ClusterKernels, ImportanceEqualsThatOfSingleClusters) {
   Clusters c;
   for (int k = 0; k < 50; ++k) {
     const simd::ImportanceQuery query = c.query(k % 2 == 1);
@@ -107,7 +107,7 @@ TEST(ClusterKernels, ImportanceIsThatOfOneClusterAfterTheOther) {
   }
 }
 
-TEST(ClusterKernels, LocalImportanceIsThatOfOneClusterAfterTheOther) {
+TEST(ClusterKernels, LocalImportanceEqualsThatOfSingleClusters) {
   Clusters c;
   for (int k = 0; k < 50; ++k) {
     const simd::ImportanceQuery query = c.query(k % 2 == 1);

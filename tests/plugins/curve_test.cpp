@@ -119,7 +119,7 @@ TEST_F(CurveShapes, OfStraightPiecesTouchBalls) {
 }
 
 /// Compares derivatives with the differences of points along neighbouring rays.
-TEST_F(CurveShapes, DerivativesAreThoseOfUv) {
+TEST_F(CurveShapes, DerivativesMatchUv) {
   const auto scene = scene_from(xml("bsplinecurve", kCurves));
   Random random(3);
   std::vector<double> errors;
@@ -204,7 +204,7 @@ TEST_F(CurveShapes, AreNotMetByRaysThatLeaveThem) {
   }
 }
 
-TEST_F(CurveShapes, SayWhatIsWrong) {
+TEST_F(CurveShapes, ReportErrors) {
   const auto says = [&](const std::string& message, const std::string& place,
                         const std::string& what) {
     EXPECT_NE(message.find("curves.txt" + place), std::string::npos) << message;
@@ -231,7 +231,7 @@ TEST_F(CurveShapes, SayWhatIsWrong) {
 
 class CurveBlocks : public testing::TestWithParam<InstructionSet> {};
 
-TEST_P(CurveBlocks, AreThoseOfPoints) {
+TEST_P(CurveBlocks, MatchSinglePoints) {
   const TemporaryFolder folder;
   for (const char* type : kTypes) {
     const std::string xml = "<shape type='" + std::string(type) +
@@ -291,7 +291,7 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, CurveBlocks, testing::ValuesIn(instruc
 
 TEST_F(CurveShapes, ContainNoMedium) {
   const char* const message =
-      "'interior' isn't possible for curves, because rays meet them only from outside";
+      "'interior' isn't possible for curves, because rays hit them only from outside";
   for (const std::string type : kTypes) {
     const std::string medium =
         fault(type, kCurves, "\n<medium type='homogeneous' name='interior'/>");

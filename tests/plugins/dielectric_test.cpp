@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "support/bsdf_cases.h"
-#include "transport/adjoint.h"
+#include "transport/light_paths/adjoint.h"
 
 namespace kinome::test::dielectric_test {
 namespace {
@@ -34,7 +34,7 @@ std::vector<SurfaceInteraction> views() {
   return all;
 }
 
-TEST(Dielectric, MirrorsAsOftenAsFresnelSaysAndBendsBySnell) {
+TEST(Dielectric, ReflectsByFresnelAndRefractsBySnell) {
   for (const float eta : kIndices) {
     const auto bsdf = dielectric("dielectric", eta);
     EXPECT_FLOAT_EQ(bsdf->relative_index(), eta);
@@ -73,7 +73,7 @@ TEST(Dielectric, MirrorsAsOftenAsFresnelSaysAndBendsBySnell) {
 }
 
 /// A transmitted beam returns the same way, and both sides transmit equally.
-TEST(Dielectric, GoesBackTheWayItCame) {
+TEST(Dielectric, TransmissionIsReversible) {
   for (const char* const type : {"dielectric", "thindielectric"}) {
     for (const float eta : kIndices) {
       const auto bsdf = dielectric(type, eta);
@@ -128,7 +128,7 @@ TEST(ThinDielectric, SumsReflectionsBetweenItsFaces) {
   }
 }
 
-TEST(Null, LetsEverythingThrough) {
+TEST(Null, TransmitsAllLight) {
   const auto bsdf = make<Bsdf>("<bsdf type='null'/>");
   for (const SurfaceInteraction& si : views()) {
     const auto sample = bsdf->sample(si, Lobe::kAll, 0.1f, Vec2(0.5f));
@@ -139,7 +139,7 @@ TEST(Null, LetsEverythingThrough) {
   }
 }
 
-TEST(Dielectric, ColoursWhatItSendsOn) {
+TEST(Dielectric, ColoursReflectedAndTransmittedLight) {
   const auto bsdf = make<Bsdf>(
       "<bsdf type='dielectric'><rgb name='specular_reflectance' value='0.1 0.2 0.3'/>"
       "<rgb name='specular_transmittance' value='0.4 0.5 0.6'/></bsdf>");
@@ -150,7 +150,7 @@ TEST(Dielectric, ColoursWhatItSendsOn) {
   EXPECT_LT(glm::distance(through, Rgb(0.4f, 0.5f, 0.6f)), 1e-6f);
 }
 
-TEST(Dielectric, IsNotNestedWhereReflectionAloneIsExpected) {
+TEST(Dielectric, IsRefusedInBsdfsThatOnlyReflect) {
   for (const char* const type : {"dielectric", "thindielectric", "null"}) {
     const std::string nested = "<bsdf type='" + std::string(type) + "'/>";
     EXPECT_TRUE(make<Bsdf>(nested)->transmits());
@@ -162,7 +162,7 @@ TEST(Dielectric, IsNotNestedWhereReflectionAloneIsExpected) {
   EXPECT_FALSE(make<Bsdf>("<bsdf type='conductor'/>")->transmits());
 }
 
-TEST(Dielectric, WantsIndices) {
+TEST(Dielectric, RefusesInvalidIndices) {
   for (const char* const value : {"0", "-1", "1e9", "nan"}) {
     EXPECT_THROW(make<Bsdf>("<bsdf type='dielectric'><float name='int_ior' value='" +
                             std::string(value) + "'/></bsdf>"),

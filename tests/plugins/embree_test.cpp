@@ -51,7 +51,7 @@ class EmbreePackets : public testing::Test {
   std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
 };
 
-TEST_F(EmbreePackets, NearestHitsAreThoseOfStreamsAndSingleRays) {
+TEST_F(EmbreePackets, NearestHitsMatchStreamsAndSingleRays) {
   std::vector<RayHit> packets = rays_;
   std::vector<RayHit> stream = rays_;
   std::vector<RayHit> single = rays_;
@@ -79,7 +79,7 @@ TEST_F(EmbreePackets, NearestHitsAreThoseOfStreamsAndSingleRays) {
   EXPECT_LT(hits, 2900u);
 }
 
-TEST_F(EmbreePackets, OcclusionIsThatOfStreams) {
+TEST_F(EmbreePackets, OcclusionEqualsThatOfStreams) {
   std::vector<Ray> packets;
   for (const RayHit& ray : rays_) packets.push_back(ray.ray);
   std::vector<Ray> stream = packets;

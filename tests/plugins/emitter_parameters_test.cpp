@@ -98,7 +98,7 @@ TEST(EmitterParameters, BadValuesAreErrorsThatNameThem) {
   }
 }
 
-TEST(EmitterParameters, TexelsBeyondWhatLightMayBeAreErrors) {
+TEST(EmitterParameters, TexelsBeyondTheBoundOfLightAreErrors) {
   const TemporaryFolder folder;
   for (const float texel : {2e36f, -2e36f}) {
     std::string image = "PF\n1 1\n-1\n";
@@ -156,7 +156,7 @@ TEST(EmitterParameters, LimitsAreTaken) {
 }
 
 /// <float> is grey, <rgb> is unchanged, and <spectrum> uses the equal-energy white of light.
-TEST(EmitterParameters, ColoursAreThoseOfLight) {
+TEST(EmitterParameters, ColoursAreOfEmittedLight) {
   const auto green_of = [](const std::string& color) {
     const auto light = make<Emitter>(emitter_xml("projector", number("fov", "90") + color))
                            ->sample_direct(Vec3(0, 0, 1), Vec2(0.5f));
@@ -191,7 +191,7 @@ Scaled scaled_light(const std::string& type, const std::string& scale, const Vec
 /// Values of Mitsuba 3.9.1, scalar_rgb, for a white diffuse floor across the axis at distance 1.
 /// The irradiance of a projector is scaled by the scale of z, and its image has the half width
 /// tan(30°) times x / z. The irradiance of a directional light is scaled by the scale of z.
-TEST(EmitterParameters, ScaleMeansWhatMitsubaMakesOfIt) {
+TEST(EmitterParameters, ScaleHasMitsubasMeaning) {
   const float half = std::tan(kPi / 6);
   for (const Vec3& scale :
        {Vec3(1), Vec3(2), Vec3(.5f), Vec3(2, 1, 1), Vec3(1, 2, 1), Vec3(1, 1, 2), Vec3(-1, 1, 1)}) {

@@ -115,7 +115,7 @@ TEST_F(Gltf, TextAndBinary) {
   }
 }
 
-TEST_F(Gltf, WhatIsNotUsedIsToldOnce) {
+TEST_F(Gltf, UnusedDataAreReportedOnce) {
   GltfParts parts;
   parts.primitives.insert(parts.primitives.find("\"POSITION\""), "\"COLOR_0\":0,\"TEXCOORD_1\":0,");
   testing::internal::CaptureStderr();
@@ -224,7 +224,7 @@ TEST_F(Gltf, StoredNormalsGoByTheInverseTranspose) {
   EXPECT_LT(glm::length(load(parts)->mesh()->normals[0] - glm::normalize(Vec3(0.5f, 1, 0))), 1e-6f);
 }
 
-TEST_F(Gltf, StripsFansAndWhatIsNoTriangle) {
+TEST_F(Gltf, StripsFansAndDegeneratePrimitives) {
   GltfParts parts;
   parts.buffer = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 2, 0});
   parts.views = R"({"buffer":0,"byteLength":60})";

@@ -43,7 +43,7 @@ TEST(Groups, HoldEachPointThatReflectsOnce) {
   }
 }
 
-TEST(Groups, KnowWhatTheirPointsHaveInCommon) {
+TEST(Groups, StoreTheCommonValuesOfTheirPoints) {
   StageTile tile(ball_xml(kGrey) + sky_xml());
   for (uint32_t g = 0; g < tile.groups().size(); ++g) {
     const GroupView view = tile.view(g);

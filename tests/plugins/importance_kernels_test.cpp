@@ -163,7 +163,7 @@ TEST(ImportanceKernels, SendByLobesAsPlainCodeDoes) {
   }
 }
 
-TEST(ImportanceKernels, AddWhatSumsToOne) {
+TEST(ImportanceKernels, WeightsSumToOne) {
   std::vector<float> values(32), sums(32, 1.f);
   for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i);
   simd::add_normalized(values.data(), values.size(), sums.data());

@@ -26,7 +26,7 @@ std::vector<WeightedPosition> positions_of(Random& random) {
   return positions;
 }
 
-TEST(AimSpheres, EncloseWhatIsSeenButOutliers) {
+TEST(AimSpheres, EncloseSeenPointsExceptOutliers) {
   Random random(1);
   const auto spheres = aim_spheres(positions_of(random));
   ASSERT_GE(spheres.size(), 2u);
@@ -156,7 +156,7 @@ TEST(AimCones, OfFarAndTinySpheresStayPrecise) {
   }
 }
 
-TEST(AimCones, LeaveOutWhatDoesNotPay) {
+TEST(AimCones, LeaveOutConesThatDontPay) {
   const auto dark = [](const Vec3&, float) { return 0.f; };
   const auto plain = [](const Vec3&, float) { return kSpherePdf; };
   const auto beam = [](const Vec3&, float) { return 1e4f; };

@@ -49,7 +49,7 @@ struct Lobe64 {
 const Vec3 kNormals[] = {
     {0, 0, 1}, {0, -1, 0}, glm::normalize(Vec3(1, 2, -3)), glm::normalize(Vec3(-1e-3f, 1, 1e-5f))};
 
-TEST(LightCut, PmfSumsToOneAndIsWhatIsSampled) {
+TEST(LightCut, PmfSumsToOneAndMatchesSamples) {
   const LightTree tree(make_tree(4096));
   for (const uint32_t size : {1u, 7u, 16u, 100u, 512u}) {
     const LightCut cut(tree, size, CutCriterion::kVariance);

@@ -50,7 +50,7 @@ LightGuide learn(int rounds, uint32_t draws) {
   return guide;
 }
 
-TEST(LightGuide, LeavesNumbersAsTheyAreUntilItKnows) {
+TEST(LightGuide, LeavesNumbersUnchangedUntilItHasLearned) {
   const LightGuide none;
   LightGuide::Numbers at{0.1f, 0.2f, 0.3f, 0.4f};
   const LightGuide::Numbers before = at;
@@ -64,7 +64,7 @@ TEST(LightGuide, LeavesNumbersAsTheyAreUntilItKnows) {
 
 /// The mean of 1 / density over the draws in any box is the box's volume, so that guided estimates
 /// are unbiased.
-TEST(LightGuide, TellsItsDensity) {
+TEST(LightGuide, ReturnsItsDensity) {
   constexpr int kParts = 25, kDraws = 1 << 20;
   const LightGuide guide = learn(3, 4000);
   Random random(2);
@@ -92,7 +92,7 @@ TEST(LightGuide, TellsItsDensity) {
   EXPECT_GE(min_density, 0.25f * (1 - 1e-5f));
 }
 
-TEST(LightGuide, FindsWhatIsOfUse) {
+TEST(LightGuide, LearnsUsefulLight) {
   double found[2];
   for (const int rounds : {0, 3}) {
     const LightGuide guide = learn(rounds, 4000);
@@ -122,7 +122,7 @@ TEST(LightGuide, KeepsTheEndsOfTheInterval) {
 }
 
 /// The scale of the use is arbitrary. A single draw with all the use is hardly any evidence.
-TEST(LightGuide, MindsFewDrawsAndAnyUnit) {
+TEST(LightGuide, IgnoresSingleDrawsAndTheScaleOfUses) {
   std::vector<LightGuide::Use> one(1000, {0, {0.5f, 0.5f, 0.5f, 0.5f}, 0.f});
   Random random(4);
   for (auto& use : one) {

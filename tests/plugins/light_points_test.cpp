@@ -9,9 +9,9 @@
 namespace kinome::test::light_points_test {
 namespace {
 
-/// In a spot whose angle is near the rounding of floats, many sampled rays leave beyond its rim,
-/// where their density is 0. Light of such points is left to eye rays alone. Their ratio of
-/// densities must stay finite times any density, including 0.
+/// In a spot whose angle is near the precision of floats, many sampled rays leave beyond its rim,
+/// where their density is 0. Light of such points is left to eye rays alone. The points' eye_ratio
+/// must be finite, so that its product with a density of 0 isn't NaN.
 TEST(LightPoints, OfANarrowSpotHaveFiniteRatios) {
   size_t eye_rays = 0;
   for (const char* const angle : {"20", ".2", ".02", ".005"}) {
@@ -58,7 +58,7 @@ TEST(LightPoints, LeaveUnknownLightToPaths) {
 
 /// The choice between eye rays and light points for a lobe must not depend on the directions of
 /// view and light. Both ends of a path must make the same choice.
-TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
+TEST(LightPoints, LobeWidthDependsOnlyOnTheSide) {
   const std::pair<const char*, LobeWidth> kBsdfs[] = {
       {R"(<bsdf type="diffuse"/>)", LobeWidth::kWide},
       {R"(<bsdf type="conductor"/>)", LobeWidth::kWide},
@@ -96,7 +96,7 @@ TEST(LightPoints, WidthOfALobeIsThatOfItsSide) {
 }
 
 /// A share of the points of a pass has the same share of the power; callers divide by it.
-TEST(LightPoints, AShareOfPointsHasAShareOfThePower) {
+TEST(LightPoints, PowerIsProportionalToTheShareOfPoints) {
   const auto scene = scene_from(R"(<scene version="3.0.0">
       <shape type="sphere"><point name="center" x="0" y="0" z="1"/><float name="radius" value=".2"/>
         <emitter type="area"/></shape>

@@ -8,7 +8,7 @@
 #include "clustered/points/lobe_samples.h"
 #include "kinome/block_points.h"
 #include "support/render.h"
-#include "transport/camera.h"
+#include "transport/camera/camera.h"
 
 namespace kinome::test::lit_points_test {
 namespace {
@@ -63,7 +63,7 @@ class Seen {
   std::vector<uint32_t> x_, y_;
 };
 
-TEST(LobeSamples, AreThoseOfPoints) {
+TEST(LobeSamples, MatchSinglePoints) {
   Seen seen;
   const LitPoints points = seen.points();
   ASSERT_GT(seen.camera.surfaces().scattering(), 64u);
@@ -152,7 +152,7 @@ Rgb reflected(const Seen& seen, const SurfaceInteraction& si, const LightPoints&
   return ray.is_occluded() ? Rgb(0.f) : value.f * light;
 }
 
-TEST(LightPairs, ReflectWhatPointsDo) {
+TEST(LightPairs, MatchSinglePoints) {
   const Seen seen;
   const LitPoints points = seen.points();
   for (const auto kind : {LightPoints::Kind::kDistant, LightPoints::Kind::kLocal}) {

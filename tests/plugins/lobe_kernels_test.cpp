@@ -219,7 +219,7 @@ TEST(LobeKernels, DirectionsAreOfTheirMembers) {
 }
 
 /// Tests positions on a grid of directions: random ones, on the axes, and next to them.
-TEST(LobeKernels, PlacesAreThoseOfTheLibrary) {
+TEST(LobeKernels, PositionsMatchTheLibrary) {
   Random random(9);
   const Frame frame = Frame::from_normal(kNormal);
   const glm::mat3 worlds[2] = {glm::mat3(1.f), glm::mat3(frame.s, frame.t, kNormal)};

@@ -42,7 +42,7 @@ void expect_near(const Candidates& a, const Candidates& b) {
   }
 }
 
-TEST(LobeValues, OfKernelsAreThoseOfTheBsdf) {
+TEST(LobeValues, OfKernelsMatchTheBsdf) {
   for (const std::string& material : materials()) {
     SCOPED_TRACE(material);
     StageTile tile(ball_xml(material) + sky_xml());
@@ -66,7 +66,7 @@ TEST(LobeValues, OfKernelsAreThoseOfTheBsdf) {
   }
 }
 
-TEST(LobeValues, AskedInWhateverOrder) {
+TEST(LobeValues, RequestedInAnyOrder) {
   StageTile tile(floor_xml(rough_xml("roughplastic", 0.2)) + sky_xml());
   const GroupView group = tile.view(0);
   ASSERT_GT(group.group.count, 4u);
@@ -83,7 +83,7 @@ TEST(LobeValues, AskedInWhateverOrder) {
 
 /// A fraction of the rays is sampled by the cosine and the others by the lobe. If there is only one
 /// lobe, it gets all rays.
-TEST(LobeValues, DensityIsThatOfBothLobes) {
+TEST(LobeValues, DensityIsTheMixtureOfBothLobes) {
   for (const std::string& material : materials()) {
     SCOPED_TRACE(material);
     StageTile tile(ball_xml(material) + sky_xml());

@@ -101,7 +101,7 @@ LocalPoints two_points(float near, float far) {
 }
 constexpr simd::ReflectingPatch kFlat{{0, 0, 0}, {0, 0, 1}, {0, 0, 1}, 0.5f, 0, 1, 0, 1};
 
-TEST(TriedPoints, TakeWhatMattersMoreOften) {
+TEST(TriedPoints, PreferImportantPoints) {
   constexpr int kSeeds = 4000;
   constexpr double kRate = 0.5;
   const LocalPoints points = two_points(1, 10);

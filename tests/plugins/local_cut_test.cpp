@@ -50,7 +50,7 @@ LightCut::Point point_at(const Vec3& position, const Vec3& normal, float diffuse
 
 /// Returns positions where importance functions have been wrong (Cycles issue 126592): inside a
 /// box, on its faces, corners and edges, one ulp outside, and far away.
-std::vector<Vec3> hard_places(const Aabb& box) {
+std::vector<Vec3> critical_positions(const Aabb& box) {
   std::vector<Vec3> places = {box.centre(), box.lo, box.hi, 0.75f * box.lo + 0.25f * box.hi,
                               100.f * box.hi + Vec3(3, 2, 1)};
   for (int axis = 0; axis < 3; ++axis) {
@@ -81,7 +81,7 @@ TEST(LocalCut, IsPositiveWhereAnyPointLightsAndFiniteEverywhere) {
   for (const uint32_t size : {1u, 40u, 2000u}) {
     const LightCut cut(tree, size, CutCriterion::kVariance);
     for (uint32_t chosen = 0; chosen < cut.size(); chosen += 1 + cut.size() / 20) {
-      for (const Vec3& place : hard_places(cut.cell(chosen).box)) {
+      for (const Vec3& place : critical_positions(cut.cell(chosen).box)) {
         for (const Vec3& normal : normals) {
           const LightCut::Point point = point_at(place, normal);
           for (MakeClusterImportance* const make_importance :
@@ -133,10 +133,10 @@ TEST(LocalCut, ReachesTheFarEndOfASkewedCluster) {
   EXPECT_FALSE(pmf.empty());
 }
 
-TEST(LocalCut, SamplesAsItsProbabilitiesSay) {
+TEST(LocalCut, SamplesByItsProbabilities) {
   const LightTree tree(room_light(600));
   const LightCut cut(tree, 60, CutCriterion::kVariance);
-  for (const Vec3& place : hard_places(cut.cell(30).box)) {
+  for (const Vec3& place : critical_positions(cut.cell(30).box)) {
     const ClusterPmf pmf =
         test::pmf_of(make_joint_importance, cut, point_at(place, glm::normalize(Vec3(1, 2, -3))));
     if (pmf.empty()) continue;

@@ -72,7 +72,7 @@ TEST(PointPartition, IsTheSameWithThreads) {
   }
 }
 
-TEST(PointPartition, TellsSidesOfAWallApart) {
+TEST(PointPartition, SeparatesSidesOfAWall) {
   Random random(2);
   std::vector<OrientedPoint> points;
   for (int i = 0; i < 1000; ++i) {
@@ -241,7 +241,7 @@ TEST(LocalKernels, ConnectPointsAsPlainCodeDoes) {
 
 /// The weight of a near light point is bounded by that of an eye ray that hits it, divided by the
 /// number of eye rays.
-TEST(LocalKernels, EyeRaysBoundWhatNearPointsWeigh) {
+TEST(LocalKernels, EyeRaysBoundTheWeightOfNearPoints) {
   constexpr size_t kCount = 64;
   constexpr float kEyeRays = 1 / 8.f, kRatio = 0.01f;
   const Vec3 power(3, 2, 1);

@@ -26,16 +26,17 @@ def random_float(random, name, low, high):
 
 
 def random_bsdf(random, number):
-    """Returns values of most parameters, or of few, as in scenes; a tenth are limits of the range."""
+    """Returns a plugin name and its parameters. Half of the BSDFs have most parameters, the others few, as in
+    scenes. A tenth of the values are limits of the range."""
     plugin = "principled" if number % 2 else "principledthin"
     names = SOLID if plugin == "principled" else [*SHARES, "diff_trans"]
-    given = random.uniform() < 0.5
+    has_most = random.uniform() < 0.5
     text = '<rgb name="base_color" value="%.3g %.3g %.3g"/>' % tuple(random.uniform(0, 1, 3))
     for name in names:
-        if random.uniform() < (0.9 if given else 0.3):
-            most = 2 if name == "diff_trans" else 1
+        if random.uniform() < (0.9 if has_most else 0.3):
+            maximum = 2 if name == "diff_trans" else 1
             end = random.uniform() < 0.1
-            value = most * (random.integers(2) if end else random.uniform())
+            value = maximum * (random.integers(2) if end else random.uniform())
             # Rounding errors dominate narrower lobes.
             if name == "roughness":
                 value = max(value, 0.15)
@@ -78,7 +79,8 @@ def main():
         bsdf = mi.load_string('<bsdf version="3.0.0" type="%s">%s</bsdf>' % (plugin, children))
         for row in range(DIRECTIONS):
             wi, wo = direction(random), direction(random)
-            # Most are seen from the front; a quarter near the mirror direction, another at normal incidence.
+            # Most are seen from the front. A quarter of wo is near the mirror direction, and a quarter near the
+            # direction straight through.
             if row % 4:
                 wi[2] = abs(wi[2])
             if row % 4 < 2:

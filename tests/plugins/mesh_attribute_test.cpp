@@ -151,12 +151,12 @@ TEST_F(Attributes, OfPlyFilesHaveMitsubasNames) {
   }
 }
 
-TEST_F(Attributes, OfAFaceAreThoseOfAllItsTriangles) {
+TEST_F(Attributes, OfAFaceHoldForAllItsTriangles) {
   const auto quadrangle = make<Shape>(shape(ply({}, {"q_x"}, true), material("face_q")));
   EXPECT_EQ(quadrangle->attribute("face_q")->attribute->values, std::vector<float>(2, value(0, 0)));
 }
 
-TEST_F(Attributes, AreReadOnlyWhereATextureAsks) {
+TEST_F(Attributes, AreReadOnlyIfATextureUsesThem) {
   const auto plain = make<Shape>(shape(ply({"r", "g", "b"}), ""));
   EXPECT_TRUE(plain->mesh()->attributes.empty());
   EXPECT_FALSE(plain->attribute("vertex_color"));
@@ -256,7 +256,7 @@ TEST_F(Attributes, OfALampAreItsRadiance) {
 class AttributeBlocks : public testing::TestWithParam<InstructionSet> {};
 
 /// Tests two shapes alternating, runs of one shape, and a partial last vector.
-TEST_P(AttributeBlocks, AreThoseOfPoints) {
+TEST_P(AttributeBlocks, MatchSinglePoints) {
   const TemporaryFolder folder;
   const std::string file = folder.write("a.ply", R"(ply
 format ascii 1.0

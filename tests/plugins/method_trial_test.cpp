@@ -197,7 +197,7 @@ TEST(MethodTrial, MissedLightIsAnError) {
   EXPECT_NEAR(work(1, 0.9f) / (1 + 25), 1, 0.2);
 }
 
-TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
+TEST(MethodTrial, EstimatesTheUncertaintyOfBrightness) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 320, 320});
   const MethodTrial trial(grid, 256, 5);
@@ -226,7 +226,7 @@ TEST(MethodTrial, KnowsHowUncertainTheBrightnessIs) {
   EXPECT_EQ(deviation(0, 1, 0), 0);
 }
 
-TEST(MethodTrial, ChoosesTheFirstWayWhereThereIsNothingToCompare) {
+TEST(MethodTrial, ChoosesTheFirstMethodIfThereIsNothingToCompare) {
   RenderContext context({.threads = 1});
   const TileGrid grid({0, 0, 128, 128});
   const MethodTrial trial(grid, 256, 5);

@@ -1,7 +1,7 @@
 /// Compares null_transmission() with samples, and its block version with single points.
 #include <gtest/gtest.h>
 
-#include "kit/bsdf_points.h"
+#include "kit/scenes/bsdf_points.h"
 #include "support/bsdf_blocks.h"
 #include "support/bsdf_cases.h"
 #include "support/plugin_sets.h"
@@ -67,7 +67,7 @@ TEST(NullTransmission, IsTheMeanOfSamples) {
   constexpr float kMaxError = 1e-3f;  // at most three intervals of u1 in 4096 steps
   for (const std::string& xml : bsdfs()) {
     const auto bsdf = make<Bsdf>(xml);
-    EXPECT_TRUE(bsdf->passes_straight()) << xml;
+    EXPECT_TRUE(bsdf->has_null_lobe()) << xml;
     for (const SurfaceInteraction& si : points(50)) {
       const NullTransmission expected = sampled(*bsdf, si), stated = bsdf->null_transmission(si);
       EXPECT_LT(max_component(glm::abs(stated.transmittance - expected.transmittance)), kMaxError)
@@ -77,7 +77,7 @@ TEST(NullTransmission, IsTheMeanOfSamples) {
   }
 }
 
-TEST(NullTransmission, OfBlocksIsThatOfPoints) {
+TEST(NullTransmission, OfBlocksEqualsThatOfPoints) {
   const auto all = points(101);
   std::vector<BsdfQuestion> questions;
   for (const SurfaceInteraction& si : all) {
@@ -106,7 +106,7 @@ TEST(NullTransmission, IsThereOnlyWhereLightPassesStraight) {
        {"<bsdf type='diffuse'/>", "<bsdf type='dielectric'/>",
         "<bsdf type='twosided'><bsdf type='plastic'/></bsdf>", "<bsdf type='principledthin'/>"}) {
     const auto bsdf = make<Bsdf>(xml);
-    EXPECT_FALSE(bsdf->passes_straight()) << xml;
+    EXPECT_FALSE(bsdf->has_null_lobe()) << xml;
     EXPECT_EQ(bsdf->null_transmission(check::seen_at(20, 30)).probability, 0) << xml;
   }
 }

@@ -3,8 +3,8 @@
 
 #include "kinome/block_points.h"
 #include "kinome/phase.h"
-#include "kit/block_memory.h"
-#include "kit/random.h"
+#include "kit/scenes/block_memory.h"
+#include "kit/statistics/random.h"
 #include "support/render.h"
 #include "support/statistics.h"
 #include "support/volume_files.h"

@@ -129,7 +129,7 @@ TEST_F(PrimariesTest, ArePrefixesOfOneSequence) {
   }
 }
 
-TEST_F(PrimariesTest, TakeATileOfAnySizeAndNoMoreThanAreOfUse) {
+TEST_F(PrimariesTest, AcceptOneTileOfAnySizeOrALimitedNumberOfTiles) {
   const auto primaries = make();
   const std::vector<uint16_t> huge(16, 700), few(16, 10);
   EXPECT_TRUE(primaries->add(tile_at(0, 0), huge));
@@ -146,7 +146,7 @@ TEST_F(PrimariesTest, TakeATileOfAnySizeAndNoMoreThanAreOfUse) {
   EXPECT_EQ(primaries->tile(1).size(), 160u);
 }
 
-TEST_F(PrimariesTest, SayOfPointsWhatBsdfsSay) {
+TEST_F(PrimariesTest, MatchTheBsdfsAtTheirPoints) {
   const auto primaries = make();
   for (int i = 0; i < 16; ++i) primaries->add(tile_at(i % 4, i / 4), std::vector<uint16_t>(16, 4));
   primaries->trace(2, counters_);
@@ -164,11 +164,11 @@ TEST_F(PrimariesTest, SayOfPointsWhatBsdfsSay) {
       ASSERT_EQ(tile.form_kind(i) != nullptr, form.has_value());
       if (!form) continue;
       ++with_form;
-      turned += form->is_turned;
+      turned += form->has_perturbed_normal;
       const BsdfForm own = tile.form(i);
       EXPECT_TRUE(own.same_kind(*form));
       EXPECT_LT(glm::length(own.diffuse - form->diffuse), 1e-5f);
-      if (form->is_turned) {
+      if (form->has_perturbed_normal) {
         EXPECT_LT(glm::length(own.surface_normal - form->surface_normal), 1e-5f);
       }
     }
@@ -177,7 +177,7 @@ TEST_F(PrimariesTest, SayOfPointsWhatBsdfsSay) {
   EXPECT_GT(turned, 50u);
 }
 
-TEST_F(PrimariesTest, SeeLightOrWhatIsBehindIt) {
+TEST_F(PrimariesTest, SeeEmittersOrTheSurfaceBehind) {
   const auto seeing = make(), hiding = make(true);
   for (Primaries* primaries : {seeing.get(), hiding.get()}) {
     for (int i = 0; i < 16; ++i)

@@ -79,7 +79,7 @@ TEST(Principled, DefaultsAreMitsubas) {
               1e-6f);
 }
 
-TEST(Principled, SaysWhatLightGoesThrough) {
+TEST(Principled, ReportsTransmittedLight) {
   const auto make_with = [](const std::string& plugin, const std::string& children) {
     return make<Bsdf>("<bsdf type='" + plugin + "'>" + children + "</bsdf>");
   };

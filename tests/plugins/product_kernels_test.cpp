@@ -109,7 +109,7 @@ std::vector<Side> sides_of(const simd::PatchCells& patch, const Cells& cells) {
   for (size_t i = 0; i < patch.above + patch.mixed; ++i) {
     const uint32_t id = patch.ids()[i];
     const bool above = i < patch.above;
-    const float flux = above ? patch.above_column(simd::PatchCells::kLeast)[i]
+    const float flux = above ? patch.above_column(simd::PatchCells::kMinFlux)[i]
                              : patch.mixed_column(simd::PatchCells::kFlux)[i - patch.above];
     if (!(flux > 0)) continue;  // padding
     EXPECT_EQ(sides.at(id), kBelow) << id << " is listed twice";
@@ -167,7 +167,7 @@ TEST(CellKernels, WidestConesKeepAllCells) {
 }
 
 /// Compares weights, visibilities and control terms of strata with those in double precision.
-TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
+TEST(CellKernels, DiffuseStrataMatchTheirSums) {
   const Cells cells(300, 7);
   Random random(8);
   simd::PatchCells patch;
@@ -191,7 +191,7 @@ TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
     for (size_t i = 0; i < size; ++i) {
       const size_t id = patch.ids()[i];
       const bool listed_above = i < patch.above;
-      const float lit = listed_above ? patch.above_column(simd::PatchCells::kLeast)[i]
+      const float lit = listed_above ? patch.above_column(simd::PatchCells::kMinFlux)[i]
                                      : patch.mixed_column(simd::PatchCells::kFlux)[i - patch.above];
       if (!(lit > 0)) {
         EXPECT_EQ(p[i], 0);
@@ -236,7 +236,7 @@ TEST(CellKernels, DiffuseStrataAreWhatTheySum) {
 }
 
 /// Cells that straddle the horizon of a flat patch have the control terms of the patch.
-TEST(CellKernels, FlatPatchesKnowCellsAtTheHorizon) {
+TEST(CellKernels, FlatPatchesClassifyCellsAtTheHorizon) {
   const Cells cells(300, 9);
   Random random(10);
   for (int trial = 0; trial < 20; ++trial) {
@@ -320,7 +320,7 @@ TEST(CellKernels, GlossyImportanceIsTheWidenedLobe) {
 }
 
 /// Compares the known light of shared candidates, and their weights, with double precision.
-TEST(CandidateKernels, SharedOnesAreWhatTheySum) {
+TEST(CandidateKernels, SharedCandidatesMatchTheirSums) {
   constexpr size_t kCount = 3 * kBlockLanes, kCells = 20;
   Random random(12);
   const auto column = [&random](size_t size) {

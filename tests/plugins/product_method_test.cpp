@@ -42,7 +42,7 @@ TEST(ProductMethod, LeavesDarkScenesToOthers) {
 }
 
 /// Only light points support a bounce of selected emitters, and a bounded geometry term.
-TEST(ProductMethod, LeavesToLightPointsWhatTheyAloneCan) {
+TEST(ProductMethod, LeavesUnsupportedScenesToLightPoints) {
   EXPECT_FALSE(is_served(kLamp, 3, 10));
   EXPECT_TRUE(is_served(kLamp, 2, 10)) << "there is no bounce to be bounded";
   EXPECT_FALSE(is_served(R"(<emitter type="vpl">)" + kLamp + "</emitter>", 3));

@@ -201,7 +201,7 @@ struct Budget {
   uint16_t max_primaries = 0;
   uint16_t max_rays = 0;
 };
-Budget spend(std::span<const PixelPlan> plan) {
+Budget total_of(std::span<const PixelPlan> plan) {
   Budget budget;
   for (const PixelPlan& p : plan) {
     budget.rays += p.primaries + p.rays;
@@ -245,7 +245,7 @@ LargeArray<PixelPlan> plan_of(std::span<const PixelForecast> forecast, int width
 TEST(Allocate, KeepsTheBudget) {
   for (const Mode mode : {Mode::kEven, Mode::kAdaptive, Mode::kSmoothed}) {
     for (const double rays : {3., 6., 12., 24., 48., 120., 500.}) {
-      const Budget budget = spend(plan_of(picture(64, 48), 64, 48, mode, rays));
+      const Budget budget = total_of(plan_of(picture(64, 48), 64, 48, mode, rays));
       EXPECT_NEAR(budget.rays, rays, 0.03 * rays) << static_cast<int>(mode);
       EXPECT_GE(budget.min_primaries, 1);
       EXPECT_LE(budget.max_rays, 1024);
@@ -254,9 +254,9 @@ TEST(Allocate, KeepsTheBudget) {
 }
 
 /// Threads divide an image of this size into parts. Rounding errors don't add up.
-TEST(Allocate, KeepsTheBudgetOfALargerPicture) {
+TEST(Allocate, KeepsTheBudgetOfALargerImage) {
   for (const double rays : {12., 48.}) {
-    EXPECT_NEAR(spend(plan_of(picture(200, 150), 200, 150, Mode::kSmoothed, rays)).rays, rays,
+    EXPECT_NEAR(total_of(plan_of(picture(200, 150), 200, 150, Mode::kSmoothed, rays)).rays, rays,
                 0.01 * rays);
   }
 }
@@ -285,7 +285,7 @@ TEST(Allocate, PartsContinueOneAnother) {
 }
 
 /// If all pixels are alike, they must not all be rounded in the same direction.
-TEST(Allocate, KeepsTheBudgetOfAnEvenPicture) {
+TEST(Allocate, KeepsTheBudgetOfAnEvenImage) {
   PixelForecast even;
   even.mean = 1;
   even.deviation = std::sqrt(0.02f);
@@ -293,13 +293,13 @@ TEST(Allocate, KeepsTheBudgetOfAnEvenPicture) {
   for (const Mode mode : {Mode::kEven, Mode::kAdaptive, Mode::kSmoothed}) {
     for (const double rays : {5., 7., 8., 11., 13., 24., 27., 48.}) {
       const std::vector<PixelForecast> forecast(256, even);
-      EXPECT_NEAR(spend(plan_of(forecast, 16, 16, mode, rays)).rays, rays, 0.03 * rays)
+      EXPECT_NEAR(total_of(plan_of(forecast, 16, 16, mode, rays)).rays, rays, 0.03 * rays)
           << static_cast<int>(mode) << ", " << rays;
     }
   }
 }
 
-TEST(Allocate, RaysGoWhereTheyAreNeeded) {
+TEST(Allocate, SendsRaysToUncertainPixels) {
   const auto plan = plan_of(picture(64, 48), 64, 48, Mode::kAdaptive, 48);
   const auto at = [&](int x, int y) { return plan[static_cast<size_t>(y) * 64 + x]; };
   EXPECT_GT(at(16, 20).rays, at(8, 20).rays);           // uncertain visibility
@@ -339,7 +339,7 @@ TEST(Allocate, NotAdaptiveGivesAllTheSame) {
 }
 
 /// For any forecast, each pixel gets a primary and at most the rays that a pass supports.
-TEST(Allocate, StandsAnyForecast) {
+TEST(Allocate, AcceptsAnyForecast) {
   PixelForecast dark;
   PixelForecast sky;
   sky.mean = 3;
@@ -350,7 +350,7 @@ TEST(Allocate, StandsAnyForecast) {
   for (const PixelForecast& each : {dark, sky, hidden, tiny, huge}) {
     for (const double rays : {2., 12., 100.}) {
       const auto plan = plan_of(std::vector<PixelForecast>(64, each), 8, 8, Mode::kAdaptive, rays);
-      const Budget budget = spend(plan);
+      const Budget budget = total_of(plan);
       EXPECT_GE(budget.min_primaries, 1);
       EXPECT_LE(budget.rays, std::max(3., 1.1 * rays)) << each.mean << ", " << each.uncertainty;
       // Uncertain light is not left to control terms.

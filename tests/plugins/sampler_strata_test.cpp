@@ -149,7 +149,7 @@ TEST(Strata, OrdersOfSetsAreRandom) {
 }
 
 /// All samples are at the centres of their strata.
-TEST(Strata, DoesNotJitterIfAskedNotTo) {
+TEST(Strata, HonoursJitterFalse) {
   for (const char* const type : {"multijitter", "orthogonal", "stratified"}) {
     const auto sampler = make<Sampler>("<sampler type=\"" + std::string(type) +
                                        "\"><integer name=\"sample_count\" value=\"121\"/>"

@@ -40,7 +40,7 @@ std::vector<RayHit> singly(const Scene& scene, std::vector<RayHit> rays) {
 }
 
 /// Embree builds with assertions abort for such rays.
-TEST(SceneRays, ThoseThatAreNoNumbersMeetNothingAndHarmNoOthers) {
+TEST(SceneRays, NonFiniteOnesHitNothingAndDontAffectOthers) {
   const auto scene = scene_from(kMixedScene);
   const std::vector<RayHit> good = random_rays(64, 3);
   const float bad[] = {NAN, kInfinity, -kInfinity, 1e30f, -3e38f};
@@ -112,7 +112,7 @@ TEST(SceneRays, BatchesOfAnySizeAgreeWithSingleRays) {
   EXPECT_GT(counters.embree_seconds, 0);
 }
 
-TEST(SceneRays, OccludedWhereTheNearestHitLiesOnTheSegment) {
+TEST(SceneRays, OccludedIfTheNearestHitIsOnTheSegment) {
   const auto scene = scene_from(kMixedScene);
   std::vector<RayHit> nearest = random_rays(20000, 2);
   std::vector<Ray> segments;
@@ -328,7 +328,7 @@ TEST_F(SceneContents, RejectsShapesTooFarForTheRayTracer) {
   EXPECT_EQ(error(), "");
 }
 
-TEST_F(SceneContents, CopiesVerticesThatEmbreeCouldNotReadInPlace) {
+TEST_F(SceneContents, CopiesVerticesThatEmbreeCantReadDirectly) {
   add(std::make_shared<TightTriangle>());
   const Scene scene(contents_, 1);
   EXPECT_TRUE(trace(scene, {0.2f, 0.2f, 1}, {0, 0, -1}).hit.valid());

@@ -267,7 +267,7 @@ class Watertight : public testing::Test {
   std::string file_ = folder_.write("sphere.obj", icosphere_obj(4));
 };
 
-TEST_F(Watertight, RaysLeakAtEdgesOnlyIfTheSceneSaysSo) {
+TEST_F(Watertight, RaysLeakAtEdgesOnlyOnRequest) {
   const auto leaks = [&](const std::string& value) {
     const auto scene =
         sphere("<boolean name='embree_use_robust_intersections' value='" + value + "'/>");

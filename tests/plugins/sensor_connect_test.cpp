@@ -84,7 +84,7 @@ TEST(SensorConnect, FindsThePixelsThatRaysComeFrom) {
 
 /// A plane with radiance 1 gives every pixel the value 1. The intensity of a piece of the plane is
 /// its area times the cosine. The map from film to plane gives the area that it covers on the film.
-TEST(SensorConnect, WeightsMakeAPlaneOfRadianceOneAPictureOfOne) {
+TEST(SensorConnect, WeightsGiveAnImageOfOneForAPlaneOfRadianceOne) {
   Random random;
   const Vec3 normal = glm::normalize(Vec3(0.3f, 0.2f, 1.f));
   const Vec3 origin(0.2f, 0.5f, -1.5f);
@@ -113,7 +113,7 @@ TEST(SensorConnect, WeightsMakeAPlaneOfRadianceOneAPictureOfOne) {
   }
 }
 
-TEST(SensorConnect, SeesNothingOutsideItsPicture) {
+TEST(SensorConnect, SeesNothingOutsideItsImage) {
   for (const auto& sensor : cameras()) {
     const Vec2 middle(0.5f);
     const auto sees = [&](const Vec2& position, float t) {

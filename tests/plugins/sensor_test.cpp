@@ -81,7 +81,7 @@ std::string text(const char* name, const char* value) {
   return std::string("<string name=\"") + name + "\" value=\"" + value + "\"/>";
 }
 
-TEST(Sensor, RefusesWhatItCannotBe) {
+TEST(Sensor, RefusesInvalidParameters) {
   const std::string scale = "<transform name=\"to_world\"><scale value=\"2\"/></transform>";
   expect_error("perspective", number("fov", "0"), "fov");
   expect_error("perspective", number("fov", "180"), "fov");

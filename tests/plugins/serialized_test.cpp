@@ -131,7 +131,7 @@ TEST_F(Serialized, ReadsBothVersionsAndPrecisions) {
   }
 }
 
-TEST_F(Serialized, TakesTheMeshThatIsAskedFor) {
+TEST_F(Serialized, ReadsTheRequestedMesh) {
   MeshData small, large;
   for (Vec3& p : large.positions) p *= 10.f;
   for (const uint16_t version : {3, 4}) {
@@ -165,7 +165,7 @@ TEST_F(Serialized, ReadsManyVertices) {
   }
 }
 
-TEST_F(Serialized, SaysWhatIsWrong) {
+TEST_F(Serialized, ReportsErrors) {
   const MeshData good;
   const std::string bytes = file_of({good});
   const auto with = [&](auto change) {
@@ -194,7 +194,7 @@ TEST_F(Serialized, SaysWhatIsWrong) {
 
 /// As in Mitsuba 3.9.1, the first mesh needs no list of meshes, and vertices without triangles may
 /// have any values.
-TEST_F(Serialized, ReadsWhatMitsubaReads) {
+TEST_F(Serialized, ReadsTheFilesThatMitsubaReads) {
   const std::string bytes = file_of({MeshData{}});
   EXPECT_FLOAT_EQ(load(bytes.substr(0, bytes.size() - 12))->area(), kArea);
   EXPECT_NE(fault(bytes.substr(0, bytes.size() - 12), 1).find("without a list"),

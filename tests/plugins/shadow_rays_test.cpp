@@ -26,7 +26,7 @@ class ShadowRaysTest : public testing::Test {
   ShadowRays rays_;
 };
 
-TEST_F(ShadowRaysTest, AddWhatIsVisibleToTheirSums) {
+TEST_F(ShadowRaysTest, AddVisibleLightToTheirSums) {
   constexpr size_t kRays = 5000;  // several batches
   Rgb sums[2] = {Rgb(0.f), Rgb(0.f)};
   Rgb expected[2] = {Rgb(0.f), Rgb(0.f)};
@@ -42,7 +42,7 @@ TEST_F(ShadowRaysTest, AddWhatIsVisibleToTheirSums) {
   EXPECT_EQ(sums[0], expected[0]) << "results are added once";
 }
 
-TEST_F(ShadowRaysTest, SkipThoseThatCarryNothing) {
+TEST_F(ShadowRaysTest, SkipRaysWithoutLight) {
   Rgb sum(1.f);
   for (size_t i = 0; i < 10; ++i) {
     rays_.push(point(i), direction(i), {Rgb(0.f), 0, 0}, {{&sum}});
@@ -54,7 +54,7 @@ TEST_F(ShadowRaysTest, SkipThoseThatCarryNothing) {
   EXPECT_EQ(counters_.skipped_shadow_rays, 20u);
 }
 
-TEST_F(ShadowRaysTest, TellTheRecordsOfTheirPatches) {
+TEST_F(ShadowRaysTest, AddRecordsToTheirPatches) {
   constexpr size_t kRays = 3000;
   std::vector<std::vector<VisibilityRecord>> records(3);
   const Answers answers{{}, records.data(), nullptr};

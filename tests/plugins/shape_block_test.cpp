@@ -134,7 +134,7 @@ void expect_same(const SurfaceInteraction& si, const SurfaceBlock& block, size_t
   EXPECT_LE(largest_difference(block.wi.at(i), si.wi), bound);
 }
 
-TEST_P(ShapeBlocks, InteractionsAreThoseOfPoints) {
+TEST_P(ShapeBlocks, InteractionsMatchSinglePoints) {
   for_shapes([](const ShapeCase& c, const Shape& shape) {
     Random random(1);
     for (const size_t count : kRanges) {

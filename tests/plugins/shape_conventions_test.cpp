@@ -29,7 +29,7 @@ std::string text(const Vec3& v) {
 
 /// Returns the part of dp_dv perpendicular to the curve. The reference direction of angles turns
 /// along a B-spline. Mitsuba's derivative has another turn than its uv, unlike Kinome's
-/// (CurveShapes.DerivativesAreThoseOfUv).
+/// (CurveShapes.DerivativesMatchUv).
 Vec3 own_dp_dv(const MitsubaInteraction& m, const Vec3& dp_dv) {
   if (std::string(m.xml).find("bsplinecurve") == std::string::npos) return dp_dv;
   return dp_dv - m.dp_du * (glm::dot(dp_dv, m.dp_du) / glm::dot(m.dp_du, m.dp_du));

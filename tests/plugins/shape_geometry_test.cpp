@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(All, EachShape,
                          testing::Values("sphere", "disk", "rectangle", "cube", "cylinder"),
                          [](const auto& test) { return test.param; });
 
-TEST_P(EachShape, RaysMeetItWhereTheClosedFormSays) {
+TEST_P(EachShape, RaysHitItWhereTheClosedFormPredicts) {
   // Scaled by 2, rotated by 40 degrees around (1, 2, 2) / 3, and translated.
   const auto scene = scene_from(
       shape_xml(GetParam(),

@@ -89,7 +89,7 @@ TEST(PointNodes, WithoutAMicrofacetLobeThereAreNone) {
 
 /// The mean of each pixel over draws is the light that its own points reflect. Candidates are drawn
 /// for the mean of all pixels, and visibilities are wrong.
-TEST(SharedCandidates, AddUpToWhatEachPixelReflects) {
+TEST(SharedCandidates, AddUpToTheLightOfEachPixel) {
   struct Case {
     const char* name;
     std::string shape;
@@ -149,7 +149,7 @@ TEST(SharedCandidates, AreForPointsThatAreAlike) {
 }
 
 /// The number of blocks increases with the requested candidates, up to those of the set.
-TEST(SharedCandidates, BlocksGoWithWhatIsWanted) {
+TEST(SharedCandidates, BlocksMatchTheRequestedCells) {
   StageTile tile(floor_xml(rough_xml("roughconductor", 0.3)) + sky_xml(), kRaysOfPixel);
   const CellLight light = tile.light(1);
   SharedCandidates shared(light);

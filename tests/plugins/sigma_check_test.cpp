@@ -27,7 +27,7 @@ float corrected(const SigmaCheck& check, float v, float sigma) {
   return visibility.sigma[0];
 }
 
-TEST(SigmaCheck, LeavesWhatNobodyTellsOf) {
+TEST(SigmaCheck, LeavesClassesWithoutRecords) {
   SigmaCheck check;
   EXPECT_EQ(corrected(check, 0, 0.1f), 0.1f);
   check.finish();
@@ -37,13 +37,13 @@ TEST(SigmaCheck, LeavesWhatNobodyTellsOf) {
 
 /// Class `hidden`: one ray in 400 finds light, but one in 25 was expected. Class `visible`: as
 /// expected.
-TEST(SigmaCheck, FindsWhatRaysFound) {
+TEST(SigmaCheck, MatchesTheRecordsOfRays) {
   constexpr float kSigma = 0.2f;
   SigmaCheck check;
   for (int i = 0; i < 40000; ++i) {
-    check.tell(0, kSigma, i % 400 == 0);
-    check.tell(1, kSigma, i % 25 != 0);
-    check.tell(1, 0.02f, true);
+    check.add_record(0, kSigma, i % 400 == 0);
+    check.add_record(1, kSigma, i % 25 != 0);
+    check.add_record(1, 0.02f, true);
   }
   EXPECT_EQ(corrected(check, 0, kSigma), kSigma);  // unchanged before finish()
   check.finish();
@@ -62,16 +62,16 @@ TEST(SigmaCheck, FindsWhatRaysFound) {
 
 TEST(SigmaCheck, AFewRaysChangeLittle) {
   SigmaCheck check;
-  for (int i = 0; i < 10; ++i) check.tell(0, 0.1f, false);
+  for (int i = 0; i < 10; ++i) check.add_record(0, 0.1f, false);
   check.finish();
   EXPECT_GT(corrected(check, 0, 0.1f), 0.097f);
   EXPECT_LT(corrected(check, 0, 0.1f), 0.1f);
 }
 
 /// Sigma has a minimum, because rays must be sent to all possible light.
-TEST(SigmaCheck, NothingIsForgottenAltogether) {
+TEST(SigmaCheck, SigmaHasAMinimum) {
   SigmaCheck check;
-  for (int i = 0; i < 1000000; ++i) check.tell(0, 0.1f, false);
+  for (int i = 0; i < 1000000; ++i) check.add_record(0, 0.1f, false);
   check.finish();
   EXPECT_NEAR(corrected(check, 0, 0.1f), 0.1f * std::sqrt(0.02f), 1e-4f);
   EXPECT_GE(corrected(check, 0, 1e-5f), 0.99e-3f);

@@ -119,7 +119,7 @@ TEST(Sky, BlackOneIsSampledUniformly) {
   EXPECT_EQ(sample->radiance, Rgb(0.f));
 }
 
-TEST(Sky, EmissionIsThatOfItsDirections) {
+TEST(Sky, EmissionHasTheDensityAndRadianceOfItsDirection) {
   Moonlit sky;
   sky.prepare(Aabb{Vec3(-1.f), Vec3(1.f)});
   const auto ray = sky.sample_emission({0.2f, 0.7f}, {0.4f, 0.5f});

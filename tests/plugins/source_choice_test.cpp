@@ -76,7 +76,7 @@ void expect_picks_by_probability(const SourceChoice::At& at, uint32_t count) {
   EXPECT_NEAR(sum, 1, 1e-6 * count);
 }
 
-TEST(SourceChoice, GoesByWhatArrivesAndByFlux) {
+TEST(SourceChoice, UsesArrivingLightAndFlux) {
   Sources sources;
   sources.add(std::make_unique<Lamp>(Vec3(0, 0, 1), 1.f), 12);
   sources.add(std::make_unique<Lamp>(Vec3(0, 0, 10), 1.f), 12);
@@ -96,7 +96,7 @@ TEST(SourceChoice, GoesByWhatArrivesAndByFlux) {
   EXPECT_LT(other.probability(0), at.probability(2) + at.probability(0) / 10);
 }
 
-TEST(SourceChoice, GoesByFluxWhereNothingArrivesOrIsKnown) {
+TEST(SourceChoice, UsesFluxWithoutArrivingLight) {
   Sources dark;
   dark.add(std::make_unique<Lamp>(Vec3(0, 0, -1), 1.f), 3);
   dark.add(std::make_unique<Lamp>(Vec3(0.f), 1.f), 1);  // at the shading point itself
@@ -107,7 +107,7 @@ TEST(SourceChoice, GoesByFluxWhereNothingArrivesOrIsKnown) {
 
   Sources many;
   Random random(1);
-  for (size_t s = 0; s <= SourceChoice::kMaxLooks; ++s) {
+  for (size_t s = 0; s <= SourceChoice::kMaxSampledEmitters; ++s) {
     many.add(std::make_unique<Lamp>(random.direction(), 1.f), random.between(0.1, 2));
   }
   const SourceChoice of_many = many.choice(1);
@@ -119,7 +119,7 @@ TEST(SourceChoice, GoesByFluxWhereNothingArrivesOrIsKnown) {
 }
 
 /// A single source is always selected, without evaluating it.
-TEST(SourceChoice, AsksTheOnlySource) {
+TEST(SourceChoice, ChoosesTheOnlySource) {
   Sources one;
   one.add(std::make_unique<Lamp>(Vec3(0, 0, -1), 1.f), 3);
   const SourceChoice choice = one.choice(1);

@@ -47,7 +47,7 @@ TEST(DiffuseStrata, AddUpToTheReflectedSky) {
 
 /// Cells that are known to be visible need no rays. Cells at the horizon are estimated from some of
 /// their points; all others are exact.
-TEST(DiffuseStrata, KnowVisibleLightWithoutRays) {
+TEST(DiffuseStrata, FindVisibleLightWithoutRays) {
   StageTile tile(floor_xml(kGrey) + sky_xml());
   const GroupView group = tile.view(0);
   for (float& v : tile.visibility()[group.group.patch].v) v = 1;
@@ -128,7 +128,7 @@ TEST(GlossyStrata, DrawAboutAsManyAsAreWanted) {
   }
 }
 
-TEST(GlossyStrata, TellThePlanTheMeanAndItsShare) {
+TEST(GlossyStrata, ReportTheMeanAndItsShareToThePlan) {
   StageTile tile(floor_xml(rough_xml("roughconductor", 0.25)) + sky_xml());
   const GroupView group = tile.view(0);
   const double count = group.group.count;
@@ -251,7 +251,7 @@ struct PlannedLocal {
   }
 };
 
-TEST(LocalStrata, TellThePlanOfLampsAndOfTheRest) {
+TEST(LocalStrata, ReportLampsAndOtherLightToThePlan) {
   StageTile tile(floor_xml(kGrey) + kLamps);
   PlannedLocal planned(tile);
   const GroupView& group = planned.group;
@@ -303,7 +303,7 @@ TEST(LocalStrata, PlanADefensiveShareOfEyeRays) {
 }
 
 /// A mirror reflects the full radiance of the square.
-TEST(EyeRays, OfMirrorsFindWhatTheyShow) {
+TEST(EyeRays, OfMirrorsFindReflectedLight) {
   StageTile tile(floor_xml(R"(<bsdf type="conductor"/>)") +
                  R"(<shape type="rectangle"><transform name="to_world"><scale value="50"/>
                     <rotate x="1" angle="90"/><translate y="9"/></transform>

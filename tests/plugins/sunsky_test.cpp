@@ -57,7 +57,7 @@ TEST(SunSky, IsMitsubas) {
 
 /// Means of 120 samples of Mitsuba's sun, in scalar_rgb. They are off by 0.06 degrees in the same
 /// direction.
-TEST(SunSky, StandsWhereMitsubasDoes) {
+TEST(SunSky, HasMitsubasSunDirection) {
   const struct {
     std::string xml;
     Vec3 sun;

@@ -29,7 +29,7 @@ std::string write_image(const TemporaryFolder& folder, const std::string& kind, 
     for (size_t i = 0; i < channels * w * h; ++i) {
       image.data.push_back(static_cast<float>(rng() % 1000) * 0.01f);
     }
-    write_exr(path, image, ExrNumber::kFloat, {});
+    write_exr(path, image, ExrSampleType::kFloat, {});
     return path;
   }
   std::vector<png_byte> bytes(channels * w * h);
@@ -90,7 +90,7 @@ void expect_same(const Texture& texture, const std::string& what) {
 
 class TextureBlocks : public testing::TestWithParam<InstructionSet> {};
 
-TEST_P(TextureBlocks, HaveTheColoursOfPlaces) {
+TEST_P(TextureBlocks, MatchSinglePositions) {
   const TemporaryFolder folder;
   for (const char* kind : {"exr", "grey_exr", "png", "grey_png"}) {
     for (const int size : {1, 5}) {
@@ -113,7 +113,7 @@ TEST_P(TextureBlocks, HaveTheColoursOfPlaces) {
   }
 }
 
-TEST_P(TextureBlocks, OfCheckersHaveThoseOfTheirSquares) {
+TEST_P(TextureBlocks, OfCheckersMatchTheirSquares) {
   expect_same(
       *make_for<Texture>(GetParam(),
                          "<texture type='checkerboard'><rgb name='color0' value='.1 .2 .3'/>"

@@ -67,7 +67,7 @@ class BitmapTest : public testing::Test {
   }
   std::string exr(const Image& image) const {
     const std::string path = folder_.path("map.exr");
-    write_exr(path, image, ExrNumber::kFloat, {});
+    write_exr(path, image, ExrSampleType::kFloat, {});
     return path;
   }
   static std::shared_ptr<Texture> load(const std::string& path, const std::string& children = "") {
@@ -118,7 +118,7 @@ TEST_F(BitmapTest, TexelsAreCentred) {
   EXPECT_NEAR(map->eval_1(Vec2(0.5f, 0.25f)), luminance(Rgb(1, 0.5f, -0.25f)), 1e-6f);
 }
 
-TEST_F(BitmapTest, SaysHowManyTexelsItHas) {
+TEST_F(BitmapTest, ReportsItsResolution) {
   EXPECT_EQ(load(colors())->resolution(), glm::uvec2(3, 2));
   EXPECT_EQ(make<Texture>("<texture type='checkerboard'/>")->resolution(), glm::uvec2(1, 1));
 }
@@ -286,7 +286,7 @@ TEST_F(BitmapTest, BadFilesAreErrorsOfOneLine) {
   EXPECT_NE(choice.find("did you mean 'mirror'"), std::string::npos) << choice;
 }
 
-TEST_F(BitmapTest, WhatIsNoNumberIsReplacedWithAWarning) {
+TEST_F(BitmapTest, NonFiniteTexelsAreReplacedWithAWarning) {
   const float nan = std::nanf("");
   const std::string nearest = "<string name='filter_type' value='nearest'/>";
   const std::string path =

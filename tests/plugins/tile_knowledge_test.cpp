@@ -124,7 +124,7 @@ TEST(TileKnowledge, LearnsFromTilesAround) {
   EXPECT_EQ(v[2], alone.learn(3).v[5]);  // out of reach
 }
 
-TEST(TileKnowledge, LearnsWhereASurfaceGoesOnAlone) {
+TEST(TileKnowledge, LearnsOnlyAcrossContinuousSurfaces) {
   const auto learned_from = [](const auto& change) {
     Row row(kDiffuse);
     change(row.patch(4));
@@ -140,7 +140,7 @@ TEST(TileKnowledge, LearnsWhereASurfaceGoesOnAlone) {
 }
 
 /// For large images, each pass learns again what is stored for small ones.
-TEST(TileKnowledge, RecallsTheSameWhetherItIsKeptOrNot) {
+TEST(TileKnowledge, RecallsTheSameIfItLearnsAgain) {
   ProductSettings forgetful;
   forgetful.remembered_pixels = 0;
   Row kept(kDiffuse), again(kDiffuse, forgetful);
@@ -162,7 +162,7 @@ TEST(TileKnowledge, RecallsTheSameWhetherItIsKeptOrNot) {
 }
 
 /// A sharp lobe uses the learned visibility only if it predicts the pilot's own rays.
-TEST(TileKnowledge, TrustsWhatPredictsTheRays) {
+TEST(TileKnowledge, TrustsValuesThatPredictTheRays) {
   Row row(kMetal);
   row.find_all(3, true);
   Visibility known = row.learn(3);
@@ -201,7 +201,7 @@ TEST(TileKnowledge, ChecksSigmaByThePilotsRays) {
   EXPECT_GT(sigma_of(true, true), 1.02f * sigma_of(true, false));
 }
 
-TEST(TileKnowledge, LeavesOutWhatIsToBeLeftOut) {
+TEST(TileKnowledge, LeavesOutExcludedRecords) {
   ProductSettings settings;
   settings.control_variate = false;
   Row without_control(kDiffuse, settings);

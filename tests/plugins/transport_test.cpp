@@ -15,11 +15,11 @@
 
 #include "support/film_xml.h"
 #include "support/render.h"
-#include "transport/camera.h"
-#include "transport/direction_sort.h"
-#include "transport/film_samples.h"
-#include "transport/numbers.h"
-#include "transport/surfaces.h"
+#include "transport/blocks/numbers.h"
+#include "transport/camera/camera.h"
+#include "transport/camera/film_samples.h"
+#include "transport/shadows/direction_sort.h"
+#include "transport/surfaces/surfaces.h"
 
 namespace kinome::test::transport_test {
 namespace {
@@ -133,7 +133,7 @@ TEST(Surfaces, SortsHitsByMaterialInWholeVectors) {
   }
 }
 
-TEST(BucketCounts, AreThoseOfTheBucketsInUse) {
+TEST(BucketCounts, CountOnlyUsedBuckets) {
   BucketCounts counts(1000000);
   for (const std::vector<uint32_t>& things :
        {std::vector<uint32_t>{7, 999999, 7, 0}, {}, {3, 2, 3, 7, 3}}) {
@@ -202,7 +202,7 @@ TEST(Arena, ColumnsBeginAsZerosAndAreApart) {
   }
 }
 
-TEST(Numbers, AreThoseOfTheSample) {
+TEST(Numbers, BelongToTheSample) {
   const auto sampler = make<Sampler>(
       "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"4\"/></sampler>");
   std::vector<uint32_t> x(64), y(64);
@@ -232,9 +232,13 @@ struct Films {
   std::shared_ptr<Film> one_by_one, block;
 };
 
-Films add_to_both(const std::string& filter, uint32_t samples, float scale, bool with_bad) {
+/// Adds samples with `values` values, at least 3, to both films.
+Films add_to_both(const std::string& filter, uint32_t samples, size_t values, float scale,
+                  bool with_bad) {
   Films films{make_film(film_size(20, 12) + filter), make_film(film_size(20, 12) + filter)};
-  for (const auto& film : {films.one_by_one, films.block}) film->prepare({{}});
+  std::vector<std::string> names;
+  for (size_t k = 3; k < values; ++k) names.push_back("value " + std::to_string(k));
+  for (const auto& film : {films.one_by_one, films.block}) film->prepare({names});
   const Rect pixels{3, 2, 11, 9};
   std::vector<uint32_t> x, y;
   for (int py = pixels.y0; py < pixels.y1; ++py) {
@@ -246,52 +250,64 @@ Films add_to_both(const std::string& filter, uint32_t samples, float scale, bool
   const size_t count = block.count();
   Arena arena(count + kBlockLanes);
   const Columns2 position = arena.two();
-  const Columns3 color = arena.three();
-  const auto u = random_numbers(5 * count, 9);
+  std::vector<float*> columns(values);
+  for (float*& column : columns) column = arena.floats();
+  const auto u = random_numbers((2 + values) * count, 9);
   FilmTile tile = films.one_by_one->make_tile(pixels);
+  std::vector<float> of_sample(values);
   for (size_t i = 0; i < count; ++i) {
     const auto p = i / samples;
-    position.set(i, film_position(static_cast<int>(x[p]), static_cast<int>(y[p]),
-                                  {u[5 * i], u[5 * i + 1]}));
-    color.set(i, scale * Vec3(u[5 * i + 2], u[5 * i + 3], u[5 * i + 4]));
-    if (with_bad && i % 7 == 3) color.y[i] = i % 2 ? kNaN : kInfinity;
-    const Vec3 c = color.at(i);
-    const float values[3] = {c.x, c.y, c.z};
-    tile.add(position.at(i), values);
+    const float* const of = &u[(2 + values) * i];
+    position.set(i, film_position(static_cast<int>(x[p]), static_cast<int>(y[p]), {of[0], of[1]}));
+    for (size_t k = 0; k < values; ++k) columns[k][i] = scale * of[2 + k];
+    if (with_bad && i % 7 == 3) columns[i % values][i] = i % 2 ? kNaN : kInfinity;
+    for (size_t k = 0; k < values; ++k) of_sample[k] = columns[k][i];
+    tile.add(position.at(i), of_sample);
   }
   films.one_by_one->commit(tile);
   FilmTile other = films.block->make_tile(pixels);
-  FilmSamples adder(films.block->filter(), 3, count);
-  adder.add(block, position, {color.x, color.y, color.z}, other);
+  FilmSamples adder(films.block->filter(), static_cast<int>(values), count);
+  // A common factor of all weights doesn't change the image.
+  adder.add(block, position, columns, other, values > 3 ? 0.25f : 1.f);
   films.block->commit(other);
   EXPECT_EQ(tile.non_finite(), other.non_finite());
   return films;
 }
 
+void expect_same_image(const Films& films) {
+  const Image a = films.one_by_one->develop(), b = films.block->develop();
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      for (int c = 0; c < static_cast<int>(a.channels.size()); ++c) {
+        // A pixel's samples are summed in single precision, with weights that are off by
+        // 2.5e-7 of the largest. A pixel may have only samples of small weights.
+        const float sum = a.at(x, y, c);
+        ASSERT_NEAR(b.at(x, y, c), sum, 2e-3f * sum) << x << " " << y << " " << c;
+      }
+    }
+  }
+  for (int c = 0; c < static_cast<int>(a.channels.size()); ++c) {
+    EXPECT_NEAR(a.at(7, 5, c), b.at(7, 5, c), 3e-6f * a.at(7, 5, c));
+  }
+}
+
 TEST(FilmSamples, AddsAsTheFilmDoes) {
   for (const char* filter :
        {"<rfilter type=\"box\"/>", "<rfilter type=\"tent\"/>", "<rfilter type=\"gaussian\"/>",
+        "<rfilter type=\"tent\"><float name=\"radius\" value=\"1.4\"/></rfilter>",
         "<rfilter type=\"tent\"><float name=\"radius\" value=\"2.3\"/></rfilter>",
+        "<rfilter type=\"tent\"><float name=\"radius\" value=\"3.4\"/></rfilter>",
         "<rfilter type=\"gaussian\"><float name=\"stddev\" value=\"0.2\"/></rfilter>"}) {
-    for (const uint32_t samples : {1u, 5u, 16u, 40u}) {
-      // Values whose sums need double precision are added one by one.
-      for (const float scale : {1.f, 1e37f}) {
-        for (const bool with_bad : {false, true}) {
-          SCOPED_TRACE(testing::Message() << filter << " " << samples << " " << scale << " "
-                                          << with_bad);
-          const Films films = add_to_both(filter, samples, scale, with_bad);
-          const Image a = films.one_by_one->develop(), b = films.block->develop();
-          for (int y = 0; y < a.height; ++y) {
-            for (int x = 0; x < a.width; ++x) {
-              for (int c = 0; c < 3; ++c) {
-                // A pixel's samples are summed in single precision, with weights that are off by
-                // 2.5e-7 of the largest. A pixel may have only samples of small weights.
-                const float sum = a.at(x, y, c);
-                ASSERT_NEAR(b.at(x, y, c), sum, 2e-3f * sum) << x << " " << y;
-              }
-            }
+    for (const size_t values : {3u, 4u, 5u, 15u, 17u, 194u}) {
+      for (const uint32_t samples : {1u, 5u, 16u, 40u, 150u}) {
+        if (samples * values > 1000) continue;  // takes long
+        // Values whose sums need double precision are added one by one.
+        for (const float scale : {1.f, 1e37f}) {
+          for (const bool with_bad : {false, true}) {
+            SCOPED_TRACE(testing::Message() << filter << " " << samples << " " << values << " "
+                                            << scale << " " << with_bad);
+            expect_same_image(add_to_both(filter, samples, values, scale, with_bad));
           }
-          EXPECT_NEAR(a.at(7, 5, 0), b.at(7, 5, 0), 3e-6f * a.at(7, 5, 0));
         }
       }
     }

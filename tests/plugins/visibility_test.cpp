@@ -58,7 +58,7 @@ TEST(VisibilityRecord, KeepsBoth) {
 }
 
 /// A pane transmits a part of the light in half of the cells; the others are hidden.
-TEST(VisibilityLearner, KnowsWhatPanesLetThrough) {
+TEST(VisibilityLearner, LearnsTheTransmittanceOfPanes) {
   constexpr float kShare = 0.6f;
   std::vector<VisibilityRecord> records;
   for (int k = 0; k < 30; ++k) {
@@ -73,7 +73,7 @@ TEST(VisibilityLearner, KnowsWhatPanesLetThrough) {
   }
 }
 
-TEST(VisibilityLearner, KnowsNothingWithoutRecords) {
+TEST(VisibilityLearner, IsUncertainWithoutRecords) {
   const Visibility learned = learn({});
   expect_sane(learned);
   for (size_t c = 0; c < kCells; ++c) {
@@ -95,7 +95,7 @@ TEST(VisibilityLearner, IsCertainAfterManyRecords) {
   }
 }
 
-TEST(VisibilityLearner, LeansOnNeighboursWhereRecordsAreFew) {
+TEST(VisibilityLearner, UsesNeighboursOfCellsWithoutRecords) {
   // Cells of the first half are visible, those of the second hidden; one in each has no record.
   std::vector<VisibilityRecord> records;
   const auto unknown = [](uint32_t c) { return c == 100 || c == 400; };
@@ -147,7 +147,7 @@ TEST(VisibilityLearner, FindsSharesAndDeviations) {
 }
 
 /// Counts have 16 bits; further records are ignored.
-TEST(VisibilityLearner, LeavesOutWhatIsTooMuch) {
+TEST(VisibilityLearner, IgnoresExcessRecords) {
   const std::vector<VisibilityRecord> seen(3000, VisibilityRecord(3, true));
   const std::vector<VisibilityRecord> hidden(3000, VisibilityRecord(4, false));
   const std::vector<VisibilityRecord> most(hidden.begin(), hidden.begin() + 4095 - 3000);
@@ -177,7 +177,7 @@ class Sky final : public Emitter {
 };
 
 /// All cells that a patch faces are learned as before, and so are cells without a direction.
-TEST(VisibilityLearner, LearnsWhatThePatchFaces) {
+TEST(VisibilityLearner, LearnsTheVisibleHemisphere) {
   RenderContext context({});
   const Sky sky;
   const DistantCells cells(sky, sky.grid(), 512, context.scheduler);
@@ -293,7 +293,7 @@ TEST(CellNeighbours, AreNoneWhereCellsAreFew) {
 }
 
 /// All records of the tree's parent of cells 96 to 103 are visible, and none around cell 100.
-TEST(VisibilityLearner, LeansOnCellsAroundBeforeTheCurve) {
+TEST(VisibilityLearner, PrefersSurroundingCellsToTheCurve) {
   CellNeighbours neighbours;
   for (size_t i = 0; i < CellNeighbours::kCount; ++i) {
     neighbours.of[i].resize(kCells);

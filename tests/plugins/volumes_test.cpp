@@ -142,8 +142,8 @@ TEST(GridVolume, RefusesDamagedFiles) {
     } catch (const Error& error) {
       EXPECT_NE(error.message().find(message), std::string::npos) << error.message();
       EXPECT_EQ(error.where().file, file);
-      ASSERT_EQ(error.askers().size(), 1u);
-      EXPECT_EQ(error.askers()[0].line, 1);
+      ASSERT_EQ(error.requesters().size(), 1u);
+      EXPECT_EQ(error.requesters()[0].line, 1);
     }
   }
 }
@@ -213,7 +213,7 @@ TEST(GridVolume, ASingleVoxelIsUniformAndItsIntegralExact) {
 
 /// Integral of a trilinear grid along its axis, by hand: values 1 and 3 with centres at 1/4 and
 /// 3/4.
-TEST(GridVolume, IntegralsBetweenTheCentresAreThoseOfLines) {
+TEST(GridVolume, IntegralsBetweenCentresMatchLineIntegrals) {
   const TemporaryFolder folder;
   VolFile two;
   two.x = 2, two.y = two.z = two.channels = 1;

@@ -114,7 +114,7 @@ TEST(Aov, NamesChannelsAsMitsubaDoes) {
   EXPECT_EQ(image.channels, expected);
 }
 
-TEST(Aov, ShowsWhatIsHit) {
+TEST(Aov, ShowsTheFirstHit) {
   const auto scene = scene_from(scene_xml(aov_xml(kAll, direct_xml()), "rgba"));
   const Image image = render_scene(*scene);
   const auto value = [&](const Pixel& at, const std::string& name) {
@@ -150,7 +150,7 @@ TEST(Aov, ShowsWhatIsHit) {
 }
 
 /// The colour is identical with and without variables, because the rays are the same.
-TEST(Aov, LeavesTheNestedImageAsItIs) {
+TEST(Aov, LeavesTheNestedImageUnchanged) {
   const Image plain = render_scene(*scene_from(scene_xml(direct_xml())), 9);
   const Image with = render_scene(*scene_from(scene_xml(aov_xml("d:depth", direct_xml()))), 9);
   const Image depth = render_scene(*scene_from(scene_xml("<integrator type=\"depth\"/>")), 9);
@@ -167,7 +167,7 @@ TEST(Aov, LeavesTheNestedImageAsItIs) {
 
 /// Derivatives of uv per pixel, divided by the square root of the samples per pixel. For a pinhole,
 /// they use the distance beyond the near plane, as in Mitsuba 3.9.1.
-TEST(Aov, TellsHowUvChangesFromPixelToPixel) {
+TEST(Aov, RendersUvDerivativesByPixel) {
   constexpr float kTan = 0.363970234f;  // tangent of 20 degrees
   struct Camera {
     std::string type;
@@ -284,9 +284,9 @@ TEST(Aov, GuidesFollowTheRaysInGlass) {
   EXPECT_NE(red, 0.4);
 }
 
-/// The environment and emitters have the albedo min(radiance, 1). Rays that pass the holes of a mask
-/// show what is behind it.
-TEST(Aov, GuidesShowLightAndWhatIsBehindHoles) {
+/// The environment and emitters have the albedo min(radiance, 1). Rays that pass the holes of a
+/// mask show what is behind it.
+TEST(Aov, GuidesShowEmittersAndSurfacesBehindHoles) {
   const std::string lamp = R"(<shape type="sphere"><point name="center" x="0" y="0" z="2"/>
       <float name="radius" value="0.6"/><emitter type="area"><rgb name="radiance"
       value="7 0.25 0.5"/></emitter></shape>)";
@@ -341,6 +341,24 @@ TEST(Aov, ChecksItsList) {
   EXPECT_NE(error_of(aov_xml("a:depth,a:depth")).find("names two channels 'a.T'"),
             std::string::npos);
   EXPECT_NE(error_of("<integrator type=\"aov\"/>"), "");
+}
+
+/// The program adds channels of these names to the finished image.
+TEST(Aov, RefusesReservedNames) {
+  for (const char* const name : {"variance", "tile_variance", "noisy", "denoised", "lights",
+                                 "variance.x", "CryptoAsset00"}) {
+    const std::string quoted = "'" + std::string(name) + "'";
+    const std::string listed = error_of(aov_xml(std::string(name) + ":albedo"));
+    EXPECT_NE(listed.find("'aovs' must not use the name " + quoted), std::string::npos) << listed;
+    const std::string path = "\n <integrator type=\"path\" name=\"" + std::string(name) + "\"/>";
+    for (const std::string& xml :
+         {aov_xml("d:depth", path), "<integrator type=\"moment\">" + path + "</integrator>"}) {
+      const std::string nested = error_of(xml);
+      EXPECT_NE(nested.find("the name " + quoted + " is reserved"), std::string::npos) << nested;
+      EXPECT_NE(nested.find(":2:2: "), std::string::npos) << nested;
+    }
+  }
+  EXPECT_EQ(error_of(aov_xml("noisy_albedo:albedo,variances:uv,a.variance:depth")), "");
 }
 
 }  // namespace

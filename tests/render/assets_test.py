@@ -60,7 +60,7 @@ class Command(unittest.TestCase):
             for name in re.findall(r'name="filename" value="(assets/[^"$]+)"', text):
                 self.assertIn(f"{scene}/{name}", made)
 
-    def test_a_current_scene_is_left_alone_and_a_lost_file_is_made_again(self):
+    def test_only_missing_assets_are_made_again(self):
         with tempfile.TemporaryDirectory() as folder:
             run(folder, "--scale", COARSE, "grace")
             assets = pathlib.Path(folder) / "grace" / "assets"
@@ -96,7 +96,7 @@ class Statue(unittest.TestCase):
     def test_has_enough_triangles(self):
         self.assertGreaterEqual(len(self.faces), 100_000)
 
-    def test_every_edge_lies_in_two_triangles(self):
+    def test_every_edge_belongs_to_two_triangles(self):
         # Counted independently of the script's own check.
         edges = np.sort(np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]],
                                         self.faces[:, [2, 0]]]), axis=1)
@@ -125,7 +125,7 @@ class Room(unittest.TestCase):
         return np.einsum("ij,ij->i", corners[:, 0],
                          np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
 
-    def test_volumes_are_those_of_bevelled_boxes(self):
+    def test_volumes_match_bevelled_boxes(self):
         size, bevel = np.array([3.0, 4.0, 5.0]), 0.25
         names = [*box.SIDES, "bevels"]
         # Each edge loses a prism, each corner five sixths of a cube.

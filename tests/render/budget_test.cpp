@@ -151,7 +151,7 @@ TEST(Budget, ErrorsBiasIsBelowTheNoise) {
 
 /// Compares the mean of the estimated errors of eight renders with that of their true errors. A
 /// factor of 1.5 is more than 6 standard deviations, as measured (0.06 and 0.03 of the ratio).
-TEST(Budget, ErrorIsWhatItIsSaidToBe) {
+TEST(Budget, ErrorMatchesItsEstimate) {
   const Image truth = render_scene(*scene_of(product_xml(), 32, 24, 1500), 999);
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
     const auto scene = scene_of(integrator, 32, 24, 16);
@@ -184,7 +184,7 @@ TEST(Budget, SameBitsAtAnyThreadCountAndTileOrder) {
 /// The variance that lanes report equals that between seeds. The test is on the sum over the image,
 /// with 64 renders and at least 64 x 7 degrees of freedom. A factor of 1.5 is more than 4 standard
 /// deviations even if only 16 pixels mattered.
-TEST(Budget, VarianceIsThatOfThePicture) {
+TEST(Budget, VarianceMatchesTheImage) {
   for (const std::string& integrator : {product_xml(), direct_xml()}) {
     const auto scene = scene_of(integrator, 16, 12, 32);
     std::vector<Moments> moments(16 * 12);
@@ -236,7 +236,7 @@ TEST(Budget, InterruptedRendersAreWhole) {
   }
 }
 
-TEST(Budget, DiagnosticsSayWhereTheRaysWent) {
+TEST(Budget, DiagnosticsShowTheDistributionOfRays) {
   const auto scene = scene_of(product_xml(R"(<boolean name="diagnostics" value="true"/>
       <float name="rays_per_pixel" value="48"/>)"),
                               32, 24, 4);

@@ -65,10 +65,10 @@ TEST(ClosedForm, SingleTexelAsASun) {
   }
 }
 
-/// The map lies on its side, so that the floor faces its column -1/2. A sun at phi0 then shines
-/// with the cosine cos phi sin theta. The irradiance is L dphi cos phi0 (sin(dphi/2) / (dphi/2))²
-/// dtheta (1 - cos(2 theta0) (sin dtheta / dtheta)²) / 2. It distinguishes neighbouring columns.
-TEST(ClosedForm, SingleTexelOnAMapOnItsSide) {
+/// The map is rotated, so that the floor faces its column -1/2. A sun at phi0 then shines with the
+/// cosine cos phi sin theta. The irradiance is L dphi cos phi0 (sin(dphi/2) / (dphi/2))²
+/// dtheta (1 - cos(2 theta0) (sin dtheta / dtheta)²) / 2. This value differs between columns.
+TEST(ClosedForm, SingleTexelOfARotatedMap) {
   constexpr int kWidth = 64, kHeight = 33, kX = 12, kY = 14;
   const double dphi = 2 * kPiD / kWidth, dtheta = kPiD / (kHeight - 1);
   const double phi = (kX + 0.5) * dphi, theta = kY * dtheta;

@@ -160,7 +160,7 @@ TEST(DeepLightPaths, FillAFurnace) {
 
 /// A lamp within a glass ball: only eye rays find its light, and a trial leaves the image to
 /// `path`.
-TEST(DeepLightPaths, AreThoseOfPathWhereLightComesThroughGlass) {
+TEST(DeepLightPaths, MatchPathForLightThroughGlass) {
   const std::string glass =
       "<shape type=\"sphere\"><point name=\"center\" x=\".3\" y=\"2.5\" "
       "z=\"0\"/><float name=\"radius\" value=\"1.2\"/>" +

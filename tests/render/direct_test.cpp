@@ -207,7 +207,7 @@ struct SunAbove final : Emitter {
 };
 
 /// Light from the whole upper hemisphere that belongs to no surface and no environment: no ray
-/// meets it.
+/// hits it.
 struct GlowAbove final : Emitter {
   std::optional<DirectSample> sample_direct(const Vec3&, const Vec2& u) const override {
     DirectSample sample;
@@ -270,7 +270,7 @@ TEST(Direct, LightsAFloorFromASquare) {
   }
 }
 
-/// Alone, and beside light that rays meet.
+/// The light is alone, or beside light that rays hit.
 TEST(Direct, LightThatNoRayMeetsIsTheEmitterSamplesAlone) {
   for (const bool sky : {false, true}) {
     const Rgb expected = 0.5f * (Rgb(1, 2, 3) + (sky ? Rgb(1, 1, 2) : Rgb(0.f)));

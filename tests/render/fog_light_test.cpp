@@ -6,13 +6,12 @@
 #include <cmath>
 #include <random>
 
-#include "clustered/media/fog_block.h"
 #include "clustered/media/fog_table.h"
 #include "clustered/media/segment_distances.h"
+#include "fog_estimates.h"
 #include "kinome/render_context.h"
 #include "kinome/render_job.h"
 #include "kinome/scheduler.h"
-#include "volume_scenes.h"
 
 namespace kinome::test::fog_light_test {
 namespace {
@@ -102,19 +101,87 @@ INSTANTIATE_TEST_SUITE_P(
              sky_xml(), 2}),
     [](const auto& test_case) { return std::string(test_case.param.name); });
 
-/// A medium without absorption vanishes in an even light: that of a sky, and that of a sphere, of
+/// A lamp of intensity 1 in the middle of a ball of radius 1 with isotropic fog. Quadrature
+/// replaces the singularities of its light at distance 0 by equal angles.
+struct BallOfFog {
+  double extinction, albedo;
+
+  /// Light that is scattered once on a ray, per unit of 1 / (distance of the ray from the lamp).
+  /// `along`: from the ray's origin to its point next to the lamp.
+  double scattered_once(double along, double beside) const {
+    const double first = std::atan2(-along, beside);
+    const double last = std::atan2(std::sqrt(1 - beside * beside), beside);
+    return integral(first, last, [&](double angle) {
+      const double travelled = along + beside * std::tan(angle), r = beside / std::cos(angle);
+      return scattering() * std::exp(-extinction * (travelled + r));
+    });
+  }
+  /// Mean over all directions of the light that reaches a point and was scattered once, at distance
+  /// r of the lamp.
+  double mean_of_once(double r) const {
+    return integral(0, kPi,
+                    [&](double angle) {
+                      return scattered_once(r * std::cos(angle), r * std::sin(angle)) / r;
+                    }) /
+           2;
+  }
+  /// Light that is scattered twice on a parallel ray beside the lamp, from outside.
+  double scattered_twice(double beside) const {
+    const double half = std::sqrt(1 - beside * beside);
+    return integral(0, 2 * half, [&](double travelled) {
+      const double r = std::hypot(beside, half - travelled);
+      return extinction * albedo * std::exp(-extinction * travelled) * mean_of_once(r);
+    });
+  }
+
+ private:
+  double scattering() const { return extinction * albedo / (4 * kPi); }
+  static double integral(double from, double to, const auto& f) {
+    constexpr int kNodes = 48;
+    double sum = 0;
+    for (int i = 0; i < kNodes; ++i) sum += f(from + (to - from) * (i + 0.5) / kNodes);
+    return sum * (to - from) / kNodes;
+  }
+};
+
+/// FogLightAgainstPaths/Lamp sees only errors of 14 % or more, because the variance of `volpath` is
+/// infinite at a lamp in fog. Here, an error of 2 % is found with probability 0.9.
+TEST(FogLight, OfALampMatchesQuadrature) {
+  constexpr double kBeside = 0.3;
+  const Vec3 albedo(0.9f, 0.5f, 0.2f), intensity(1, 2, 3);
+  for (const int max_depth : {2, 3}) {
+    const auto scene = scene_from(shape_xml("sphere", "<translate x=\"0.3\"/>",
+                                            kBoundary + fog_xml("1.5 1.5 1.5", "0.9 0.5 0.2")) +
+                                  point_xml("0.3 0 0", "1 2 3") +
+                                  integrator_xml("clustered", max_depth, kWithoutTrial) +
+                                  parallel_view(1e-3, 1, 192));
+    Rgb expected;
+    for (int c = 0; c < 3; ++c) {
+      const BallOfFog ball{1.5, albedo[c]};
+      double light = ball.scattered_once(std::sqrt(1 - kBeside * kBeside), kBeside) / kBeside;
+      if (max_depth > 2) light += ball.scattered_twice(kBeside);
+      expected[c] = static_cast<float>(intensity[c] * light);
+    }
+    const std::vector<Estimate> found = estimate_pixels(*scene, kRenders);
+    const std::string name = "max_depth " + std::to_string(max_depth);
+    expect_equal(found, exactly(expected, 1), kAlpha, name);
+    EXPECT_LT(detectable_bias(found, exactly(expected, 1), kAlpha), 0.02) << name;
+  }
+}
+
+/// A medium without absorption vanishes in uniform light: that of a sky, and that of a sphere, of
 /// which candidates find the light of all edges. Dense ones scatter it a hundred times.
 TEST(FogLight, KeepsTheEnergyOfAnEvenLight) {
-  const std::string sphere = shape_xml(
-      "sphere", "<scale value=\"9\"/>",
-      "<boolean name=\"flip_normals\" value=\"true\"/>" + area_xml("1 1 1"));
+  const std::string sphere =
+      shape_xml("sphere", "<scale value=\"9\"/>",
+                "<boolean name=\"flip_normals\" value=\"true\"/>" + area_xml("1 1 1"));
   const std::string thin = fog_xml("0.5 1 2", "1 1 1", phase_xml(0.5f));
   const std::string dense = fog_xml("50 50 50", "1 1 1");
   for (const std::string& light : {constant_xml("1 1 1"), sphere}) {
     for (const std::string& medium : {thin, dense}) {
-      const auto scene = scene_from(fog_cube_xml(medium) + light +
-                                    integrator_xml("clustered", -1, kWithoutTrial) +
-                                    parallel_view(0.8, 2, medium == thin ? 64 : 8));
+      const auto scene =
+          scene_from(fog_cube_xml(medium) + light + integrator_xml("clustered", -1, kWithoutTrial) +
+                     parallel_view(0.8, 2, medium == thin ? 64 : 8));
       expect_equal(estimate_pixels(*scene, kRenders), exactly(Rgb(1), 4), kAlpha, light + medium);
     }
   }
@@ -143,7 +210,7 @@ TEST(FogLight, IsTriedTheSameOnAnyNumberOfThreads) {
 TEST(FogLight, PassesShareATrial) {
   // Lamps that `volpath` samples in vain.
   std::string lamps = kPoint;
-  for (int i = 0; i < 15; ++i) lamps += point_xml("0.2 0.1 0.3", "0.001 0.001 0.001");
+  for (int i = 0; i < 14; ++i) lamps += point_xml("0.2 0.1 0.3", "0.001 0.001 0.001");
   const auto scene =
       scene_from(fog_cube_xml(kFog) + lamps + integrator_xml("clustered", 4) +
                  sensor_xml("perspective", look_at("0.5 0.4 4", "0 -0.1 0", "0 1 0"), 144, 16));
@@ -183,6 +250,7 @@ TEST(FogLight, SunGridsHaveTheirDensityAndExpectation) {
   FogSources with(*scene, context.scheduler);
   const FogSources without(*scene, context.scheduler);
   with.find_suns(table, media, 1e5, context);
+  with.find_beams(table, media, sensor, 1e5, context);
   ASSERT_EQ(with.suns().size(), 1u);
   std::vector<SunGrid::Part> parts;
   with.suns()[0]->divide(Vec3(-9, 0.3f, 0.1f), Vec3(1, 0, 0), 20, 0.8f, parts);
@@ -214,25 +282,8 @@ TEST(FogLight, SunGridsHaveTheirDensityAndExpectation) {
     EXPECT_NEAR(mean[k], expected, 5 * deviation + 1e-4 * expected) << k;
   }
   const auto estimate = [&](const FogSources& sources, uint64_t first_seed) {
-    constexpr int kBlocks = 48;
-    FogBlock block(table, media, sources, sensor, PathSettings());
-    std::vector<Estimate> result(3);
-    for (int i = 0; i < kBlocks; ++i) {
-      const uint32_t x[] = {0, 1, 0, 1}, y[] = {0, 0, 1, 1};
-      const PixelSamples samples{x, y, 4, 0, 128, first_seed + static_cast<uint64_t>(i)};
-      RenderCounters counters;
-      block.trace(samples, counters);
-      for (int c = 0; c < 3; ++c) {
-        double value = 0;
-        for (size_t k = 0; k < samples.count(); ++k) value += block.radiance().at(k)[c];
-        result[c].mean += value / kBlocks;
-        result[c].variance_of_mean += value * value / kBlocks;
-      }
-    }
-    for (Estimate& e : result) {
-      e.variance_of_mean = (e.variance_of_mean - e.mean * e.mean) / (kBlocks - 1);
-    }
-    return result;
+    FogBlock block(table, media, sources, sensor, PathSettings(), 1);
+    return radiance_of(block, 48, first_seed);
   };
   expect_equal(estimate(with, 1), estimate(without, 1000), kAlpha, "sun");
 }

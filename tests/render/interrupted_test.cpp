@@ -1,5 +1,5 @@
-// A render that is interrupted at any position: each pixel without samples gets one. The
-// integrators render tile by tile, block by block, or with set-up. The clock stands still, because
+// Tests renders that are interrupted at any position: each pixel without samples gets one. The
+// integrators render tile by tile, block by block, or with a set-up. The clock is stopped, because
 // the set of fast integrators would otherwise depend on the machine.
 #include <gtest/gtest.h>
 

@@ -66,9 +66,9 @@ TEST(MediaEdges, WithoutExtinctionMediaAreEmpty) {
   }
 }
 
-/// A half-space under an even sky has the radiance 1 - sqrt(1 - albedo) H(mu), by reciprocity with
-/// Chandrasekhar 1960, chapter V. The surface is at z = 0, because a free path is only 10⁻⁶ long:
-/// at z = 1, coordinates are rounded by a twentieth of it.
+/// A half-space under a uniform sky has the radiance 1 - sqrt(1 - albedo) H(mu), by reciprocity
+/// with Chandrasekhar 1960, chapter V. The surface is at z = 0, because a free path is only 10⁻⁶
+/// long: at z = 1, coordinates are rounded by a twentieth of it.
 TEST(MediaEdges, OpaqueMediaReflectAtTheirSurface) {
   const double albedo = 0.8;
   const double expected = 1 - std::sqrt(1 - albedo) * h_function_at_1(albedo);
@@ -148,7 +148,7 @@ TEST(MediaEdges, LayersWithASmallGapAreBothCrossed) {
   }
 }
 
-/// A ray meets both or one of two boundaries at the same position. It then continues in the second
+/// A ray hits both or one of two boundaries at the same position. It then continues in the second
 /// medium, or in empty space.
 TEST(MediaEdges, CoincidentBoundariesAreMetOnceOrTwice) {
   const Image image = sunlit_floor(layer_xml(0, 1, "1 1 1") + layer_xml(-1, 0, "0.5 0.5 0.5"));
@@ -160,7 +160,7 @@ TEST(MediaEdges, CoincidentBoundariesAreMetOnceOrTwice) {
   }
 }
 
-/// Behind an open mesh, the medium goes on up to the next boundary or the light.
+/// Behind an open mesh, the medium continues up to the next boundary or the light.
 TEST(MediaEdges, OpenMeshesBeginAMedium) {
   const auto scene = scene_from(
       shape_xml("rectangle", "<scale value=\"4\"/>", kBoundary + fog_xml("0.7 0.3 0.1", "0 0 0")) +
@@ -170,7 +170,7 @@ TEST(MediaEdges, OpenMeshesBeginAMedium) {
   expect_equal(estimate_pixels(*scene, kRenders), exactly(expected, 4), kAlpha, "open");
 }
 
-/// Light that passes through curves stays in the medium on their outside, because it doesn't meet
+/// Light that passes through curves stays in the medium on their outside, because it doesn't hit
 /// them again.
 TEST(MediaEdges, CurvesAreInTheirExterior) {
   const TemporaryFolder folder;
@@ -198,7 +198,7 @@ std::vector<std::string> warnings_of(const std::string& xml) {
   std::vector<std::string> warnings;
   const LogListener listener([&](const std::string& warning) { warnings.push_back(warning); });
   RenderContext context({.threads = 1});
-  scene->integrator().warn_of_light_left_out(*scene, *scene->sensors().front(), context);
+  scene->integrator().warn_of_ignored_light(*scene, *scene->sensors().front(), context);
   return warnings;
 }
 void expect_warning(const std::string& xml, const std::string& text) {
@@ -270,7 +270,7 @@ TEST(MediaWarnings, NameShapesFarFromTheOriginForTheirFreePath) {
   expect_warning(ball(2e6, 1) + rest, message + "1, is near");
 }
 
-TEST(MediaWarnings, SayWhereEndlessMediaEnd) {
+TEST(MediaWarnings, GiveTheEndOfEndlessMedia) {
   const std::string endless = "a medium without a boundary surrounds the scene";
   const std::string ball =
       "<shape type=\"sphere\"><transform name=\"to_world\"><translate "

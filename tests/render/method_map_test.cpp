@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include "kit/statistics.h"
 #include "clustered/product/pass/product_renderer.h"
+#include "kinome/clustered_light.h"
+#include "kit/statistics/statistics.h"
 #include "product_scenes.h"
 #include "seed_scenes.h"
-#include "kinome/clustered_light.h"
 
 namespace kinome::test::method_map_test {
 namespace {
@@ -76,7 +76,7 @@ std::string reason_for_path(const SeedScene& s) {
 }
 
 TEST(MethodChoice, LightThatFallsElsewhereIsLeftToPaths) {
-  const std::string far = "most light falls where the camera sees nothing of its effect";
+  const std::string far = "most light doesn't reach what the camera sees";
   EXPECT_EQ(reason_for_path({"court", Subject::kCourt, Lamp::kSky, 1, 1000}), far);
   EXPECT_EQ(reason_for_path({"court", Subject::kCourt, Lamp::kPoint, 1000, 100}), far);
   EXPECT_NE(reason_for_path({"court", Subject::kCourt, Lamp::kSky, 1, 1}), far);

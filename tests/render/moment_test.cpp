@@ -65,7 +65,7 @@ TEST(Moment, IsTheMeanOfSquares) {
 }
 
 /// The image of which moments are computed is identical with and without `moment`.
-TEST(Moment, LeavesColourAsItIs) {
+TEST(Moment, LeavesColourUnchanged) {
   for (const char* format : {"rgba", "luminance"}) {
     const Image plain = render_scene(*scene_from(scene_xml(named("path", "a"), format)), 9);
     const Image with =
@@ -101,8 +101,8 @@ TEST(Moment, NamesChannelsAsMitsubaDoes) {
                    "m.m2_a.X", "m.m2_a.Y", "m.m2_a.Z", "dd.T"}));
 }
 
-/// The film itself may lack alpha.
-TEST(Moment, IsTakenOfVariables) {
+/// Alpha of nested integrators has moments even if the film has no alpha.
+TEST(Moment, IncludesOutputVariablesAndAlpha) {
   const std::string aov = named("aov", "q",
                                 "<string name=\"aovs\" value=\"dd:depth\"/>" + named("path", "a") +
                                     named("depth", "b"));
@@ -130,7 +130,7 @@ TEST(Moment, Nests) {
   }
 }
 
-TEST(Moment, RefusesWhatHasNoSamples) {
+TEST(Moment, RefusesIntegratorsWithoutSamples) {
   for (const char* type : {"ptracer", "clustered"}) {
     const std::string aov = named("aov", "q",
                                   "<string name=\"aovs\" value=\"d:depth\"/>" + named(type, "a"));

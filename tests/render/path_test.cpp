@@ -16,7 +16,7 @@ std::vector<Estimate> estimate(const std::string& scene, uint64_t first_seed = 1
   return estimate_pixels(*scene_from(scene), kRenders, first_seed);
 }
 
-/// Objects of several materials under several emitters on a floor.
+/// Objects of several materials on a floor.
 std::string still_life() {
   return floor_xml(diffuse_xml("0.2 0.5 0.8")) +
          shape_xml("sphere", "<translate value=\"-1.1 1 0\"/>",
@@ -160,7 +160,7 @@ TEST(Path, FollowsMirrors) {
 }
 
 /// A mirror doesn't show a point light, but it shows surfaces that the light illuminates.
-TEST(Path, SeesInAMirrorWhatAPointLights) {
+TEST(Path, SeesSurfacesLitByAPointInAMirror) {
   const std::string scene =
       shape_xml("rectangle", "", "<bsdf type=\"conductor\"/>") +
       shape_xml("rectangle",
@@ -206,7 +206,7 @@ TEST(Path, SamplersAgree) {
   }
 }
 
-TEST(Path, TracesNoRayInVain) {
+TEST(Path, TracesNoUselessRays) {
   const auto counters_of = [](const std::string& scene) {
     const auto loaded = scene_from(scene);
     RenderContext context({});
@@ -267,11 +267,11 @@ std::string furnace_xml(const std::string& rho) {
 const std::string kJoint =
     "<string name=\"importance\" value=\"joint\"/><integer name=\"light_samples\" value=\"200\"/>";
 
-/// Parameter of `clustered` that leaves no image to `path`.
+/// Parameter that makes `clustered` render all images by product sampling, none by `path`.
 const std::string kNoTrial = "<boolean name=\"trial\" value=\"false\"/>";
 
 /// A depth beyond an integrator's maximum is valid, and 0 and 1 mean the same as for `path`.
-TEST(MaxDepth, IsWhatMitsubaTakes) {
+TEST(MaxDepth, HasMitsubasMeaning) {
   struct Chooser {
     const char* type;
     std::string parameters;
@@ -308,7 +308,7 @@ TEST(MaxDepth, IsWhatMitsubaTakes) {
 
 /// In a furnace, paths of at least n edges carry the fraction rho^(n - 2) of all light. The only
 /// noise is from roulette, about a thousandth of that.
-TEST(LightLeftOut, IsToldAsItIs) {
+TEST(LightLeftOut, IsReported) {
   const auto reported = [](const std::string& rho, const std::string& integrator) {
     const std::string text = warning_of(furnace_xml(rho) + integrator);
     if (text.empty()) return text;
@@ -318,7 +318,7 @@ TEST(LightLeftOut, IsToldAsItIs) {
     EXPECT_LT(from, to) << text;
     return text.substr(from, to - from);
   };
-  const std::string two = "light after two bounces and more is left out: about ";
+  const std::string two = "light after two or more bounces is left out: about ";
   const std::string distant = "<string name=\"mode\" value=\"distant\"/>";
   for (const std::string type : {"clustered", "groundtruth"}) {
     const std::string few = type == "groundtruth" ? kJoint.substr(kJoint.find("/>") + 2) : kJoint;
@@ -328,8 +328,8 @@ TEST(LightLeftOut, IsToldAsItIs) {
     EXPECT_EQ(reported("0.9", integrator_xml(type, 4, few)), two + "30 %") << "0.81 / 2.71";
     EXPECT_EQ(reported("0.05", integrator_xml(type, -1, few)), two + "0.2 %") << "0.25 %";
     EXPECT_EQ(reported("0.5", integrator_xml(type, -1, few + distant)),
-              "light after a bounce and more is left out: about 50 %");
-    // Too little to be reported, and light that wasn't requested.
+              "light after one or more bounces is left out: about 50 %");
+    // No report: too little light, or light that wasn't requested.
     EXPECT_EQ(reported("0.03", integrator_xml(type, -1, few)), "");
     for (const int depth : {0, 1, 2, 3}) {
       EXPECT_EQ(reported("0.5", integrator_xml(type, depth, few)), "") << depth;
@@ -343,7 +343,7 @@ TEST(LightLeftOut, IsToldAsItIs) {
   // `product` includes all of it, unless local light isn't requested.
   EXPECT_EQ(reported("0.5", integrator_xml("clustered", -1)), "");
   EXPECT_EQ(reported("0.5", integrator_xml("clustered", -1, distant)),
-            "light after a bounce and more is left out: about 50 %");
+            "light after one or more bounces is left out: about 50 %");
   EXPECT_EQ(reported("0.5", integrator_xml("path", -1)), "");
 }
 
@@ -377,7 +377,7 @@ TEST(LightLeftOut, IsMeasuredBesideTheRender) {
 }
 
 /// Light that 4096 paths hardly ever find must not be reported as a number.
-TEST(LightLeftOut, NoiseIsNotTold) {
+TEST(LightLeftOut, NoiseIsNotReported) {
   // A convex shape without surroundings: all light that its faces reflect leaves the scene.
   const std::string scene = shape_xml("cube", "", diffuse_xml(".8 .8 .8")) + constant_xml("1") +
                             sensor_xml("perspective", look_at("3 2 4", "0 0 0", "0 1 0"), 8, 1);

@@ -126,7 +126,7 @@ TEST(PointLights, HiddenEmittersAreBlackToTheCameraAlone) {
 }
 
 /// An emitter between the camera and the ball: the camera looks through it, and it lights the ball.
-TEST(PointLights, HiddenLampsDoNotHideWhatLiesBehind) {
+TEST(PointLights, HiddenEmittersDontHideSurfacesBehind) {
   const std::string scene_xml =
       "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape><shape type=\"rectangle\"><transform "
       "name=\"to_world\"><rotate x=\"1\" angle=\"180\"/><translate z=\"2\"/></transform><emitter "

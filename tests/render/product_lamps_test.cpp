@@ -50,13 +50,13 @@ TEST(ProductLamps, ShadeOfOneIsFreeOfItsNoise) {
   std::vector<int> shaded;  // not lit by the sun, and evenly lit by the faint lamp
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      float most_sun = 0, least = INFINITY, most = 0;
+      float max_sun = 0, least = INFINITY, most = 0;
       for_neighbours(x, y, [&](int i) {
-        most_sun = std::max(most_sun, sun[i]);
+        max_sun = std::max(max_sun, sun[i]);
         least = std::min(least, faint[i]);
         most = std::max(most, faint[i]);
       });
-      if (most_sun == 0 && least > 0 && most < 1.5f * least) shaded.push_back(y * kWidth + x);
+      if (max_sun == 0 && least > 0 && most < 1.5f * least) shaded.push_back(y * kWidth + x);
     }
   }
   ASSERT_GT(shaded.size(), 50u);

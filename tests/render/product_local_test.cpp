@@ -5,100 +5,19 @@
 
 #include <numeric>
 
+#include "kinome/image_files.h"
 #include "path_scenes.h"
 #include "product_scenes.h"
-#include "kinome/image_files.h"
+#include "render/product_local.h"
 
 namespace kinome::test {
 namespace {
 
-struct Case {
-  const char* name;
-  Arrangement setup;
-  int tile = 4;
-};
+using namespace product_local;
 
-class Local : public testing::TestWithParam<Case> {};
 TEST_P(Local, IsUnbiased) {
   expect_unbiased(GetParam().setup, kRenders, GetParam().tile);
 }
-std::string name_of(const testing::TestParamInfo<Case>& info) {
-  return info.param.name;
-}
-
-Case lit_by(const char* name, const std::string& light, int max_depth = 2,
-            const std::string& material = kGrey) {
-  Case c{name, {}, 4};
-  c.setup.light = light;
-  c.setup.max_depth = max_depth;
-  c.setup.shapes = shapes_xml(material);
-  // Where there is hardly any light, `path` would hardly ever find it.
-  if (max_depth == 3) {
-    c.setup.shapes += shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-3\"/>", kGrey);
-  }
-  c.setup.direct_samples = max_depth == 2 ? 16 : 32;
-  return c;
-}
-
-const std::string kLamp = shape_xml(
-    "rectangle", "<scale value=\".4\"/><rotate x=\"1\" angle=\"90\"/><translate x=\".3\" y=\"2\"/>",
-    area_xml("6 5 4"));
-const std::string kBall =
-    "<shape type=\"sphere\"><point name=\"center\" x=\".2\" y=\".25\" z=\"1\"/>"
-    "<float name=\"radius\" value=\".2\"/>" +
-    area_xml("3 4 6") + "</shape>";
-const std::string kPoint = point_xml("-1.5,2,1", "5 4 3");
-const std::string kSpot =
-    "<emitter type=\"spot\"><rgb name=\"intensity\" value=\"30 25 20\"/>" +
-    number("cutoff_angle", 25) + number("beam_width", 15) +
-    "<transform name=\"to_world\"><lookat origin=\"2,3,2\" target=\".5,0,.3\" up=\"0,1,0\"/>"
-    "</transform></emitter>";
-const std::string kDirectional =
-    "<emitter type=\"directional\"><vector name=\"direction\" x=\"-1\" y=\"-2\" z=\"-.5\"/>"
-    "<rgb name=\"irradiance\" value=\"2 1.8 1.5\"/></emitter>";
-
-std::string projector() {
-  Image image{8, 6, {"R", "G", "B"}, {}};
-  for (int i = 0; i < 48; ++i) {
-    const float v = i == 19 ? 20.f : 0.2f * static_cast<float>(i % 5);
-    image.data.insert(image.data.end(), {v, 0.5f * v, 0.3f});
-  }
-  const std::string path = folder().path("slide.exr");
-  write_exr(path, image, ExrNumber::kFloat, {});
-  return "<emitter type=\"projector\"><texture name=\"irradiance\" type=\"bitmap\">"
-         "<string name=\"filename\" value=\"" +
-         path + "\"/><boolean name=\"raw\" value=\"true\"/></texture>" + number("scale", 10) +
-         number("fov", 40) +
-         "<transform name=\"to_world\"><lookat origin=\"1,2.5,3\" target=\"0,.3,0\" up=\"0,1,0\"/>"
-         "</transform></emitter>";
-}
-std::string textured_lamp() {
-  return shape_xml("rectangle",
-                   "<scale value=\"1\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"2.5\"/>",
-                   "<emitter type=\"area\">" + checkerboard("radiance") + "</emitter>");
-}
-/// Small emitters all over the ceiling.
-std::string many(int side, const std::function<std::string(double, double)>& one) {
-  std::string all;
-  for (int i = 0; i < side * side; ++i) {
-    all += one(4. * (i % side + .5) / side - 2, 4. * (i / side + .5) / side - 2);
-  }
-  return all;
-}
-std::string many_points(int side) {
-  return many(side, [](double x, double z) {
-    return point_xml(std::to_string(x) + ",1.9," + std::to_string(z), ".2 .15 .1");
-  });
-}
-std::string many_lamps(int side) {
-  return many(side, [](double x, double z) {
-    return shape_xml("rectangle",
-                     "<scale value=\".05\"/><rotate x=\"1\" angle=\"90\"/><translate x=\"" +
-                         std::to_string(x) + "\" y=\"1.9\" z=\"" + std::to_string(z) + "\"/>",
-                     area_xml("6 5 4"));
-  });
-}
-
 Case often(Case c, int times) {
   c.setup = often(c.setup, times);
   return c;
@@ -148,22 +67,6 @@ std::vector<Case> direct() {
   };
 }
 INSTANTIATE_TEST_SUITE_P(Direct, Local, testing::ValuesIn(direct()), name_of);
-
-/// An edge between floor and wall, both lit at a low angle. The visible points are lit from so
-/// close that there are hardly any light points nearby.
-Case corner(const char* name, const std::string& parameters) {
-  Case c = lit_by(name, point_xml("1.2,.9,.25", "5 4 3"), 3);
-  c.setup.parameters = parameters;
-  c.setup.shapes = shape_xml("rectangle", "<scale value=\"6\"/>", diffuse_xml(".9 .8 .7")) +
-                   shape_xml("rectangle",
-                             "<rotate x=\"1\" angle=\"-90\"/><scale value=\"6\"/>"
-                             "<translate y=\".4\"/>",
-                             diffuse_xml(".8 .9 .8"));
-  c.setup.optics = number("fov", 2);
-  c.setup.rays = 48;
-  c.setup.direct_samples = 256;
-  return c;
-}
 
 /// A roof with a narrow slit: hardly any of the sun's light contributes, so that light points are
 /// drawn with a guide.
@@ -292,134 +195,6 @@ std::vector<Case> materials() {
   };
 }
 INSTANTIATE_TEST_SUITE_P(Materials, Local, testing::ValuesIn(materials()), name_of);
-
-/// Seen in a mirror, which is the wall.
-Case narrow_in_a_mirror(const std::string& lamp) {
-  Case c = lit_by("NarrowInAMirror", lamp, 3);
-  c.setup.rays = 48;
-  c.setup.shapes =
-      shapes_xml(bsdf("roughplastic", number("alpha", .03))) +
-      shape_xml("rectangle", "<scale value=\"6\"/><translate z=\"-2\"/>", bsdf("conductor"));
-  return c;
-}
-
-/// Light reflected by a lobe too narrow for light points, unless it comes from lamps.
-std::vector<Case> near_mirrors() {
-  const auto made_of = [](const char* name, const std::string& light, const std::string& material) {
-    Case c = lit_by(name, light, 3, material);
-    c.setup.rays = 48;
-    c.setup.direct_samples = 64;
-    return c;
-  };
-  // Light of small emitters comes by so few paths that the reference may miss all of them.
-  const std::string lamp = shape_xml(
-      "rectangle", "<scale value=\"1.5\"/><rotate x=\"1\" angle=\"90\"/><translate y=\"2.5\"/>",
-      area_xml("6 5 4"));
-  const std::string anisotropic =
-      bsdf("roughconductor", number("alpha_u", 1e-4) + number("alpha_v", .5));
-  // Light that a floor reflects to a diffuse wall.
-  Case wall = made_of("WallByNarrowLobes", lamp, "");
-  wall.setup.shapes =
-      shape_xml("rectangle", "<scale value=\"5\"/><rotate x=\"1\" angle=\"-90\"/>", metal(.02)) +
-      shape_xml("rectangle", "<scale value=\"5\"/><translate z=\"-1\"/>", kGrey);
-  wall.setup.rays = 192;
-  const auto plastic = [](const std::string& more) {
-    return bsdf("roughplastic", number("alpha", .03) + more);
-  };
-  return {
-      wall,
-      made_of("NearMirror", lamp, metal(1e-4)),
-      made_of("NearMirrorUnderTheSky", sun_xml(), metal(1e-4)),
-      made_of("NearMirrorAlongOneAxis", lamp, anisotropic),
-      // On either side of the limit for light points.
-      made_of("NotQuiteNearMirror", lamp, metal(.014)),
-      made_of("JustNearMirror", lamp, metal(.012)),
-      made_of("NearMirrorOverDiffuse", lamp + kPoint, bsdf("roughplastic", number("alpha", .004))),
-      made_of("SharpPhong", lamp, bsdf("phong", number("exponent", 1e5))),
-      made_of("NarrowOverDiffuse", lamp + kPoint, plastic("")),
-      // A lobe that is black in places but still has a density.
-      made_of("NarrowOfCheckers", lamp, plastic(checkerboard("specular_reflectance"))),
-      made_of("NarrowOfTwoSides", lamp, bsdf("twosided", metal(.02))),
-      made_of("NarrowUnderTheSky", sun_xml(), metal(.03)),
-      narrow_in_a_mirror(lamp),
-  };
-}
-INSTANTIATE_TEST_SUITE_P(NearMirrors, Local, testing::ValuesIn(near_mirrors()), name_of);
-
-/// Light of lamps that reaches the floor by way of a mirror beside the image.
-Case caustic(const char* name, const std::string& light, const std::string& mirror) {
-  Case c = lit_by(name, light, 3);
-  c.setup.shapes =
-      shapes_xml(kGrey) + shape_xml("rectangle",
-                                    "<scale value=\"1.5\"/><rotate y=\"1\" angle=\"-90\"/>"
-                                    "<translate x=\"3\" y=\"1.5\" z=\"1.5\"/>",
-                                    mirror);
-  c.setup.bounces = "ptracer";
-  c.setup.rays = 96;
-  c.setup.direct_samples = 256;
-  return c;
-}
-std::vector<Case> caustics() {
-  Case thin_lens = caustic("ByAThinLens", kPoint, bsdf("conductor"));
-  thin_lens.setup.sensor = "thinlens";
-  thin_lens.setup.optics += number("aperture_radius", .1) + number("focus_distance", 5);
-  Case gaussian = caustic("OfAGaussianFilter", kPoint, bsdf("conductor"));
-  gaussian.setup.film = integer("width", 16) + integer("height", 12);
-  return {
-      caustic("OfAPoint", kPoint, bsdf("conductor")),
-      caustic("OfTwoLampsAndPlastic", kSpot + kPoint, bsdf("plastic")),
-      caustic("OfParallelLight", kDirectional, bsdf("twosided", bsdf("conductor"))),
-      caustic("OfANearMirror", kPoint, metal(1e-3)),
-      caustic("OfAJustNearMirror", kPoint, metal(.012)),
-      caustic("OfANearMirrorOverDiffuse", kPoint, bsdf("roughplastic", number("alpha", .004))),
-      thin_lens,
-      gaussian,
-  };
-}
-INSTANTIATE_TEST_SUITE_P(Caustics, Local, testing::ValuesIn(caustics()), name_of);
-
-std::vector<Case> settings() {
-  std::vector<Case> all;
-  const auto parameter = [&](const char* name, const std::string& xml) {
-    Case c = lit_by(name, kSpot + kLamp + sun_xml(), 3);
-    c.setup.parameters = xml;
-    all.push_back(c);
-  };
-  parameter("NoControlVariate", off("control_variate"));
-  parameter("NoLearnedSigma", off("learned_sigma"));
-  parameter("NotAdaptive", off("adaptive"));
-  parameter("NotGuided", off("light_guide"));
-  parameter("OneCell", integer("cut_size", 1));
-  for (const auto& [name, rays] : {std::pair("Rays2", 2.), {"Rays6", 6.}, {"Rays48", 48.}}) {
-    Case c = lit_by(name, kSpot + kLamp, 3, bsdf("roughplastic", number("alpha", .2)));
-    c.setup.rays = rays;
-    all.push_back(c);
-  }
-  return all;
-}
-INSTANTIATE_TEST_SUITE_P(Settings, Local, testing::ValuesIn(settings()), name_of);
-
-/// Variance of the sum over all tiles, in 16 renders.
-double total_variance(const Arrangement& setup) {
-  double sum = 0;
-  for (const Estimate& tile : estimate_tiles(*product_scene(setup), 16, 2))
-    sum += tile.variance_of_mean;
-  return sum;
-}
-
-/// The remaining noise of a pass with many rays is that of its light points, and each pass draws
-/// new ones. The variance of 8 passes is an eighth of that of one. With shared points it would
-/// hardly fall. If at least 16 tiles matter equally, the limit of a quarter is 5 standard
-/// deviations away.
-TEST(LocalPasses, DrawPointsOfTheirOwn) {
-  Arrangement setup = corner("Passes", "").setup;
-  setup.film = integer("width", 12) + integer("height", 12) + "<rfilter type=\"box\"/>";
-  setup.rays = 512;
-  const double one = total_variance(setup);
-  setup.rays = 8 * 512;
-  const double eight = total_variance(setup);
-  EXPECT_LT(eight, one / 4);
-}
 
 }  // namespace
 }  // namespace kinome::test

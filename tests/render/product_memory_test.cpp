@@ -8,7 +8,8 @@
 namespace kinome::test::product_memory_test {
 namespace {
 
-/// Three rows of blocks, the last one narrow; passes of different sizes; a sky and a bounce.
+/// Renders three rows of blocks, the last of which is narrow, in passes of different sizes. The
+/// scene has a sky, a lamp and a bounce.
 Image rendered(int remembered_pixels) {
   Arrangement s;
   s.light += R"(<emitter type="point"><point name="position" x="0" y="1.5" z="2"/></emitter>)";
@@ -29,7 +30,7 @@ Image rendered(int remembered_pixels) {
   return sensor.film().develop();
 }
 
-TEST(ProductMemory, LearningAgainInBandsIsTheSame) {
+TEST(ProductMemory, LearningInBandsGivesTheSameImage) {
   const Image all = rendered(36 * 70);
   for (const int pixels : {0, 36 * 32, 36 * 64}) {
     EXPECT_EQ(rendered(pixels).data, all.data) << pixels << " pixels";

@@ -74,7 +74,7 @@ TEST(ProductPlaces, SunsetOnASphere) {
 /// Metal under a small lamp at grazing view. The values that pixels share change between them.
 /// First, the mean point's lobe reaches less far than that of others (1 to 8 degrees above the
 /// surface). Second, a lobe is as wide as the distance between the points that share it, or isn't.
-TEST(ProductPlaces, BordersOfWhatPixelsShare) {
+TEST(ProductPlaces, BordersOfSharedCandidates) {
   Arrangement s;
   s.direct_samples = 64;
   for (const double degrees : {1., 2., 4., 8.}) {

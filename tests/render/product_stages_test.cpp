@@ -49,7 +49,7 @@ TEST(ProductStages, PilotIsNoPartOfTheMainPass) {
   EXPECT_EQ(seconds_of_parts(context.job.stats()), 0);
 }
 
-TEST(ProductStages, PartsAreNoMoreThanTheWhole) {
+TEST(ProductStages, PartsTakeNoMoreTimeThanTheirStage) {
   RenderContext context({.threads = 1});
   render_by(context);
   const auto& seconds = context.job.stats().counters.stage_seconds;

@@ -93,7 +93,7 @@ class References(Comparison):
         for scene in SCENES:
             self.check(scene)
 
-    def test_clustered_in_place_of_path_changes_no_picture(self):
+    def test_clustered_as_path_changes_no_image(self):
         """Tests all features of the scenes: glass, blends, masks, light after any number of
         bounces. With few samples, scenes with a lamp behind glass have heavy tails, and their
         variance is underestimated."""

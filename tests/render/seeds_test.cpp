@@ -187,8 +187,8 @@ const SeedScene kTriedScenes[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Tried, Seeds, testing::ValuesIn(kTriedScenes), name_of);
 
-/// Sizes and distances between those of kTriedScenes. They take long, so only validation/seeds.py runs
-/// them, and ctest doesn't.
+/// Sizes and distances between those of kTriedScenes. They take long, so only validation/seeds.py
+/// runs them, and ctest doesn't.
 const SeedScene kBetweenScenes[] = {
     {"CourtOnPlane10", kCourt, kSky, 1, 10},
     {"CourtOnPlane100", kCourt, kSky, 1, 100},

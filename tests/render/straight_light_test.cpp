@@ -1,6 +1,6 @@
-/// Light that passes straight through surfaces (panes, masks). `path`, whose emitter samples pass
-/// them, too, against path tracing by BSDF samples alone. `clustered`, whose shadow rays and light
-/// points pass them, against `path`.
+/// Light that passes straight through surfaces (panes, masks). Compares `path`, whose emitter
+/// samples pass them, too, with path tracing by BSDF samples alone, and `clustered`, whose shadow
+/// rays and light points pass them, with `path`.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -155,14 +155,14 @@ void expect_path_is_plain(const Part& part, const Part& light, int depth) {
 }
 
 /// Paths of any length contain the shorter ones; a sky with a ball contains both kinds of light.
-TEST(StraightLight, IsThatOfPathsByBsdfSamplesAlone) {
+TEST(StraightLight, EqualsPathsByBsdfSamplesAlone) {
   for (const Part& part : sheets()) {
     expect_path_is_plain(part, lights().at(0), 2);
     for (const size_t light : {0u, 2u}) expect_path_is_plain(part, lights().at(light), -1);
   }
 }
-/// Each length and each light by itself.
-TEST(StraightLight, IsThatOfPathsByBsdfSamplesAloneOneByOne) {
+/// Tests each length and each light by itself.
+TEST(StraightLight, EqualsPathsByBsdfSamplesAloneOneByOne) {
   for (size_t light = 0; light < lights().size(); ++light) {
     for (const Part& part : sheets()) {
       if (light > 0) expect_path_is_plain(part, lights().at(light), 2);
@@ -186,9 +186,10 @@ std::string upright(const std::string& bsdf) {
   return shape_xml("rectangle", "<scale value=\"0.8\"/><rotate y=\"1\" angle=\"60\"/>", bsdf);
 }
 
-/// Product sampling. Most of a small render's time goes into its light points, so that many rays per
-/// pixel cost less than many renders: with a quarter of the rays and twice the renders, the smallest
-/// bias found is 1.2 times as large, in 1.7 times the time.
+/// Parameters of product sampling, and number of its renders. Most of a small render's time goes
+/// into its light points, so that many rays per pixel cost less than many renders: with a quarter
+/// of the rays and twice the renders, the smallest bias found is 1.2 times as large, in 1.7 times
+/// the time.
 const std::string kProduct =
     "<boolean name=\"trial\" value=\"false\"/><float name=\"rays_per_pixel\" value=\"384\"/>";
 constexpr int kProductRenders = kRenders / 2;
@@ -222,13 +223,13 @@ void expect_product_is_path(const Part& part, const Part& light, int depth) {
 }
 
 /// Paths of any length contain the shorter ones; a sky with a ball contains both kinds of light.
-TEST(StraightLight, IsThatOfPathByProductSampling) {
+TEST(StraightLight, EqualsPathByProductSampling) {
   for (const Part& part : sheets_and_uprights()) {
     for (const size_t light : {0u, 2u}) expect_product_is_path(part, lights().at(light), -1);
   }
 }
 /// Each length and each light by itself.
-TEST(StraightLight, IsThatOfPathByProductSamplingOneByOne) {
+TEST(StraightLight, EqualsPathByProductSamplingOneByOne) {
   for (const Part& part : sheets_and_uprights()) {
     for (const size_t light : {0u, 1u, 2u}) expect_product_is_path(part, lights().at(light), 3);
     expect_product_is_path(part, lights().at(0), 5);
@@ -255,7 +256,7 @@ TEST(StraightLight, FillsADividedRoomByProductSampling) {
 }
 
 /// The sky stays hidden where the camera sees it through a pane or a mask, and nowhere else.
-TEST(StraightLight, IsThatOfPathByProductSamplingUnderAHiddenSky) {
+TEST(StraightLight, EqualsPathByProductSamplingUnderAHiddenSky) {
   for (const Part& part : {sheets()[0], sheets()[5], Part{"upright pane", upright(kPane)}}) {
     for (const int depth : {3, -1}) {
       expect_product_is_path(corner() + part.xml + lights()[2].xml, depth, kHideEmitters,
@@ -327,8 +328,8 @@ TEST(StraightLight, PassesAnyNumberOfSurfaces) {
 }
 
 /// Points on large surfaces, and far from the origin, are inaccurate. Light that passes such
-/// surfaces on its way to a flat lamp must not be lost. Rays that were offset from each surface
-/// could hit the lamp.
+/// surfaces on its way to a flat lamp must not be lost. If rays were offset from each surface, they
+/// could end behind the lamp, and hit it.
 TEST(StraightLight, PassesLargeSurfaces) {
   for (const auto& [count, scale, x] :
        {std::tuple(8, "20", 0), {1, "1000", 0}, {1, "1", 0}, {4, "20", 100}}) {
@@ -364,7 +365,7 @@ TEST(StraightLight, PassesLargeSurfaces) {
 }
 
 /// A small lamp behind a pane is as easy to find as without the pane.
-TEST(StraightLight, HasNoMoreNoiseThanLightWithoutPanes) {
+TEST(StraightLight, HasLittleMoreNoiseThanWithoutPanes) {
   const std::string lamp =
       "<shape type=\"sphere\"><point name=\"center\" x=\"0\" y=\"1.6\" z=\"0\"/><float "
       "name=\"radius\" value=\"0.02\"/>" +

@@ -43,8 +43,8 @@ TEST(Subsurface, MediumHasTheRadiusAsFreePath) {
   EXPECT_EQ(medium, interior_of(*bsdf));
 }
 
-/// Reflectance of a deep body under even light, as irradiance above it, is the color. Its index is
-/// nearly that of the surroundings, so that the boundary reflects almost nothing.
+/// Reflectance of a deep body under uniform light, as irradiance above it, is the color. Its index
+/// is nearly that of the surroundings, so that the boundary reflects almost nothing.
 TEST(Subsurface, DeepBodiesHaveTheirColor) {
   const std::string meter =
       "<sensor type=\"irradiancemeter\"><sampler type=\"independent\"><integer "

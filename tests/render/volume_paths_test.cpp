@@ -73,14 +73,14 @@ TEST(VolumePaths, ShadowRaysAreExactInHomogeneousMedia) {
       scene_from(inner + outer + floor + sun + volpath_xml(2) +
                  sensor_xml("perspective", look_at("0 0 -2", "0 0 -3", "0 1 0"), 4, 1));
   const Image image = render_scene(*scene);
-  // Without a stack of media, the outer medium doesn't go on behind the inner one.
+  // Without a stack of media, the outer medium doesn't continue behind the inner one.
   const Rgb expected(std::exp(-2 * 0.5f - 0.5f * 0.25f), std::exp(-0.25f), std::exp(-0.5f));
   for (size_t i = 0; i < image.data.size(); ++i) {
     EXPECT_NEAR(image.data[i], 0.5 / std::numbers::pi * expected[static_cast<int>(i % 3)], 1e-6);
   }
 }
 
-/// Media without absorption in an even light have its radiance, whatever the boundary.
+/// Media without absorption in uniform light have its radiance, whatever the boundary.
 TEST(VolumePaths, MediaWithoutAbsorptionVanishInAnEvenLight) {
   const TemporaryFolder folder;
   const std::string smoke = smoke_xml(write_smoke(folder, 3), "1 1 1", 3);
@@ -122,8 +122,8 @@ TEST(VolumePaths, SingleScatteringAgreesWithQuadrature) {
   }
 }
 
-/// Reflectance of a deep medium under even light (van de Hulst 1980, vol. 2, table 40; its formula
-/// is exact to 0.002), as irradiance above the medium.
+/// Reflectance of a deep medium under uniform light (van de Hulst 1980, vol. 2, table 40; its
+/// formula is exact to 0.002), as irradiance above the medium.
 TEST(VolumePaths, DeepMediaReflectAsTabulated) {
   const double albedo = 0.9, s = std::sqrt(1 - albedo);
   const double expected = (1 - s) * (1 - 0.139 * s) / (1 + 1.17 * s);
@@ -145,7 +145,7 @@ TEST(VolumePaths, DeepMediaReflectAsTabulated) {
 }
 
 /// Each channel of a coloured medium is the image of a grey one.
-TEST(VolumePaths, ChannelsAreThoseOfGreyMedia) {
+TEST(VolumePaths, ChannelsMatchGreyMedia) {
   const auto scene = [](const std::string& extinction, const std::string& albedo) {
     return scene_from(fog_cube_xml(fog_xml(extinction, albedo, phase_xml(0.4f))) +
                       shape_xml("sphere", "<scale value=\"0.4\"/>", diffuse_xml("0.6 0.6 0.6")) +
@@ -240,7 +240,7 @@ TEST(VolumePaths, ClusteredRendersGrids) {
 }
 
 /// Alpha is the share of rays that a medium scatters or absorbs, and 1 where a lamp is seen.
-TEST(VolumePaths, AlphaIsThatOfTheMedium) {
+TEST(VolumePaths, AlphaIsTheShareOfRaysThatTheMediumStops) {
   const std::string view = sensor_xml("orthographic", look_at("0 0 5", "0 0 0", "0 1 0"), 8, 1024,
                                       "independent", "rgba");
   const std::string lamp = shape_xml("rectangle", "<translate z=\"1.5\"/>", area_xml("1 1 1"));

@@ -202,7 +202,7 @@ TEST(VplPath, OneSetOfPointsConverges) {
 
 /// Positions are uniform over all surfaces: chi² over cells of two rectangles of different sizes.
 /// Stratification makes frequencies more even than chance would, never less.
-TEST(VplPath, PlacesAreUniform) {
+TEST(VplPath, PositionsAreUniform) {
   const auto scene = scene_from(
       shape_xml("rectangle", "<scale x=\"3\" y=\"1\" z=\"1\"/>", diffuse_xml("0.5")) +
       shape_xml("rectangle", "<scale value=\"0.5\"/><translate z=\"-5\" x=\"10\"/>",

@@ -76,20 +76,20 @@ std::string skipped(const std::string& scene_xml) {
   return all;
 }
 
-/// `least`: minimum of the values. With product sampling, dark pixels may be negative.
-Image render_finite(const std::string& scene_xml, unsigned threads = 0, float least = 0) {
+/// `min_value`: minimum of the values. With product sampling, dark pixels may be negative.
+Image render_finite(const std::string& scene_xml, unsigned threads = 0, float min_value = 0) {
   const auto scene = scene_from(scene_xml);
   RenderContext context({.threads = threads, .seed = 3});
   const Image image = render(*scene, *scene->sensors()[0], context);
   EXPECT_EQ(context.job.stats().non_finite_samples, 0u);
-  for (const float v : image.data) EXPECT_TRUE(std::isfinite(v) && v >= least) << v;
+  for (const float v : image.data) EXPECT_TRUE(std::isfinite(v) && v >= min_value) << v;
   return image;
 }
 
 /// A lamp in the centre of a sphere: E0 = I / R², and after a bounce rho E0 again, since cos
 /// cos'/d² is 1 / (4 R²) between any two points of a sphere. One point suffices for the exact
 /// value.
-TEST(Vpl, OneBounceInASphereIsExactWithAnyPoints) {
+TEST(Vpl, OneBounceInASphereIsExactWithAnyNumberOfPoints) {
   const Rgb rho(0.2, 0.5, 0.8);
   const Rgb direct = rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi);
   const Rgb expected = direct * (1.f + rho);
@@ -120,7 +120,7 @@ TEST(Vpl, ClusteredMakesItsOwnPointsWhereTheSceneHasNone) {
 
 /// cos cos'/d² is 1/16 everywhere: a bound of 1/32 halves the bounce, and a bound above 1/16 has no
 /// effect.
-TEST(Vpl, GeometryTermIsBoundedAsAsked) {
+TEST(Vpl, GeometryTermIsBounded) {
   const Rgb rho(0.5f);
   const Rgb direct = rho * Rgb(4, 8, 12) / (kRadius * kRadius * kPi);
   const std::string scene_xml = inside_sphere(diffuse_xml("0.5")) + kLamp + kView;
@@ -159,8 +159,9 @@ TEST(Vpl, EmittersAddUp) {
   }
 }
 
-/// There are more emitters than light a position, so that some are chosen; the mean is correct. The
-/// image has one pixel, because all pixels of a render share the same points.
+/// There are more emitters than are evaluated for one position, so that some are chosen at random.
+/// The mean must be correct. The image has one pixel, because all pixels of a render share the same
+/// points.
 TEST(Vpl, ManyEmitters) {
   std::string lamps;
   for (int i = 0; i < 20; ++i) {
@@ -211,8 +212,8 @@ TEST(Vpl, DoesNotDependOnTheUnitOfLength) {
 TEST(Vpl, LightThatNothingReflects) {
   const std::string view = kView + clustered_xml(300);
   const std::string ball = "<shape type=\"sphere\"><bsdf type=\"diffuse\"/></shape>";
-  // Inside a solid that reflects only on its outside; outside, emitting away; on black and on
-  // mirrors.
+  // A lamp inside a solid that reflects only on its outside; a lamp that emits away from the solid;
+  // a mirror; a black surface.
   const std::string away = "<emitter type=\"spot\"><transform name=\"to_world\">" +
                            look_at("0 0 5", "0 0 9", "0 1 0") + "</transform></emitter>";
   const std::string mirror = "<shape type=\"sphere\"><bsdf type=\"conductor\"/></shape>";
@@ -246,7 +247,7 @@ std::string warning_text(const std::string& scene_xml) {
 }
 
 /// An integrator that doesn't use the emitter warns once, with its position.
-TEST(Vpl, WarnsWhereItChangesNothing) {
+TEST(Vpl, WarnsIfItIsIgnored) {
   const std::string scene_xml = "\n" + vpl_xml(kLamp, "traced") + inside_sphere("") + kView;
   const std::string distant = "<string name=\"mode\" value=\"distant\"/>";
   const auto plain = [](const std::string& type) { return "<integrator type=\"" + type + "\"/>"; };
@@ -278,8 +279,7 @@ TEST(Vpl, LightsOfEveryKindAtOnce) {
   render_finite(scene_xml + bounce_xml("clustered", 200), 0, -1);
 }
 
-/// Light points that are dense around the visible points, in their plane and in corners, and a
-/// million of them.
+/// Light points close to the visible points, in their plane and in corners, and a million of them.
 TEST(Vpl, HardPoints) {
   const std::string tiny =
       "<shape type=\"rectangle\"><transform name=\"to_world\"><scale value=\"1e-3\"/></transform>"
@@ -298,7 +298,7 @@ TEST(Vpl, HardPoints) {
                 clustered_xml(1 << 20));
 }
 
-TEST(Vpl, SaysWhatIsWrong) {
+TEST(Vpl, ReportsErrors) {
   const std::string rest = inside_sphere(diffuse_xml("0.5")) + kView;
   EXPECT_NE(error_text(rest + vpl_xml(vpl_xml(kLamp, "traced"), "traced"))
                 .find("must not be another 'vpl'"),
@@ -318,11 +318,11 @@ TEST(Vpl, SaysWhatIsWrong) {
             std::string::npos);
 }
 
-TEST(Vpl, SkipsWhatIsNotNeeded) {
+TEST(Vpl, SkipsUnusedPoints) {
   const std::string rest = inside_sphere(diffuse_xml("0.5")) + kLamp + kView;
   const std::string direct = skipped(rest + depth_2("clustered", kJoint));
   EXPECT_NE(direct.find("indirect light: max_depth is 2"), std::string::npos) << direct;
-  EXPECT_NE(direct.find("light tree: no emitter offers light points"), std::string::npos);
+  EXPECT_NE(direct.find("light tree: no emitter has light points"), std::string::npos);
   const std::string distant = skipped(
       rest + bounce_xml("clustered", 10, kJoint + "<string name=\"mode\" value=\"distant\"/>"));
   EXPECT_NE(distant.find("indirect light: mode is 'distant'"), std::string::npos) << distant;

@@ -94,7 +94,7 @@ TEST(Walks, SampleLampsInsideOfTheBody) {
 }
 
 /// Each channel of a coloured body is the image of a grey one.
-TEST(Walks, ChannelsAreThoseOfGreyBodies) {
+TEST(Walks, ChannelsMatchGreyBodies) {
   const auto estimates = [](const std::string& extinction, const std::string& albedo,
                             uint64_t seed) {
     const std::string body = body_xml("sphere", glass_xml(0.3f), fog_xml(extinction, albedo), true);
@@ -110,7 +110,7 @@ TEST(Walks, ChannelsAreThoseOfGreyBodies) {
   }
 }
 
-/// Bodies without absorption vanish in an even light, also if light takes a hundred
+/// Bodies without absorption vanish in uniform light, also if light takes a hundred
 /// collisions to cross them.
 TEST(Walks, BodiesWithoutAbsorptionVanishInAnEvenLight) {
   for (const char* const extinction : {"1 1 1", "30 30 30"}) {

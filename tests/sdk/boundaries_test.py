@@ -33,7 +33,7 @@ ROOMS = {
     FILES: {CORE, OUTPUT},
     SPECTRA: {CORE},
     "libs/audit": {CORE, LIGHTS, SAMPLING},
-    "libs/scene_xml": {CORE, SPECTRA},
+    "libs/scene_xml": {CORE, LIGHTS, SPECTRA},
     "libs/denoise": {CORE, "libs/scene_xml"},
     "libs/editor": {CORE, FILES, OUTPUT, SPECTRA, MESHES, "libs/scene_xml"},
     "libs/session": {CORE, FILES, OUTPUT, "libs/scene_xml"},  # merged parts are written by the scene's film
@@ -44,13 +44,21 @@ ROOMS = {
     "apps/python": {CORE, *LIBS},
 }
 # Rooms that plugins may include beside the core, by the category's folder.
-ROOMS_OF_PLUGINS = {"bsdfs": [SAMPLING], "emitters": [LIGHTS, SAMPLING], "films": [FILES],
-                    "integrators": [FILES, LIGHTS, SAMPLING], "phases": [SAMPLING], "sensors": [SAMPLING],
-                    "shapes": [MESHES, SAMPLING], "spectra": [SPECTRA], "textures": [FILES, MESHES]}
-# Folders of learned product sampling. Each may include headers of those before it.
+ROOMS_OF_PLUGINS = {"bsdfs": [SAMPLING, SPECTRA], "emitters": [LIGHTS, SAMPLING], "films": [FILES],
+                    "integrators": [FILES, LIGHTS, SAMPLING], "phases": [SAMPLING],
+                    "sensors": [SAMPLING], "shapes": [MESHES, SAMPLING], "spectra": [SPECTRA],
+                    "textures": [FILES, MESHES]}
+# Rooms in folders, in their order: each may include headers of itself and of those before it. "" means
+# the files beside the folders.
 PRODUCT = "plugins/integrators/clustered/product"
-PRODUCT_FOLDERS = ["tiles", "rays", "lights", "choice", "paths", "strata", "pilot", "trial", "pass",
-                   "method"]
+ORDERED = {
+    PRODUCT: ["tiles", "rays", "lights", "choice", "paths", "strata", "pilot", "trial", "pass", "method"],
+    "plugins/integrators/transport": ["", "blocks", "surfaces", "shadows", "camera", "direct", "paths",
+                                      "light_paths", "media/bodies", "media/tracking", "media/paths"],
+    "libs/scene_xml": ["nodes", "values", "objects", "legacy", ""],
+    "libs/editor": ["updates", "saving", ""],
+    "libs/kit": ["statistics", "", "scenes", "checks"],
+}
 # Folders relative to which a room's headers are included, if not those of the room and its include/.
 ROOTS = {**{room: "libs" for room in LIBS}, "apps/drawing": "apps", "apps/python": "apps/python/src"}
 # Rooms that name no class of a plugin and no algorithm.
@@ -81,7 +89,7 @@ NAMED_IN_CORE = {
     ("core/include/kinome/bsdf_form.h", "ggx"): "identifies the lobe of a BSDF",
     ("core/include/kinome/bsdf_form.h", "conductor"): "identifies the lobe of a BSDF",
     ("libs/audit/environment_audit.cpp", "clustered"): "the optional functions of libs/lights",
-    ("libs/kit/emission_checks.cpp", "clustered"): "the optional functions of libs/lights",
+    ("libs/kit/checks/emission_checks.cpp", "clustered"): "the optional functions of libs/lights",
     ("core/include/kinome/inspection.h", "cluster"): "a term in the output of `kinome inspect`",
     ("core/include/kinome/inspection.h", "learned"): "a term in the output of `kinome inspect`",
     ("apps/kinome/render/inspect.cpp", "cluster"): "a term in the output of `kinome inspect`",
@@ -89,8 +97,8 @@ NAMED_IN_CORE = {
     ("apps/drawing/inspection_image.cpp", "cluster"): "a term in the output of `kinome inspect`",
     ("apps/drawing/inspection_image.cpp", "learned"): "a term in the output of `kinome inspect`",
     ("core/include/kinome/wide/functions.h", "product"): "a product of numbers",
-    ("libs/kit/sensor_checks.cpp", "importance"): "the importance that a sensor emits",
-    ("libs/scene_xml/text_encoding.cpp", "latin"): "an encoding of text",
+    ("libs/kit/checks/sensor_checks.cpp", "importance"): "the importance that a sensor emits",
+    ("libs/scene_xml/nodes/text_encoding.cpp", "latin"): "an encoding of text",
 }
 
 
@@ -146,14 +154,18 @@ def forbidden_includes(root):
     return {(str(path.relative_to(root)), name) for path, name in found}
 
 
-def upward_includes(root):
-    """Returns (file, included name) of include lines in PRODUCT from a folder to a later one."""
+def upward_includes(root, base):
+    """Returns (file, included name) of include lines in a folder of ORDERED from a part to a later
+    one."""
+    parts = [root / base / part for part in ORDERED[base]]
     found = set()
-    for index, folder in enumerate(PRODUCT_FOLDERS):
-        later = tuple(f"clustered/product/{name}/" for name in PRODUCT_FOLDERS[index + 1:])
-        for path in sources(root / PRODUCT / folder):
-            found |= {(str(path.relative_to(root)), name) for _, name in includes(path)
-                      if later and name.startswith(later)}
+    for index, part in enumerate(parts):
+        for path in (path for path in sources(root / base) if path.parent == part):
+            for _, name in includes(path):
+                places = [folder / name for folder in (path.parent, root / base, *(root / base).parents)]
+                place = next((place for place in places if place.is_file()), None)
+                if place and place.parent in parts[index + 1:]:
+                    found.add((str(path.relative_to(root)), name))
     return found
 
 
@@ -207,9 +219,13 @@ class Boundaries(unittest.TestCase):
     def test_includes(self):
         self.assertEqual(forbidden_includes(ROOT), set(EXCEPTIONS))
 
-    def test_folders_of_product_are_in_order(self):
-        self.assertEqual({path.name for path in (ROOT / PRODUCT).iterdir()}, set(PRODUCT_FOLDERS))
-        self.assertEqual(upward_includes(ROOT), set())
+    def test_folders_are_in_order(self):
+        for base, parts in ORDERED.items():
+            with self.subTest(base):
+                folders = {str(path.parent.relative_to(ROOT / base)) for path in sources(ROOT / base)}
+                folders = {name for name in folders if not name.startswith("include")}
+                self.assertEqual(folders, {part or "." for part in parts})
+                self.assertEqual(upward_includes(ROOT, base), set())
 
     def test_core_names_no_class_of_a_plugin(self):
         self.assertGreater(len(names_of_plugins(ROOT)), 50)
@@ -227,7 +243,7 @@ class Boundaries(unittest.TestCase):
         self.assertGreater(len(parts), 100)
         self.assertEqual(library & parts, set())
 
-    def test_plugins_offer_their_descriptors_alone(self):
+    def test_plugins_export_only_their_descriptors(self):
         plugins = sorted((BUILD / "plugins").glob("*/*.so"))
         plugins = [plugin for plugin in plugins if plugin.parent.name != "support"]
         self.assertGreater(len(plugins), 30)
@@ -303,10 +319,12 @@ class BrokenRules(unittest.TestCase):
                 self.write(path, text)
 
     def test_order(self):
+        self.write(f"{PRODUCT}/tiles/unit.h", "")
+        self.write(f"{PRODUCT}/pass/pass.h", "")
         self.write(f"{PRODUCT}/rays/comb.h", '#include "clustered/product/tiles/unit.h"\n')
-        self.assertEqual(upward_includes(self.root), set())
+        self.assertEqual(upward_includes(self.root, PRODUCT), set())
         self.write(f"{PRODUCT}/rays/comb.h", '#include "clustered/product/pass/pass.h"\n')
-        self.assertEqual(upward_includes(self.root),
+        self.assertEqual(upward_includes(self.root, PRODUCT),
                          {(f"{PRODUCT}/rays/comb.h", "clustered/product/pass/pass.h")})
 
     def test_names(self):

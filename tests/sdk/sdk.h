@@ -93,7 +93,7 @@ class Sdk : public ::testing::Test {
                                                              "/tests/sdk/project") {
     return run_process({KINOME_TEST_CMAKE, "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_PREFIX_PATH=" + prefix,
                         "-DCMAKE_CXX_COMPILER=" KINOME_TEST_CXX, "-DCMAKE_CXX_FLAGS=" + flags(),
-                        // Whatever sets the installed program is built for.
+                        // Independent of the sets that the installed program is built for.
                         "-DKINOME_ISAS=x86-64-v3;x86-64-v4"});
   }
   /// Returns the compiler flags for the package's sanitizers.

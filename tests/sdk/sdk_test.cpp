@@ -9,11 +9,11 @@
 namespace kinome::test::sdk_test {
 namespace {
 
-TEST_F(Sdk, InstallationRemovesWhatIsNoLongerBuilt) {
+TEST_F(Sdk, InstallationRemovesObsoleteFiles) {
   EXPECT_EQ(fs::exists(left_behind()), fs::exists(std::string(KINOME_TEST_BUILD) + kRarePlugin));
 }
 
-TEST_F(Sdk, InstalledTreeHoldsWhatItShould) {
+TEST_F(Sdk, InstalledTreeIsComplete) {
   for (const char* name :
        {"bin/kinome", "bin/kinome-compare", "lib/kinome/python/compare/command.py",
         "lib/libkinome.so", "lib/libkinome_kit.so", "share/kinome/templates/CMakeLists.txt",
@@ -74,7 +74,7 @@ TEST_F(Sdk, PluginsAreListed) {
 
 /// A plugin from `kinome new` builds in any folder against the installed package and passes its
 /// tests unchanged, with the printed commands. tests/check/new_test.py tests all categories.
-TEST_F(Sdk, NewPluginIsRightAsItIs) {
+TEST_F(Sdk, NewPluginPassesItsTestsUnchanged) {
   const std::string source = folder_->path("it's my sky");
   const ProcessResult made =
       run_process({program(), "new", "emitter", "my_sky", "--output", source});
@@ -90,7 +90,7 @@ TEST_F(Sdk, NewPluginIsRightAsItIs) {
       << commands << tests.out;
 }
 
-TEST_F(Sdk, MistakesAreReportedAtTheirPlace) {
+TEST_F(Sdk, ErrorsHaveTheirPositions) {
   const std::string scene =
       folder_->write("wrong.xml",
                      "<scene version=\"3.0.0\">\n  <emitter type=\"sky_gradient\">\n"

@@ -171,7 +171,7 @@ void expect_same(const World& a, const World& b, const Renderer& renderer,
 
 /// All operations in single precision commute with powers of two within its range. In learned
 /// sampling, products of light with fractions of it leave that range below 2^-90 (1e-27).
-TEST(Invariance, LightTimesAPowerOfTwoIsThePictureTimesIt) {
+TEST(Invariance, LightTimesAPowerOfTwoScalesTheBits) {
   for (const Light light : kLights) {
     for (const Renderer& renderer : renderers()) {
       const Renders plain = renders_of(lit_by(light), renderer, 5, 1);
@@ -192,7 +192,7 @@ TEST(Invariance, LightTimesAPowerOfTwoIsThePictureTimesIt) {
 }
 
 /// The same without a power of two: rounding changes values, and sometimes choices.
-TEST(Invariance, LightTimesANumberIsThePictureTimesIt) {
+TEST(Invariance, LightTimesANumberScalesTheImage) {
   for (const Renderer& renderer : renderers()) {
     World world = lit_by(Light::kSky);
     world.brightness = 1e-20;
@@ -222,7 +222,7 @@ TEST(Invariance, UnitOfLength) {
 
 /// At 1e5, the spacing of floats is 1/128. The world is a hundred times as large there, and its
 /// smallest parts are 25 units.
-TEST(Invariance, PlaceAndDirection) {
+TEST(Invariance, PositionAndDirection) {
   const std::string turn = xml::rotate({0, 0, 1}, 77) + xml::rotate({1, 0, 0}, 140);
   for (const Light light : kLights) {
     for (const Renderer& renderer : renderers()) {
@@ -305,7 +305,7 @@ TEST(Invariance, OrderOfTrianglesAndNumberOfMeshes) {
       expect_same(whole, split, renderer, name_of(light) + ", in parts");
     }
   }
-  // Methods that don't sample emitters on the mesh are unaffected: each ray meets the same
+  // Methods that don't sample emitters on the mesh are unaffected: each ray hits the same
   // triangle.
   whole.light = shuffled.light = Light::kLamp;
   for (const Renderer& renderer : {renderers()[0], renderers()[1]}) {

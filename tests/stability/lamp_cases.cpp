@@ -52,7 +52,7 @@ Case tiny_lamps() {
   Case c{15,
          "A density whose square overflows in the power heuristic",
          "Weights are computed from the ratio of two densities.",
-         "render/local_light_test.cpp statistical/bsdf_extremes_test.cpp",
+         "render/area_light_test.cpp statistical/bsdf_extremes_test.cpp",
          {}};
   // The densities per solid angle are 3e7, 3e13 and 3e19; the square of the last overflows.
   for (const double radius : {1e-4, 1e-7, 1e-10}) {
@@ -207,8 +207,8 @@ Case cones() {
   trial_named(c, "both sides of one wall").rarely_lit = {"path", "ptracer"};
   trial_named(c, "two walls face to face")
       .without.push_back({"brdf, local/roughconductor",
-                          "most renders miss light that is in one sample of several hundred "
-                          "renders; the mean of 2,000 is right"});
+                          "most renders miss light that one sample in several hundred renders "
+                          "finds; the mean of 2,000 renders is correct"});
   return c;
 }
 

@@ -77,7 +77,7 @@ class Maps {
     Image image = map.image();
     image.at(3, 2, 1) = value;
     const std::string file = folder_ + "/refused" + std::to_string(count_++) + ".exr";
-    write_exr(file, image, half ? ExrNumber::kHalf : ExrNumber::kFloat, {});
+    write_exr(file, image, half ? ExrSampleType::kHalf : ExrSampleType::kFloat, {});
     Trial t;
     t.name = name;
     t.has_environment = true;
@@ -129,7 +129,7 @@ Case black(Maps& maps) {
   Case c{1,
          "Black environment, all-black scene",
          "The image is black.",
-         "render/closed_form_test.cpp render/product_test.cpp render/local_light_test.cpp",
+         "render/closed_form_test.cpp render/product_properties_test.cpp render/local_light_test.cpp",
          {}};
   const auto add = [&](Trial trial) {
     trial.expectation.kind = Expectation::Kind::kBlack;
@@ -161,7 +161,7 @@ Case sizes(Maps& maps) {
   Case c{2,
          "Constant and tiny maps with MIS compensation; huge maps",
          "Compensation keeps a sixteenth of every texel's density, so that none is 0.",
-         "statistical/envmap_sampling_test.cpp render/product_test.cpp",
+         "statistical/envmap_sampling_test.cpp render/product_properties_test.cpp",
          {}};
   const std::string compensated = xml::boolean("mis_compensation", true);
   c.trials = {
@@ -274,8 +274,8 @@ Case suns(Maps& maps) {
   };
   trial_named(c, "one texel of 512 x 257")
       .without.push_back({"ptracer/roughconductor",
-                          "metal shows the sky, to which only one in hundreds of light paths "
-                          "belongs; with 262,144 paths it is right"});
+                          "metal shows the sky, where only one in hundreds of light paths "
+                          "starts; with 262,144 paths the image is correct"});
   return c;
 }
 

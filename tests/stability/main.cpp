@@ -147,7 +147,7 @@ int run(const Options& options) {
     for (size_t m = 0; m < methods().size(); ++m) {
       for (size_t k = 0; k < row.trial->materials.size(); ++k) {
         const Cell& cell = row.cells[m][k];
-        if (cell.verdict == Cell::Verdict::kNotMeant) continue;
+        if (cell.verdict == Cell::Verdict::kNotApplicable) continue;
         (passed(cell) ? good : failed) += 1;
         if (passed(cell)) continue;
         std::cout << fmt::format("case {}, {}, {}, {}: z = {:.2f}, p = {:.2g}: {}\n",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <stdexcept>
 
 #include "kinome/error.h"
@@ -11,14 +12,14 @@
 namespace kinome::test {
 namespace {
 
-// A comparison below kSuspicious is repeated with kLonger times as many renders of other seeds, and
-// fails if it is below it again. For normally distributed estimates, that is one false alarm in
-// 1/kSuspicious² comparisons: with about 3000 of them, one in 30 million runs.
+// A comparison below kSuspicious is repeated with kRepetitionFactor times as many renders of other
+// seeds, and fails if it is below it again. For normally distributed estimates, that is one false
+// alarm in 1/kSuspicious² comparisons: with about 3000 of them, one in 30 million runs.
 constexpr double kSuspicious = 1e-5;
-constexpr int kLonger = 4;
+constexpr int kRepetitionFactor = 4;
 /// Maximum fraction of a sum that a single sample may contribute. Beyond it, the tails are not
 /// sampled yet, and the comparison is undecided.
-constexpr double kTooMuch = 0.3;
+constexpr double kMaxContribution = 0.3;
 constexpr int kTiles = 3;
 
 const std::string& truth_at(int max_depth) {
@@ -95,7 +96,7 @@ Expected expected_light(const Trial& trial, const Method& method, const Material
   } else {
     const auto scene = make_scene((e.scene ? e.scene : trial.scene)(material.xml), integrator);
     const Renders renders =
-        render_often(*scene, 2 * trial.renders * (round ? kLonger : 1), kSeeds[round][1]);
+        render_often(*scene, 2 * trial.renders * (round ? kRepetitionFactor : 1), kSeeds[round][1]);
     expected.tiles = estimate_tiles_of(renders, kTiles);
     expected.largest = renders.tails().largest;
     expected.non_finite = renders.non_finite;
@@ -109,15 +110,46 @@ bool has_own_light(const Trial& trial, const Method& method) {
   return method.max_depth == trial.max_depth && method.max_depth == 2 && !trial.has_environment;
 }
 
-/// `round`: 0, or 1 for the repetition with more renders.
+/// Number of renders of a round: 0, or 1 for the repetition with more renders.
+int renders_of_round(const Trial& trial, int round) {
+  return trial.renders * (round ? kRepetitionFactor : 1);
+}
+
+/// Checks that all values are 0.
+void check_blackness(const Renders& renders, Cell& cell) {
+  cell.verdict = Cell::Verdict::kAgrees;
+  for (const auto& pixels : renders.pixels) {
+    for (const float value : pixels) {
+      if (value == 0) continue;
+      cell.verdict = Cell::Verdict::kDiffers;
+      cell.text = "a value of " + xml::digits(value) + " where the image must be black";
+    }
+  }
+}
+
+/// Compares renders of the method with those of `groundtruth`. Renders of one seed have the same
+/// light points and pixel positions. Returns nullopt if some values aren't finite.
+std::optional<Agreement> compare_with_truth(const Trial& trial, const Method& method,
+                                            const Material& material, int round,
+                                            const Renders& own) {
+  const auto scene = make_scene(trial.scene(material.xml), method.truth);
+  const Renders truth = render_often(*scene, renders_of_round(trial, round), kSeeds[round][0]);
+  if (truth.non_finite > 0) return {};
+  const auto difference = estimate_tile_differences(own, truth, kTiles);
+  std::vector<double> scale;
+  for (const TileEstimate& tile : estimate_tiles_of(truth, kTiles)) {
+    scale.push_back(std::abs(tile.estimate.mean));
+  }
+  return compare(difference, exact_zeros(difference.size()), scale);
+}
+
 Cell measure(const Trial& trial, const Method& method, const Material& material, int round) {
-  const int renders = trial.renders * (round ? kLonger : 1);
   const std::string& integrator = method.truth.empty() && trial.max_depth > method.max_depth
                                       ? with_depth(method.name, trial.max_depth)
                                       : method.integrator;
   Cell cell;
   const auto scene = make_scene(trial.scene(material.xml), integrator);
-  const Renders own = render_often(*scene, renders, kSeeds[round][0]);
+  const Renders own = render_often(*scene, renders_of_round(trial, round), kSeeds[round][0]);
   const Tails tails = own.tails();
   cell.non_finite = own.non_finite;
   cell.kurtosis = tails.kurtosis;
@@ -132,14 +164,7 @@ Cell measure(const Trial& trial, const Method& method, const Material& material,
     return cell;
   }
   if (trial.expectation.kind == Expectation::Kind::kBlack) {
-    cell.verdict = Cell::Verdict::kAgrees;
-    for (const auto& pixels : own.pixels) {
-      for (const float value : pixels) {
-        if (value == 0) continue;
-        cell.verdict = Cell::Verdict::kDiffers;
-        cell.text = "a value of " + xml::digits(value) + " where the image must be black";
-      }
-    }
+    check_blackness(own, cell);
     return cell;
   }
   Agreement agreement;
@@ -154,27 +179,20 @@ Cell measure(const Trial& trial, const Method& method, const Material& material,
     agreement = compare(estimate_tiles_of(own, kTiles), expected.tiles, {}, trial.rounding);
     largest = std::max(largest, expected.largest);
   } else {
-    // Renders of one seed have the same light points and pixel positions.
-    const auto truth_scene = make_scene(trial.scene(material.xml), method.truth);
-    const Renders truth = render_often(*truth_scene, renders, kSeeds[round][0]);
-    if (truth.non_finite > 0) {
+    const auto compared = compare_with_truth(trial, method, material, round, own);
+    if (!compared) {
       cell.verdict = Cell::Verdict::kDiffers;
       cell.text = "groundtruth has values that aren't finite";
       return cell;
     }
-    const auto difference = estimate_tile_differences(own, truth, kTiles);
-    std::vector<double> scale;
-    for (const TileEstimate& tile : estimate_tiles_of(truth, kTiles)) {
-      scale.push_back(std::abs(tile.estimate.mean));
-    }
-    agreement = compare(difference, exact_zeros(difference.size()), scale);
+    agreement = *compared;
   }
   cell.worst_z = agreement.worst_z;
   cell.p = agreement.p;
   cell.text = agreement.text;
-  cell.verdict = agreement.p >= kSuspicious                ? Cell::Verdict::kAgrees
-                 : agreement.is_open || largest > kTooMuch ? Cell::Verdict::kUndecided
-                                                           : Cell::Verdict::kDiffers;
+  cell.verdict = agreement.p >= kSuspicious                        ? Cell::Verdict::kAgrees
+                 : agreement.is_open || largest > kMaxContribution ? Cell::Verdict::kUndecided
+                                                                   : Cell::Verdict::kDiffers;
   return cell;
 }
 

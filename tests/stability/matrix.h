@@ -84,8 +84,8 @@ std::vector<Case> lamp_cases(const std::string& folder);
 
 /// Result of one comparison.
 struct Cell {
-  enum class Verdict { kAgrees, kDiffers, kUndecided, kFinite, kRefused, kNotMeant };
-  Verdict verdict = Verdict::kNotMeant;
+  enum class Verdict { kAgrees, kDiffers, kUndecided, kFinite, kRefused, kNotApplicable };
+  Verdict verdict = Verdict::kNotApplicable;
   double worst_z = 0;
   double p = 1;
   uint64_t non_finite = 0;

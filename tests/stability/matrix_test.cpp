@@ -26,7 +26,7 @@ class Matrix : public testing::Test {
 };
 
 /// An estimator that loses every sample has a variance of 0, which isn't chance.
-TEST_F(Matrix, FindsWhatIsBlack) {
+TEST_F(Matrix, FindsBlackImages) {
   std::vector<Trial> trials;
   for (const int number : {6, 10}) {
     for (const Trial& t : case_of_number(light_cases(folder_.folder()), number).trials) {
@@ -68,7 +68,7 @@ TEST_F(Matrix, FindsHalfTooMuch) {
 }
 
 /// An undecided image is accepted for methods that are named, and for no others.
-TEST_F(Matrix, OnlyNamedPicturesMaySayNothing) {
+TEST_F(Matrix, OnlyListedImagesMayBeInconclusive) {
   Trial trial = case_of_number(light_cases(folder_.folder()), 10).trials.front();
   trial.expectation.integrator = trial.expectation.integrator.empty()
                                      ? xml::integrator("path", xml::integer("max_depth", 2))

@@ -8,7 +8,7 @@
 
 #include "kinome/render.h"
 #include "kinome/render_context.h"
-#include "kit/statistics.h"
+#include "kit/statistics/statistics.h"
 
 namespace kinome::test {
 namespace {
@@ -74,7 +74,7 @@ class TileSums {
 
 /// Returns true if a's variance is or may be too small: it comes from few values, or is 0 while b
 /// varies. Exact values have no such variance.
-bool has_luck(const TileEstimate& a, const TileEstimate& b) {
+bool has_unreliable_variance(const TileEstimate& a, const TileEstimate& b) {
   if (!std::isfinite(a.freedom)) return false;
   if (a.estimate.variance_of_mean == 0) return b.estimate.variance_of_mean > 0 && b.freedom > 0;
   return a.spread < kMinSpread;
@@ -239,7 +239,8 @@ Agreement compare(const std::vector<TileEstimate>& a, const std::vector<TileEsti
       const bool is_sum = z_sum > worst;
       const TileEstimate& left = is_sum ? sum_a : a[where];
       const TileEstimate& right = is_sum ? sum_b : b[where];
-      agreement.is_open = has_luck(left, right) || has_luck(right, left);
+      agreement.is_open =
+          has_unreliable_variance(left, right) || has_unreliable_variance(right, left);
       agreement.has_more = left.estimate.mean > right.estimate.mean;
       agreement.text = fmt::format("{}, channel {}: {:.7g} against {:.7g}",
                                    is_sum ? "sum" : fmt::format("tile {}", where / 3), channel,

@@ -31,9 +31,7 @@ struct Renders {
 };
 Renders render_often(const Scene& scene, int renders, uint64_t first_seed, unsigned threads = 1);
 
-/// Result of comparing two sets of means: the largest
-/// z
-/// , and its p-value.
+/// Result of comparing two sets of means: the largest |z| and its p-value.
 struct Agreement {
   double worst_z = 0;  ///< as for a normal distribution, over all tiles and channels
   double p = 1;        ///< of the whole comparison: by tile (Šidák), channel and sum (Bonferroni)

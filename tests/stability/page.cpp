@@ -89,7 +89,7 @@ void add_trial(std::string& page, const Row& row) {
   for (size_t m = 0; m < methods().size(); ++m) {
     for (size_t k = 0; k < row.cells[m].size(); ++k) {
       const Cell& cell = row.cells[m][k];
-      if (cell.verdict == Answer::kNotMeant) continue;
+      if (cell.verdict == Answer::kNotApplicable) continue;
       ++cells;
       const std::string where =
           fmt::format("{}, {}", methods()[m].name, row.trial->materials[k].name);
@@ -118,7 +118,7 @@ void add_list(std::string& page, const std::vector<Row>& rows, Answer verdict) {
         if (cell.verdict != verdict || !listed.insert(cell.text).second) continue;
         page +=
             fmt::format("- case {}, {}, `{}`", row.of->number, row.trial->name, methods()[m].name);
-        if (verdict != Answer::kNotMeant) page += ", " + row.trial->materials[k].name;
+        if (verdict != Answer::kNotApplicable) page += ", " + row.trial->materials[k].name;
         page += ": " + cell.text;
         page += "\n";
       }
@@ -139,8 +139,8 @@ bool has(const std::vector<Row>& rows, Answer verdict) {
 
 constexpr const char* kHead = R"(# Numerical stability
 
-Cases that are known to break renderers of this kind, and Kinome's results for them. This page is
-written by
+This page lists cases that are known to break renderers of this kind, and Kinome's results for them.
+This command writes it:
 
 ```sh
 sh tests/run.sh --stability
@@ -150,8 +150,8 @@ Every case has several scenes. Every scene is rendered by every integrator and i
 `diffuse`, `phong`, `ward`, `roughconductor` and `roughplastic`, or with the materials that the case
 tests.
 
-A number is the largest |z| of these images against their expectation: 9 tiles and their sum, with
-three channels each. The expectation depends on the method:
+A number in the table is the largest |z| of these images compared with their expectation, over 9 tiles
+and their sum, with three channels each. The expectation depends on the method:
 
 - `direct`, `path`, `ptracer` and `product` (and all others if there are only lamps) are compared
   with quadrature in double precision. It is independent of the renderer and follows the scene's
@@ -162,11 +162,12 @@ three channels each. The expectation depends on the method:
   `groundtruth` for the same points, seed by seed.
 - `local` means one bounce (`max_depth` 3). `product` is then compared with paths of the same depth.
 
-A comparison below a significance of 1e-5 is repeated with other seeds and four times as many
-renders. It differs if it is below 1e-5 again, which happens by chance once in 30 million runs.
+A comparison whose p-value is below 1e-5 is repeated with other seeds and four times as many renders.
+The images differ if the p-value is below 1e-5 again, which happens by chance once in 30 million runs.
 
-`exact`: all bits are equal, or all images are black. `finite`: only finite values are required.
-`error`: the scene is refused, with a message that is tested. `–`: not applicable, see the end.
+`exact` means that all bits are equal, or all images are black; `finite`, that only finite values are
+required; `error`, that the scene is refused, with a message that is tested; `–`, that the method isn't
+applicable (see the end).
 
 Values that aren't finite (NaN or infinite) are counted before they are dropped, where a sample
 reaches the film. A single one fails the run. (A `point` or `spot` gives no light to a surface at a
@@ -174,7 +175,7 @@ distance of 0, where the light would be infinite.)
 
 )";
 
-constexpr const char* kBeside = R"(## Related tests
+constexpr const char* kRelatedTests = R"(## Related tests
 
 - [invariance_test.cpp](stability/invariance_test.cpp) changes units, position, orientation and
   handedness of the world, the order of its triangles, the number of its meshes, the brightness of
@@ -188,45 +189,45 @@ constexpr const char* kBeside = R"(## Related tests
   scalar code.
 - [product_learning_test.cpp](render/product_learning_test.cpp) runs `product` with falsified
   visibilities: all 1, all 0, the opposite of the learned ones, shuffled, or another surface's. It
-  also tests that visibilities learned from the rays that they weight are found to be biased.
+  also tests that a bias is detected if visibilities are learned from the same rays that they weight.
 - [product_test.cpp](render/product_test.cpp) and
-  [product_local_test.cpp](render/product_local_test.cpp) render without a pilot, and with pilots of
+  [product_near_mirrors_test.cpp](render/product_near_mirrors_test.cpp) render without a pilot, and with pilots of
   a ray or two.
-- `EyeRaysBoundWhatNearPointsWeigh` of [local_parts_test.cpp](plugins/local_parts_test.cpp) tests the
-  maximum weight of single samples. Light points have no bound by 1 / d²; the fraction of eye rays
-  bounds them.
+- `EyeRaysBoundTheWeightOfNearPoints` of [local_parts_test.cpp](plugins/local_parts_test.cpp) tests the
+  maximum weight of single samples. The 1 / d² of light points has no bound of its own; the fraction of
+  eye rays bounds their weights.
 
 )";
 
 constexpr const char* kTails =
-    R"(Tails are those of single contributions (one sample per pixel). `kurtosis` is that of the deviations
-from pixel means (3 for a normal distribution). The largest contribution is a fraction of the sum of
-all. Nothing is clamped.
+    R"(Tails are measured for single contributions (one sample per pixel). `kurtosis` is that of their
+deviations from pixel means (3 for a normal distribution). The largest contribution is given as a fraction
+of the sum of all. Nothing is clamped.
 
 )";
 
-constexpr const char* kNotHeld = R"(
+constexpr const char* kLimits = R"(
 ## Limits
 
 - Light whose products exceed single precision. Radiance is at most 1e36. A scene that is both 1e6
   times as large and 1e30 times as bright overflows where areas are multiplied by radiance.
-- Scenes of less than 1e-9 units or more than 1e11. The ray tracer's single precision begins to lose
-  surfaces silently, long before 1e18, where shapes are refused.
+- Scenes of less than 1e-9 units or more than 1e11. There, the ray tracer begins to lose surfaces
+  silently because of its single precision. Shapes are refused only beyond 1e18.
 - Light fainter than 1e-35. Its products are below the smallest numbers of single precision.
 - A scene that is translated by 1e5 has the same image only as far as single precision represents
   its vertices: one part in 10^7 of 1e5, a hundredth. The scene of this test is a hundred units wide.
 - Light closer to a surface than the offset of rays from it, which is two to five millionths of the
-  distance from the origin. The same holds for surfaces that are this close to their lamp.
+  distance from the origin. The same holds for surfaces that are this close to a lamp.
 - `ptracer` with light from infinitely far over a floor of 1e6 and more: unbiased, but too noisy to
   be useful.
 - Light of lamps without area that a nearly mirroring surface (alpha of a hundredth and less)
-  reflects to others. It is in single, very bright samples for every integrator except `ptracer` and
-  `product`, because no BSDF ray hits such a lamp.
-- `ptracer` emits nothing from an environment without any positive texel, whose light is negative.
+  reflects to others. All integrators except `ptracer` and `product` find it only in rare, very bright
+  samples, because no BSDF ray hits such a lamp.
+- `ptracer` emits no light from an environment that has negative texels but no positive one.
 - Light points (`joint`, `luminance`, `brdf`) represent an environment with a resolution that
   `light_samples` determines. They are compared with their own points, not with the map.
-- Two concurrent renders with one `--checkpoint` file replace each other's. Each file is complete,
-  and `--resume` refuses a checkpoint of another scene or other options.
+- Two concurrent renders with the same `--checkpoint` file overwrite each other's checkpoints. Each file
+  is complete, and `--resume` refuses a checkpoint of another scene or other options.
 - In half floats (`component_format` of `float16`, the default as in Mitsuba) the largest value of an
   image is 65504. It replaces brighter light, and -65504 replaces large negative noise of `product`.
 - Embree's robust mode loses some of the rays that are aimed exactly at a vertex
@@ -241,7 +242,7 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
   for (const Row& row : rows) {
     for (const auto& method : row.cells) {
       for (const Cell& cell : method) {
-        cells += cell.verdict != Answer::kNotMeant;
+        cells += cell.verdict != Answer::kNotApplicable;
         non_finite += cell.non_finite;
       }
     }
@@ -250,11 +251,11 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
   page += fmt::format("{} cases, {} scenes, {} images; {} values that weren't finite.\n\n",
                       cases.size(), rows.size(), cells, non_finite);
   add_matrix(page, cases, rows);
-  page += kBeside;
+  page += kRelatedTests;
   page += "## Case by case\n\n";
   page += kTails;
   for (const Case& c : cases) {
-    page += fmt::format("### Case {}\n\n{}. *{}* Held by {}.\n\n", c.number, c.title, c.answer,
+    page += fmt::format("### Case {}\n\n{}. *{}* Tested by {}.\n\n", c.number, c.title, c.answer,
                         links_to(c.tests));
     page += "| scene | images | largest z | not finite | kurtosis | largest contribution |\n";
     page += "|---|---|---|---|---|---|\n";
@@ -267,7 +268,7 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
     page += "## Differences\n\n";
     add_list(page, rows, Answer::kDiffers);
   }
-  page += kNotHeld;
+  page += kLimits;
   if (has(rows, Answer::kUndecided)) {
     page +=
         "- Open: comparisons that are undecided, because hardly any of the renders on one side "
@@ -276,7 +277,7 @@ std::string stability_page(const std::vector<Case>& cases, const std::vector<Row
     add_list(page, rows, Answer::kUndecided);
   }
   page += "\nNot applicable:\n\n";
-  add_list(page, rows, Answer::kNotMeant);
+  add_list(page, rows, Answer::kNotApplicable);
   return page;
 }
 

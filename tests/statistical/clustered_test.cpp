@@ -30,7 +30,7 @@ class Sky {
     set(image, 45, 14, Rgb(5, 20, 60));
     set(image, 5, 5, Rgb(-0.01f));
     path_ = folder_.path("sky.exr");
-    write_exr(path_, image, ExrNumber::kFloat, {});
+    write_exr(path_, image, ExrSampleType::kFloat, {});
   }
   const std::string& path() const { return path_; }
 

@@ -76,7 +76,7 @@ std::vector<Directions> shaped_lights() {
   };
 }
 
-/// Axes of the lamps that are at `kAbove` the floor.
+/// Returns the axes of lamps with the transform kAbove.
 Frame above_frame() {
   const Vec3 axis = glm::normalize(Vec3(0, .1, 0) - Vec3(.4, .2, 1.6));
   const Vec3 left = glm::normalize(glm::cross(Vec3(.3, 1, 0), axis));
@@ -113,23 +113,24 @@ void expect_directions_by_intensity(const Emitter& emitter, const Directions& di
       if (ray) fn(*ray, u);
     }
   };
-  float most = 0;
+  float max_power = 0;
   Vec3 origin(0.f);
   for_each_ray([&](const EmissionSample& ray, float) {
     origin = ray.o;
-    most = std::max(most, luminance(ray.power));
+    max_power = std::max(max_power, luminance(ray.power));
   });
   std::vector<double> observed(kSide * kSide), probability(kSide * kSide);
   for_each_ray([&](const EmissionSample& ray, float u) {
-    if (u * most < luminance(ray.power)) observed[directions.cell(frame.to_local(ray.d))] += 1;
+    if (u * max_power < luminance(ray.power)) observed[directions.cell(frame.to_local(ray.d))] += 1;
   });
   constexpr int kSteps = 40 * kSide;  // an edge inside a cell is located to 1/40 of its width
   for (int i = 0; i < kSteps * kSteps; ++i) {
     const Vec3 d = directions.at((i / kSteps + 0.5) / kSteps, (i % kSteps + 0.5) / kSteps);
     const auto light = emitter.sample_direct(origin + frame.to_world(d), Vec2(0.5f));
     if (!light) continue;
-    probability[directions.cell(d)] += luminance(light->radiance * sqr(light->distance)) / most *
-                                       directions.solid_angle(d) / (double{kSteps} * kSteps);
+    probability[directions.cell(d)] += luminance(light->radiance * sqr(light->distance)) /
+                                       max_power * directions.solid_angle(d) /
+                                       (double{kSteps} * kSteps);
   }
   expect_frequencies(observed, probability, kCount, kSteps, directions.name);
 }

@@ -131,7 +131,7 @@ TEST(Emitters, RaysCarryTheIntensityThatPointsSee) {
 }
 
 /// Emitters without a surface return the densities of all rays that they emit.
-TEST(Emitters, TellTheDensitiesOfTheirRays) {
+TEST(Emitters, ReturnTheDensitiesOfTheirRays) {
   int lights = 0;
   for (const EmitterCase& tested : emitter_cases()) {
     const LitFloor floor(tested.xml);

@@ -242,7 +242,7 @@ TEST(EnvironmentMap, WarnsOnceOfNegativeTexels) {
   EXPECT_EQ(std::count(warning.begin(), warning.end(), '\n'), 1) << warning;
 }
 
-TEST(EnvironmentMap, RefusesWhatItCannotRead) {
+TEST(EnvironmentMap, RefusesUnreadableFiles) {
   const TemporaryFolder folder;
   const std::string message = error_of([&] { envmap(folder.write("sky.png", "PNG")); });
   EXPECT_NE(message.find("can't be read as an image"), std::string::npos) << message;

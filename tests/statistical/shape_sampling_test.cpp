@@ -90,7 +90,7 @@ TEST_P(EachShape, SampledPointsLieOnIt) {
 }
 
 /// Columns and rows of the unit square map to those of the rectangle, which preserves strata.
-TEST(RectangleSampling, PlacesAreThoseOfTheSquare) {
+TEST(RectangleSampling, PositionsMatchTheSquare) {
   for (const bool flipped : {false, true}) {
     const auto shape =
         make<Shape>(std::string("<shape type='rectangle'><boolean name='flip_normals' "
@@ -180,7 +180,7 @@ std::string sphere_xml(const SphereView& view) {
 }
 
 /// Samples are uniform over the visible solid angle, with an exact density, at every distance.
-TEST(SphereSampling, IsUniformOverWhatIsSeen) {
+TEST(SphereSampling, IsUniformOverTheVisiblePart) {
   constexpr int kCount = 40000, kRings = 8, kSectors = 12;
   for (const SphereView& view : sphere_views()) {
     const auto shape = make<Shape>(sphere_xml(view));

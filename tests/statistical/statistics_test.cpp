@@ -46,7 +46,7 @@ TEST(Statistics, Chi2AlarmsAtTheStatedRate) {
   EXPECT_LE(alarms, kMaxAlarms);
 }
 
-TEST(Statistics, Chi2RefusesWhatCannotBe) {
+TEST(Statistics, Chi2RefusesInvalidInput) {
   EXPECT_FALSE(chi2_test({1, 99}, {0, 100}, 1e-6).passed) << "a sample in a cell of zero density";
   EXPECT_FALSE(chi2_test({50, 50}, {49, 49}, 1e-6).passed) << "expectations with another sum";
   EXPECT_FALSE(chi2_test({50, 50}, {50}, 1e-6).passed);
@@ -120,7 +120,7 @@ TEST(Statistics, SphereChi2IntegratesNarrowPeaks) {
   EXPECT_TRUE(verdict.passed) << verdict.text;
 }
 
-TEST(Statistics, JacobianTestTellsOnePercent) {
+TEST(Statistics, JacobianTestDetectsOnePercent) {
   const auto sample = [](Vec2 u) { return std::optional<Vec3>(square_to_cosine_hemisphere(u)); };
   const auto verdict = [&](float factor) {
     return jacobian_test(
@@ -156,7 +156,7 @@ TEST(Statistics, ZTestAlarmsAtTheStatedRateAndFindsBias) {
   EXPECT_FALSE(z_test({{std::nan(""), 1}}, {{1, 1}}, 1e-6).passed);
 }
 
-TEST(Statistics, LargestZTestAlarmsNoMoreOftenWherePairsDependOnOneAnother) {
+TEST(Statistics, LargestZTestHasNoMoreAlarmsForDependentPairs) {
   std::mt19937 bits(8);
   std::normal_distribution<double> normal;
   int alarms = 0, alarms_of_same = 0, found = 0;

@@ -18,7 +18,7 @@ struct Finding {
 
 struct CheckReport {
   std::vector<Finding> findings;
-  /// The error that all methods refuse the scene with; empty: some rendered it.
+  /// Error with which all methods refuse the scene; empty if some rendered it.
   std::string refused;
   int comparisons = 0;  ///< z-tests
   int open = 0;         ///< comparisons that are decided by chance, and therefore give no result
@@ -40,7 +40,8 @@ struct CheckTask {
 
 /// Loads and renders a scene without an integrator (`text`), whose files are in `folder`. All
 /// methods must accept it or all must refuse it. Each must return the same bits on one thread and
-/// two, only finite values, and the light of `direct` (or `groundtruth`, or with a bounce `path`).
+/// two, only finite values, and the light of its standard: `direct`, `groundtruth`, or `path` if
+/// there is a bounce.
 ///
 /// Comparisons use 16 renders at a level of 1e-4. A suspicious one is repeated with other seeds:
 /// with 128 renders at 1e-6, then with 1024, then with as many as a number of samples allows: 2048
@@ -51,11 +52,10 @@ struct CheckTask {
 ///
 /// Differences that are significant with a thousand renders are open with an excuse
 /// - if they aren't significant with more renders, for any reason;
-/// - if paths with a bounce are darker in a tile, unless longer paths are too, or if they would
-///   expect only a few hits of the missing light;
-/// - if `product` without a bounce is darker in a tile and nowhere brighter, and the difference is
-///   less than the light for which it sends one ray beside light that is hidden from a visible
-///   point.
+/// - if paths with a bounce are darker in a tile, and longer paths aren't, or only a few hits of the
+///   missing light are expected;
+/// - if `product` without a bounce is darker in a tile and nowhere brighter, and is expected to
+///   send less than one ray toward the missing light, because hidden brighter light takes its rays.
 /// An excuse is also given for refusals and values that aren't finite, if a method starts at the
 /// emitters of a scene whose flux exceeds single precision.
 CheckReport check_scene(const std::string& text, const std::string& folder,

@@ -48,7 +48,7 @@ CheckTask fewer_renders() {
   return task;
 }
 
-TEST(Check, PassesWhatIsRight) {
+TEST(Check, PassesCorrectRenders) {
   const CheckReport report =
       check(small_scene(), true, {kDirect, path("path", xml::integer("max_depth", 2))});
   EXPECT_TRUE(report.findings.empty()) << report.findings[0].text;
@@ -100,7 +100,7 @@ TEST(Check, FindsLightTracingThatIsBlackUnlessTheSceneIsVast) {
   EXPECT_EQ(even.open, 1);
 }
 
-TEST(Check, LeavesOpenWhatCameraRaysHardlyMeet) {
+TEST(Check, LeavesOpenLightThatCameraRaysHardlyHit) {
   const std::string disk_under_sky =
       "<shape type=\"disk\"><transform name=\"to_world\"><scale value=\"SIZE\"/></transform>"
       "</shape><emitter type=\"constant\"/></scene>";
@@ -138,7 +138,7 @@ TEST(Check, FindsPathsThatLackABounce) {
   }
 }
 
-TEST(Check, LeavesOpenWhatPathsMeetOnceInAMillion) {
+TEST(Check, LeavesOpenLightThatOnePathInAMillionHits) {
   // A beam lights only a speck, which in turn lights the floor.
   const std::string beam =
       "<shape type=\"disk\"><transform name=\"to_world\"><scale value=\"0.004\"/>"
@@ -185,7 +185,7 @@ const Method kProduct{
                                      xml::integer("max_depth", 2)),
     kDirect.name};
 
-TEST(Check, LeavesOpenWhatHiddenLightOutshines) {
+TEST(Check, LeavesOpenLightThatHiddenLightOutshines) {
   // `product` finds hardly any of the lamp's light.
   const CheckReport report =
       check(scene_with_sun("1e-9 2e-9 3e-9", true), true, {kDirect, kProduct});
@@ -216,7 +216,7 @@ TEST(Check, FindsAProductThatIsBlackBesideBrightLight) {
   }
 }
 
-TEST(Check, ExcusesWhatLeavesSinglePrecisionAlone) {
+TEST(Check, ExcusesOverflowOfSinglePrecision) {
   // Light whose flux includes the area of the whole scene.
   std::string scene = small_scene();
   const size_t lamp = scene.find("<emitter");
@@ -252,7 +252,7 @@ TEST(Check, FindsValidScenesThatAreRefused) {
   EXPECT_TRUE(other.findings.empty());
 }
 
-TEST(Check, FindsWhatOneMethodRefuses) {
+TEST(Check, FindsScenesThatOneMethodRefuses) {
   for (const bool is_valid : {false, true}) {
     const Method fussy = path("fussy", xml::text("max_depth", "deep"));
     const CheckReport report = check(small_scene(), is_valid, {fussy, kDirect});
@@ -263,7 +263,7 @@ TEST(Check, FindsWhatOneMethodRefuses) {
   }
 }
 
-TEST(Check, ReasonsHaveNoPlace) {
+TEST(Check, ReasonsHaveNoPosition) {
   EXPECT_EQ(reason_of("/tmp/a-1/scene.xml:12:3: 'x' is 3: odd"), "'x' is 3: odd");
   EXPECT_EQ(reason_of("out of order"), "out of order");
 }

@@ -13,6 +13,7 @@
 #include "kinome/image_files.h"
 #include "kinome/image.h"
 #include "node_values.h"
+#include "spoil.h"
 
 namespace kinome::test {
 namespace {
@@ -47,7 +48,7 @@ class Generator {
     }
     if (dice_.chance(0.15)) {
       scene.is_valid = false;
-      for (int i = 1 + dice_.below(2); i > 0; --i) spoil(scene.root);
+      for (int i = 1 + dice_.below(2); i > 0; --i) spoil(scene.root, dice_);
     }
     return scene;
   }
@@ -340,7 +341,7 @@ class Generator {
         }
       }
     } else {
-      // No triangle occurs twice: of two emitting triangles in one position, rays meet one, while
+      // No triangle occurs twice: of two emitting triangles in one position, rays hit one, while
       // light tracing shows both.
       std::set<std::array<int, 3>> made;
       for (int i = 0; i < count; ++i) {
@@ -356,34 +357,6 @@ class Generator {
     const std::string name = fmt::format("mesh{}.obj", files_++);
     write_text(folder_ + "/" + name, out);
     return name;
-  }
-
-  /// Makes a node invalid, or extreme enough that it may be.
-  void spoil(SceneNode& root) {
-    const auto paths = paths_of(root);
-    for (int attempt = 0; attempt < 20; ++attempt) {
-      const NodePath& path = dice_.of(paths);
-      SceneNode& node = node_at(root, path);
-      if (dice_.chance(0.15)) {
-        NodePath parent(path.begin(), path.end() - 1);
-        auto& siblings = node_at(root, parent).children;
-        const auto at = siblings.begin() + static_cast<std::ptrdiff_t>(path.back());
-        if (dice_.chance(0.5)) {
-          siblings.erase(at);
-        } else {
-          siblings.push_back(SceneNode(*at));
-        }
-        return;
-      }
-      for (auto& [name, value] : node.attributes) {
-        if (name == "name" || (name == "type" && !dice_.chance(0.1))) continue;
-        if (dice_.chance(0.5)) continue;
-        value = dice_.of<std::string>({"nan", "inf", "-1", "0", "1e38", "1e-45", "-1e30", "1e30",
-                                       "", "abc", "1e400", "0 0 0", "1 2", "99999999999", "true",
-                                       "1e-20", "-0", "../x"});
-        return;
-      }
-    }
   }
 
   Dice dice_;

@@ -127,7 +127,7 @@ bool is_hardly_seen(const Scene& scene, double rays) {
   return share * rays < kFew;
 }
 
-bool has_small_sight(const Scene& scene, double photons, double few) {
+bool sees_few_photons(const Scene& scene, double photons, double few) {
   constexpr int kSide = 8;
   std::vector<float> distances = seen_distances(scene, kSide);
   if (distances.empty()) return true;

@@ -24,7 +24,7 @@ bool has_faint_lobes(const std::string& text);
 bool has_needles(const std::string& text);
 
 /// Returns true if an emitting surface is so small or thin that rays from the sensor hardly ever
-/// meet it. Light tracing shows it whenever it is visible; compared with that, the others are a
+/// hit it. Light tracing shows it whenever it is visible; compared with that, the others are a
 /// constant black.
 bool has_specks(const Scene& scene);
 
@@ -34,7 +34,7 @@ bool is_hardly_seen(const Scene& scene, double rays);
 
 /// Returns true if the sensor sees so little of the scene that at most `few` of the photons are
 /// expected there. The estimate uses the size of the visible region at the median distance.
-bool has_small_sight(const Scene& scene, double photons, double few);
+bool sees_few_photons(const Scene& scene, double photons, double few);
 
 /// Returns approximately the maximum contribution of a path that reflects light directly from an
 /// emitter, if it chooses one of all emitters.

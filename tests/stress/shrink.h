@@ -7,8 +7,8 @@
 
 namespace kinome::test {
 
-/// Returns a smaller scene with the same finding, whose files are in `folder`, or the same scene if
-/// none is found within some seconds. `is_valid`: see RandomScene.
+/// Searches for a smaller scene with the same finding, for some seconds. Returns the smallest one
+/// found, or `scene` itself. The scenes' files are in `folder`. `is_valid`: see RandomScene.
 SceneNode shrink(const SceneNode& scene, const Finding& finding, bool is_valid,
                  const std::string& folder);
 

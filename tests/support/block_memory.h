@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kit/block_memory.h"
+#include "kit/scenes/block_memory.h"
 
 namespace kinome::test {
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kit/bsdf_blocks.h"
+#include "kit/scenes/bsdf_blocks.h"
 
 namespace kinome::test {
 

@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "kit/bsdf_points.h"
 #include "kinome/bsdf.h"
+#include "kit/scenes/bsdf_points.h"
 #include "support/render.h"
 
 /// BSDFs for all tests of BSDFs.
@@ -25,7 +25,7 @@ struct BsdfCase {
   /// of a sample then depends on u1 and u2.
   bool chooses_within_lobe = false;
   /// A lobe that is not a delta transmits light.
-  bool scatters_through = false;
+  bool has_rough_transmission = false;
 
   std::shared_ptr<Bsdf> make() const { return test::make<Bsdf>(xml); }
 };

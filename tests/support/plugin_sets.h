@@ -23,7 +23,7 @@ inline PluginRegistry& registry_of(InstructionSet set) {
 /// Returns the instruction sets that both the plugins and the processor support. The first is that
 /// of this program: the baseline, unless everything is compiled for a larger set.
 inline std::vector<InstructionSet> instruction_sets() {
-  std::vector<InstructionSet> sets{least_instruction_set()};
+  std::vector<InstructionSet> sets{min_instruction_set()};
   for (const InstructionSet set : registry().instruction_sets(Category::kBsdf, "diffuse")) {
     if (set > sets.back() && set <= processor_instruction_set()) sets.push_back(set);
   }

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "kit/random.h"
-#include "kit/rays.h"
+#include "kit/scenes/rays.h"
+#include "kit/statistics/random.h"
 #include "support/render.h"
 
 namespace kinome::test {

@@ -124,16 +124,21 @@ std::optional<FiniteDifference> surface_element(
   return FiniteDifference{glm::length(glm::cross(du, dv)), std::abs(coarse / fine - 1)};
 }
 
-}  // namespace
-
-Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
-  const int rows = test.res_theta;
-  const int columns = 2 * rows;
-  std::vector<double> observed(static_cast<size_t>(rows) * columns);
+/// Samples, counted in cells that are equal in z and phi: test.res_theta rows and twice as many
+/// columns.
+struct SphereCounts {
+  std::vector<double> observed;
+  std::vector<Vec3> last;  ///< last sample of each cell
+  double accepted = 0;     ///< number of samples
+  std::string error;       ///< set if a sample is invalid
+};
+SphereCounts count_samples(const SphereChi2& test) {
+  const int rows = test.res_theta, columns = 2 * rows;
+  SphereCounts counts;
+  counts.observed.resize(static_cast<size_t>(rows) * columns);
+  counts.last.resize(counts.observed.size());
   std::mt19937 bits(static_cast<uint32_t>(test.seed * 2654435761u + 12345));
   const auto random = [&] { return static_cast<float>(bits() >> 8) * 0x1p-24f; };
-  std::vector<Vec3> last(observed.size());  // in each cell
-  double accepted = 0;
   for (int i = 0; i < test.samples; ++i) {
     const float u1 = random();
     const float ux = random();
@@ -143,20 +148,26 @@ Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
       continue;
     }
     if (!is_finite(*d) || std::abs(glm::dot(*d, *d) - 1) > 1e-4f) {
-      return fail(fmt::format("sample({}, {}, {}) is not a unit vector", u1, ux, uy));
+      counts.error = fmt::format("sample({}, {}, {}) is not a unit vector", u1, ux, uy);
+      return counts;
     }
     const double phi = std::atan2(d->y, d->x) / (2 * std::numbers::pi);
     const int row = std::clamp(static_cast<int>((d->z + 1.) / 2 * rows), 0, rows - 1);
     const int column =
         std::clamp(static_cast<int>((phi < 0 ? phi + 1 : phi) * columns), 0, columns - 1);
     const size_t cell = static_cast<size_t>(row) * columns + column;
-    ++observed[cell];
-    last[cell] = *d;
-    ++accepted;
+    ++counts.observed[cell];
+    counts.last[cell] = *d;
+    ++counts.accepted;
   }
+  return counts;
+}
 
+/// Returns the integral of the density over each cell of `counts`.
+std::vector<double> integrate_cells(const SphereChi2& test, const SphereCounts& counts) {
+  const int rows = test.res_theta, columns = 2 * rows;
+  const std::vector<double>& observed = counts.observed;
   std::vector<double> expected(observed.size());
-  double mass = 0;
   for (size_t i = 0; i < expected.size(); ++i) {
     const int row = static_cast<int>(i) / columns;
     const int column = static_cast<int>(i) % columns;
@@ -174,16 +185,26 @@ Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
       // fault.
       value = integral(cell, 8 * panels);
     }
-    if (value == 0 && observed[i] > 0 && test.pdf(last[i]) > 0) {
+    if (value == 0 && observed[i] > 0 && test.pdf(counts.last[i]) > 0) {
       // The density is not 0 only between the nodes. Give the cell a small value, so it is pooled.
       value = 1e-3 / test.samples;
     }
     expected[i] = value;
-    mass += value;
   }
+  return expected;
+}
+
+}  // namespace
+
+Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
+  const SphereCounts counts = count_samples(test);
+  if (!counts.error.empty()) return fail(counts.error);
+  std::vector<double> expected = integrate_cells(test, counts);
+  double mass = 0;
+  for (const double e : expected) mass += e;
 
   // The number of accepted samples is binomial; given it, the cells are multinomial.
-  const double rejected = test.samples - accepted;
+  const double accepted = counts.accepted, rejected = test.samples - accepted;
   const double expected_rejected = test.samples * (1 - mass);
   const double cubature_error = 1e-4 * test.samples;
   const double z = (rejected - expected_rejected) /
@@ -196,7 +217,7 @@ Verdict sphere_chi2_test(const SphereChi2& test, double alpha) {
   for (double& e : expected) {
     e *= accepted / mass;
   }
-  Verdict verdict = chi2_test(observed, expected, alpha / 2);
+  Verdict verdict = chi2_test(counts.observed, expected, alpha / 2);
   verdict.p_value = bonferroni(verdict.p_value, p_mass);
   verdict.passed = verdict.passed && p_mass >= alpha / 2;
   verdict.text += fmt::format("; the density integrates to {:.6f}, {:.6f} of the samples accepted",
@@ -262,8 +283,8 @@ double detectable_bias(const std::vector<Estimate>& a, const std::vector<Estimat
     const double z = (low + high) / 2;
     (normal_two_sided(z) > alpha / 2 ? low : high) = z;
   }
-  constexpr double kNineOfTen = 1.2816;  // 90 % quantile of the normal distribution
-  return (high + kNineOfTen) * std::sqrt(variance) / std::abs(sum);
+  constexpr double kQuantile90 = 1.2816;  // 90 % quantile of the normal distribution
+  return (high + kQuantile90) * std::sqrt(variance) / std::abs(sum);
 }
 
 }  // namespace kinome::test

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "kinome/math.h"
-#include "kit/statistics.h"
+#include "kit/statistics/statistics.h"
 
 /// The statistics of `kinome check`, and tests of distributions and of bias that only the project's
 /// own tests use.

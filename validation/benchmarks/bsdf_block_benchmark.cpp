@@ -108,7 +108,7 @@ const bool kRegistered = [] {
        "<bsdf type='diffuse'/></bsdf>"},
   };
   for (const auto& [name, xml] : bsdfs) {
-    for (int i = static_cast<int>(least_instruction_set());
+    for (int i = static_cast<int>(min_instruction_set());
          i <= static_cast<int>(processor_instruction_set()); ++i) {
       const auto set = static_cast<InstructionSet>(i);
       for (const bool by_points : {false, true}) {

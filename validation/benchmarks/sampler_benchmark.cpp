@@ -68,7 +68,7 @@ void run(benchmark::State& state, const std::string& type, uint32_t samples, Ins
 
 /// Returns the instruction sets that both the plugins and the processor support.
 std::vector<InstructionSet> instruction_sets() {
-  std::vector<InstructionSet> sets{least_instruction_set()};
+  std::vector<InstructionSet> sets{min_instruction_set()};
   for (const InstructionSet set : PluginRegistry(PluginRegistry::default_folders())
                                       .instruction_sets(Category::kSampler, "ldsampler")) {
     if (set > sets.back() && set <= processor_instruction_set()) sets.push_back(set);

@@ -10,7 +10,7 @@ import sys
 import OpenImageIO  # noqa: F401: a missing module must be reported before anything else
 
 from .errors import Errors, flip
-from .images import FEWEST, BadInput, files_of, has_variance, load
+from .images import MIN_RENDERS, BadInput, files_of, has_variance, load
 from .output import check, whole
 from .packages import use_packages
 from .verdict import compare
@@ -28,12 +28,12 @@ kinome-compare [OPTION...] A B
 
 DESCRIPTION = """\
 Tests whether two renders of a scene have the same expected value. A is compared with the reference B.
-Each of them is one of these:
+Each of the two is given as one of these:
 
   - an image rendered with `kinome --variance`, or another EXR file with the channels R, G, B of the
     mean and variance.R, variance.G, variance.B of the variance of the mean. The number of renders may
     be in a JSON file beside it, under "seeds". A channel `mask` may mark pixels without a value;
-  - at least 4 renders (better 16) with different seeds: file names (m-*.exr, which the shell
+  - at least 4 (better 16) renders with different seeds: file names (m-*.exr, which the shell
     expands), a pattern in quotes ('out/m-*.exr'), or names separated by commas.
 
 Without --reference, only the last name is B.
@@ -57,7 +57,7 @@ def parse(arguments):
     parser.add_argument("--renders-a", type=int, metavar="N",
                         help="number of independent renders from which A's variance was computed; "
                              "overrides the number in the file")
-    parser.add_argument("--renders-b", type=int, metavar="N", help="the same for B")
+    parser.add_argument("--renders-b", type=int, metavar="N", help="the same number for B")
     parser.add_argument("--json", metavar="FILE", help="also write all results as JSON")
     parser.add_argument("--picture", metavar="FILE", help="also write a PNG of the difference")
     parser.add_argument("-q", "--quiet", action="store_true", help="print only the last line")
@@ -77,13 +77,13 @@ def parse(arguments):
     return options
 
 
-def refuse_doubt(options):
+def check_ambiguity(options):
     """Raises BadInput if the files of A and B can't be told apart. The shell expands m-*.exr n-*.exr into
     one list of names."""
     if options.reference or len(options.a) < 2:
         return
     first, last = files_of(options.a), files_of(options.b)
-    is_pattern = len(last) >= FEWEST
+    is_pattern = len(last) >= MIN_RENDERS
     is_alone = len(last) == 1 and has_variance(last[0]) and not any(map(has_variance, first))
     if not is_pattern and not is_alone:
         raise BadInput(f"{len(first) + len(last)} files, and it is ambiguous which of them are the "
@@ -205,7 +205,7 @@ def main(arguments=None):
     try:
         check_outputs(options)
         use_packages(pathlib.Path(os.environ.get("KINOME_BUILD") or ROOT / "build"))
-        refuse_doubt(options)
+        check_ambiguity(options)
         a, b = load(options.a, options.renders_a), load(options.b, options.renders_b)
         verdict = compare(a, b, options.alpha)
         verdict.notes[:0] = notes_on_shared(options)

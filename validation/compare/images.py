@@ -13,8 +13,8 @@ import numpy as np
 
 from .noise import TILE, tile_sums
 
-FEWEST = 4  # minimum number of renders; fewer give a poor variance for noise with heavy tails
-ENOUGH = 16  # recommended number of renders
+MIN_RENDERS = 4  # minimum number of renders; fewer give a poor variance for noise with heavy tails
+RECOMMENDED_RENDERS = 16
 
 
 class BadInput(Exception):
@@ -213,9 +213,9 @@ def renders_of(path, picture, wanted):
         raise BadInput(f"{path}: has a variance, but the number of independent renders is unknown: there is "
                        f"no kinome:renders in its header, and no \"seeds\" in {note.name} beside it. Give "
                        "--renders-a N for A, or --renders-b N for B")
-    if not isinstance(found, int) or isinstance(found, bool) or found < FEWEST:
+    if not isinstance(found, int) or isinstance(found, bool) or found < MIN_RENDERS:
         raise BadInput(f"{path}: its variance comes from {found} independent renders, {source}; "
-                       f"needs at least {FEWEST} ({ENOUGH} are better)")
+                       f"needs at least {MIN_RENDERS} ({RECOMMENDED_RENDERS} are better)")
     return found
 
 
@@ -255,7 +255,7 @@ def mean_of(path, picture, renders):
     mean, variance = colour(path, channels), colour(path, channels, "variance.")
     if variance is None:
         raise BadInput(f"{path}: one render, without a variance, can't be compared: give at least "
-                       f"{FEWEST} renders with different seeds, or one with kinome --variance")
+                       f"{MIN_RENDERS} renders with different seeds, or one with kinome --variance")
     if mean.shape != variance.shape:
         raise BadInput(f"{path}: mean and variance have different channels")
     renders = renders_of(path, picture, renders)
@@ -275,9 +275,9 @@ def mean_of(path, picture, renders):
 def load_renders(names):
     """Returns the estimate from several renders with different seeds."""
     refuse_repeated(names)
-    if len(names) < FEWEST:
-        raise BadInput(f"{names[0]} and others: {len(names)} renders, needs at least {FEWEST} "
-                       f"({ENOUGH} are better)")
+    if len(names) < MIN_RENDERS:
+        raise BadInput(f"{names[0]} and others: {len(names)} renders, needs at least {MIN_RENDERS} "
+                       f"({RECOMMENDED_RENDERS} are better)")
     stack, roundings = [], []
     for name in names:
         picture = read(name)

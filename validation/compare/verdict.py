@@ -30,7 +30,7 @@ import dataclasses
 import numpy as np
 from scipy import special
 
-from .images import ENOUGH, BadInput, size
+from .images import RECOMMENDED_RENDERS, BadInput, size
 from .missed import Missed, describe, hardly_found, of_pixels
 from .noise import TILE, neighbourhood, noise_of, tile_sums
 
@@ -210,9 +210,9 @@ def notes_on(pair, left_out):
         if e.rounding > 1e-5:
             notes.append(f"{e.name} is stored in half floats with 11 bits: differences below 0.03 % "
                          "can't be detected. Use component_format float32 in the film")
-        if e.renders < ENOUGH:
-            notes.append(f"{e.name}: there are only {e.renders} renders. With fewer than {ENOUGH}, rare "
-                         "bright samples may be mistaken for a difference")
+        if e.renders < RECOMMENDED_RENDERS:
+            notes.append(f"{e.name}: there are only {e.renders} renders. With fewer than "
+                         f"{RECOMMENDED_RENDERS}, rare bright samples may be mistaken for a difference")
         if noise.factor is not None:
             notes.append(f"{e.name}: pixels share noise (by a filter wider than a pixel, or by shared "
                          "light): the standard deviation of tiles is "

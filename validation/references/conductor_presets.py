@@ -1,4 +1,4 @@
-"""Prints the table of Mitsuba's conductors in plugins/bsdfs/conductor_presets.h.
+"""Prints the table of Mitsuba's conductors in libs/spectra/include/kinome/measured_indices.h.
 
     PYTHON validation/references/conductor_presets.py
 

@@ -27,11 +27,12 @@ FINALISTS = 2  # minimum number of Mitsuba's configurations that are measured in
 FIRST_SEED = 1
 MIN_COUNTS = 3  # number of sample counts for a slope; up to these the time limit of a render is higher
 GRACE = 4  # factor of that limit
-SLOWER = 2  # a configuration is tried no further if its variant is this many times slower than the other
-FAR_SLOWER = 2.5  # the variant isn't even tried with other samplers if it is this many times slower
+# A configuration is tried no further if its variant is MAX_TIME_RATIO times slower than the other. The variant
+# isn't even tried with other samplers if it is MAX_TIME_RATIO_TO_TRY times slower.
+MAX_TIME_RATIO, MAX_TIME_RATIO_TO_TRY = 2, 2.5
 # A configuration is tried no further if its work (relMSE x seconds) is this many times the least work so
 # far. On 26 scenes, with few samples, the final winner never had more than 2.3 times the least work.
-WORSE = {"few": 3, "many": 2}
+MAX_WORK_RATIO = {"few": 3, "many": 2}
 
 
 class Benchmark:
@@ -99,10 +100,11 @@ class Benchmark:
 
     def search(self, scene, size, truth):
         """Returns a row for each configuration of Mitsuba and sample count that could be measured.
-        Configurations that are behind are tried only with the fewest samples, or not at all: see SLOWER,
-        FAR_SLOWER and WORSE. A slower variant computes the same estimate, so it can't win with more samples.
-        The first variant, which is always tried, has the higher fixed costs."""
-        rows, given = [], [s for s in self.effort.search_samples if s <= self.effort.most_samples]
+        Configurations that are behind are tried only with the fewest samples, or not at all: see
+        MAX_TIME_RATIO, MAX_TIME_RATIO_TO_TRY and MAX_WORK_RATIO. A slower variant computes the same estimate,
+        so it can't win with more samples. The first variant, which is always tried, has the higher fixed
+        costs."""
+        rows, given = [], [s for s in self.effort.search_samples if s <= self.effort.max_samples]
         fastest = {}  # least seconds, by configuration without its variant
         least = {}  # least work, by number of samples
         too_slow = set()  # (variant, integrator)
@@ -121,9 +123,9 @@ class Benchmark:
                     if samples == given[0]:
                         few = row["seconds"]
                         slower = few / fastest.get(same, math.inf)
-                        if slower >= FAR_SLOWER:
+                        if slower >= MAX_TIME_RATIO_TO_TRY:
                             too_slow.add(kind)
-                        if slower >= SLOWER or row["left_behind"]:
+                        if slower >= MAX_TIME_RATIO or row["left_behind"]:
                             break
                 fastest[same] = min(fastest.get(same, math.inf), few)
             except Unavailable:
@@ -136,16 +138,16 @@ class Benchmark:
         return rows
 
     def trial(self, renderer, samples, truth, least, few):
-        """Returns means over the first seeds, or over one seed if the work is WORSE than the least work. With
-        many samples, the first seed is rendered without a warm-up, which would take as long. The seconds are
-        then the minimum."""
+        """Returns means over the first seeds, or over one seed if the work exceeds MAX_WORK_RATIO times the
+        least work. With many samples, the first seed is rendered without a warm-up, which would take as long.
+        The seconds are then the minimum."""
         runs = []
         for i in range(self.effort.search_seeds):
             runs.append(self.measure(renderer, samples, FIRST_SEED + i, truth, part="search",
                                      warm=few or i > 0))
             row = {key: statistics.fmean(run[key] for run in runs)
                    for key in ("seconds", "relmse", "trimmed")}
-            left_behind = analysis.work(row) >= WORSE["few" if few else "many"] * least
+            left_behind = analysis.work(row) >= MAX_WORK_RATIO["few" if few else "many"] * least
             if left_behind:
                 break
         if not few:
@@ -178,7 +180,7 @@ class Benchmark:
         """Measures and returns the curves by renderer. All renderers take turns for each seed and sample
         count, so that other load of the machine affects all of them."""
         runs = {r.name: {} for r in renderers}
-        limit = {r.name: self.effort.most_samples for r in renderers}
+        limit = {r.name: self.effort.max_samples for r in renderers}
 
         def curves():
             return {r.name: {"kind": r.kind, "converges_to_points": r.converges_to_points,

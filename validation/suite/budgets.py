@@ -30,7 +30,7 @@ MAX_SECONDS_OF_ERROR = 15  # estimated processor time of a render by --error; lo
 LIMIT = 0.9
 # `ptracer` is used if the mean of its image differs from that of `path` by at most this share, or by at most
 # four standard errors. It doesn't find light that is seen by mirrors or through glass.
-SAME_MEAN, SAME_ERRORS = 0.01, 4
+MAX_MEAN_DIFFERENCE, MAX_STANDARD_ERRORS = 0.01, 4
 STARTS = 3  # number of renders that measure start-up and loading
 
 
@@ -174,7 +174,7 @@ def means(found):
 
 
 def is_same(a, b):
-    return abs(a[0] - b[0]) <= max(SAME_MEAN * a[0], SAME_ERRORS * math.hypot(a[1], b[1]))
+    return abs(a[0] - b[0]) <= max(MAX_MEAN_DIFFERENCE * a[0], MAX_STANDARD_ERRORS * math.hypot(a[1], b[1]))
 
 
 def weighted_mean(stacks):

@@ -50,21 +50,21 @@ def page(machine, scenes):
     return "\n".join([
         "# Is `clustered` ever worse than `path`?", "",
         f"Written by `sh validation/run.sh budgets` at {', '.join(commits)}, on "
-        f"{machine['processor']}, {machine['cores']} cores. Images of {SIZE[0]}x{SIZE[1]} pixels unless "
-        "the name gives another size, "
-        f"max_depth -1, {'/'.join(map(str, seeds))} seeds, and up to {MAX_SEEDS} for short renders. "
-        "Each figure is the relMSE of the better of `path` and `ptracer` at equal time, divided by that "
-        "of `clustered`: above 1, `clustered` is better. Time is processor time (user and system, of "
-        "all threads) without start-up and loading. Error is the variance between seeds: few seeds tell "
-        "ratios to some 20 % only, and light that no render found is not seen. The last column compares "
-        "the means of the images with those of `path`, with one standard error. Errors of `path` "
-        "between its measured sample counts are interpolated; beyond them they fall by 1 / time. By "
-        "`--time` and `--error`, `path` has the same budget, and its error is scaled to the processor "
-        "time that `clustered` took.", "",
-        f"{len(every)} figures, {below} below {LIMIT}." if every else "Nothing was measured.", "",
+        f"{machine['processor']}, {machine['cores']} cores. The images have {SIZE[0]}x{SIZE[1]} pixels unless "
+        f"the name gives another size, and max_depth is -1. There are {'/'.join(map(str, seeds))} seeds, and "
+        f"up to {MAX_SEEDS} for short renders.", "",
+        "Each value is the relMSE of the better of `path` and `ptracer` at equal time, divided by that of "
+        "`clustered`. Above 1, `clustered` is better. Time is processor time (user and system, of all "
+        "threads), without start-up and loading. The error is the variance between seeds. With so few seeds, "
+        "ratios are uncertain by about 20 %, and light that no render found is not included. The last column "
+        "compares the means of the images with those of `path`, with one standard error.", "",
+        "Errors of `path` between its measured sample counts are interpolated. Beyond them, they are assumed "
+        "to fall as 1 / time. With `--time` and `--error`, `path` has the same budget, and its error is scaled "
+        "to the processor time that `clustered` took.", "",
+        f"{len(every)} values, {below} below {LIMIT}." if every else "Nothing was measured.", "",
         "![relMSE ratio of all scenes and budgets](plot.png)", "",
         "\\*: `clustered` left the image to `path` with at least one seed. †: `ptracer` is the better "
-        f"of the two. Bold: below {LIMIT}. Raw figures: [measurements.csv](measurements.csv), "
+        f"of the two. Values below {LIMIT} are bold. Raw values: [measurements.csv](measurements.csv), "
         "[budgets.json](budgets.json).", "",
         f"| scene | {' | '.join(budget.name for budget in BUDGETS)} | mean |",
         "|---|" + "---|" * (len(BUDGETS) + 1), *rows, ""])

@@ -24,12 +24,12 @@ from .tables import (AREA, BOUNCE, ENGINE_PARTS, HEBE, ISAS, ISA_SCENES, PLAIN, 
 VARIANT = "llvm_ad_rgb"
 FIRST_SEED = 1
 LOW, HIGH = (16, 64), (64, 256)  # pairs of sample counts per pixel, between which slopes are measured
-SOON = 0.075  # seconds; if Mitsuba needs less for 16 samples, both renderers use HIGH
+MIN_SECONDS = 0.075  # seconds; if Mitsuba needs less for 16 samples, both renderers use HIGH
 SHORT, SHORT_SIZE = (4,), (192, 144)
 PRODUCT_SAMPLES = (4, 16, 64)
 SIZE, LARGE = (256, 256), (1024, 1024)
 MEMORY_SAMPLES = 16
-USUAL = 20  # assumed seconds of a unit, if no unit of its part was measured yet
+DEFAULT_SECONDS = 20  # assumed seconds of a unit, if no unit of its part was measured yet
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Engine:
         for i, unit in enumerate(wanted):
             known = self.store.get(self.key(unit))
             before = time.monotonic()
-            if known is None and before - start + longest.get(unit.part, USUAL) > seconds:
+            if known is None and before - start + longest.get(unit.part, DEFAULT_SECONDS) > seconds:
                 missing = sum(self.store.get(self.key(u)) is None for u in wanted[i:])
                 self.log.problem(f"time is up: {missing} of {len(wanted)} measurements are "
                                  "missing; run the same command without --fresh to continue")
@@ -185,7 +185,7 @@ class Engine:
         except Problem as reason:
             self.log.problem(f"{unit.name}: Mitsuba is left out: {reason}")
             return found
-        apt = samples or (HIGH if seconds < SOON else LOW)
+        apt = samples or (HIGH if seconds < MIN_SECONDS else LOW)
         return [found[0]._replace(samples=apt), Entrant("Mitsuba", theirs, apt)]
 
     def entrants_of_direct(self, unit):

@@ -11,7 +11,7 @@ from .tables import ISAS
 OURS, THEIRS = "ours", "Mitsuba"
 MEANS_DIFFER = 0.05  # relative difference of means beyond which the images are reported as different
 DIRECT, PLASTIC, PATH = 1.35, 1.6, 1.3  # goals for the speed-up per sample against Mitsuba
-SLOWER = 1.4, 3  # goals for the slowdown with AVX2 and with the baseline
+SLOWDOWN_GOALS = 1.4, 3  # goals for the slowdown with AVX2 and with the baseline
 DIFFUSE = {"diffuse", "twosided"}
 ROUGH_PLASTIC = {"roughplastic"}
 
@@ -146,7 +146,7 @@ class Goal:
         return value >= self.limit if self.bound == "at least" else value <= self.limit
 
     @property
-    def short_of_it(self):
+    def missed(self):
         """Returns the names of values that miss the goal, worst first."""
         names = [name for name, value in self.known.items() if not self.reached(value)]
         return sorted(names, key=self.known.get, reverse=self.bound == "at most")
@@ -154,7 +154,7 @@ class Goal:
     @property
     def met(self):
         """Returns whether all values reach the goal, or None if nothing was measured."""
-        return not self.short_of_it if self.known else None
+        return not self.missed if self.known else None
 
     @property
     def verdict(self):
@@ -162,7 +162,7 @@ class Goal:
             return "not measured"
         if self.met:
             return "met"
-        known, names = self.known, self.short_of_it
+        known, names = self.known, self.missed
         return "not met" if len(known) == 1 else (
             f"not met by {len(names)} of {len(known)}: " + ", ".join(names))
 
@@ -198,9 +198,9 @@ def goals(rows):
         yield Goal(f"`path` to depth {depth}", "at least", PATH, faster_than,
                    speeds(rows, "path", depth))
     yield Goal("share inside Embree, `direct`, diffuse scenes", "at least", 40, "%", shares)
-    yield Goal("AVX2 against AVX-512", "at most", SLOWER[0], "times slower",
+    yield Goal("AVX2 against AVX-512", "at most", SLOWDOWN_GOALS[0], "times slower",
                isa_ratios(rows, ISAS[1]))
-    yield Goal("baseline against AVX-512", "at most", SLOWER[1], "times slower",
+    yield Goal("baseline against AVX-512", "at most", SLOWDOWN_GOALS[1], "times slower",
                isa_ratios(rows, ISAS[2]))
     yield Goal("`direct` at 4 spp, 192x144: seconds of rendering", "at most", 1, "of Mitsuba's",
                {name: quotient(seconds(row, OURS), seconds(row, THEIRS))

@@ -1,4 +1,4 @@
-"""validation/engine/: README.md with its plot, and measurements.csv."""
+"""Makes the contents of validation/engine/: README.md with its plot, and measurements.csv."""
 import csv
 import io
 
@@ -65,7 +65,7 @@ def instruction_sets(rows):
     head = ["scene", *(f"{isa} [ns]" for isa in ISAS)]
     head += [text for isa in ISAS[1:] for text in (f"{isa}: slowdown", "goal")]
     return head, [[row["scene"], *(significant(rate(row, isa)) for isa in ISAS),
-                   *(text for isa, limit in zip(ISAS[1:], analysis.SLOWER)
+                   *(text for isa, limit in zip(ISAS[1:], analysis.SLOWDOWN_GOALS)
                      for value in [faster(row, ISAS[0], isa)]
                      for text in (significant(value), against("at most", limit, value)))]
                   for row in rows]
@@ -105,8 +105,8 @@ def introduction(rows):
             "render, on two threads each, with the same integrator and "
             f"sampler ({samplers}). The values are medians over the seeds {', '.join(map(str, seeds))}.")
     units = ("*ns* is processor time per sample. It is the slope between two sample counts at 256x256, so it "
-             "excludes loading, setup and compilation. *Wall* is the same by each program's own clock of "
-             "rendering. *Speed-up* is Mitsuba's time divided by ours; above 1, Kinome is faster.")
+             "excludes loading, setup and compilation. *Wall* is the same slope of the rendering time that each "
+             "program reports. *Speed-up* is Mitsuba's time divided by ours; above 1, Kinome is faster.")
     robust = ("Where both render, Embree's robust mode is off, as is Mitsuba's default. It is on by default in "
               "Kinome (`embree_use_robust_intersections` in the scene); a table below gives its cost. "
               "Raw values: [measurements.csv](measurements.csv).")
@@ -115,7 +115,7 @@ def introduction(rows):
 
 
 def page(rows, problems, quick):
-    """README.md, as one text."""
+    """Returns the text of README.md."""
     lines = ["# Speed of the engine, compared with Mitsuba's llvm_ad_rgb", "", machine_text(rows), ""]
     if quick:
         lines += ["**This is the small form, which only checks that the command works.**", ""]

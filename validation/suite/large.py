@@ -24,7 +24,9 @@ class Row:
     way: str
     size: tuple
     rays: int
+    light_rays: int
     seconds: float  # processor time without that of the base
+    light_seconds: float  # busy time of the threads in the stage `points`, without that of the base
     peak: int  # bytes
     base: int  # bytes of the base's peak
 
@@ -41,6 +43,11 @@ class Row:
     def rays_per_second(self):
         return self.rays / self.seconds
 
+    @property
+    def image_rays_per_second(self):
+        """The same without light rays and the stage that traces them."""
+        return (self.rays - self.light_rays) / (self.seconds - self.light_seconds)
+
 
 class Large:
     def __init__(self, kinome, sizes, folder, log):
@@ -55,12 +62,14 @@ class Large:
             for size in self.sizes:
                 self.log.say(f"{scene.name} by {way}, {size[0]}x{size[1]}")
                 found = self.render(scene, way, size)
-                rows.append(Row(scene.name, way, size, found["rays"], found["seconds"] - base["seconds"],
+                rows.append(Row(scene.name, way, size, found["rays"], found["light_rays"],
+                                found["seconds"] - base["seconds"],
+                                found["light_seconds"] - base["light_seconds"],
                                 found["peak"], base["peak"]))
         return rows
 
     def render(self, scene, way, size):
-        """Returns rays, processor seconds and peak memory; medians if a render is short."""
+        """Returns rays, times and peak memory; medians if a render is short."""
         image, runs = self.folder / "picture.exr", []
         try:
             while len(runs) < REPEATS and (not runs or runs[0]["processor_seconds"] < MAX_REPEATED):
@@ -72,5 +81,11 @@ class Large:
         finally:
             image.unlink(missing_ok=True)
         return {"rays": sum(runs[0]["rays"].values()),
+                "light_rays": runs[0]["rays"]["light"],
+                "light_seconds": statistics.median(light_seconds(run) for run in runs),
                 "seconds": statistics.median(run["processor_seconds"] for run in runs),
                 "peak": statistics.median_high(run["peak_memory_bytes"] for run in runs)}
+
+
+def light_seconds(run):
+    return sum(sum(stage["busy"]) for stage in run["stage_threads"] if stage["stage"] == "points")

@@ -20,7 +20,7 @@ RAYS_PER_SAMPLE = 3  # default of clustered
 NEW = 0.5  # minimum share of a pixel's camera rays that fit none of the pilot's patches
 GRAZING = 0.1  # cosine of the viewing angle
 SHADE, OPEN = 0.02, 0.98  # limits of the estimated visible share of the light
-WORST = 0.01  # share of all pixels
+WORST_SHARE = 0.01  # share of all pixels
 SCENES = ("hebe", "tree", "room", "colonnade", "evening", "blocks")
 INTEGRATORS = ROOT / "scenes/integrators"
 
@@ -197,10 +197,10 @@ def ratio(without, error):
 
 
 def number_of_worst(error):
-    return max(1, round(WORST * error.size))
+    return max(1, round(WORST_SHARE * error.size))
 
 
 def share_of_worst(error):
-    """Returns the share of the WORST pixels in the error."""
+    """Returns the share of the worst pixels (WORST_SHARE) in the error."""
     ordered = np.sort(error, axis=None)
     return float(ordered[-number_of_worst(error):].sum() / (ordered.sum() or 1))

@@ -54,7 +54,7 @@ def percent(value):
 
 def shares(figures):
     head = ["class", "pixels", "rays", "error", "error by halves of the seeds",
-            "error per pixel, relative to the mean", f"worst {maps.WORST:.0%}"]
+            "error per pixel, relative to the mean", f"worst {maps.WORST_SHARE:.0%}"]
     rows = []
     for name, row in figures["classes"].items():
         if row["pixels"] == 0:
@@ -92,7 +92,7 @@ def page(scenes):
         "Cells that straddle a horizon are no class, because each pixel has some. The row *nothing known at "
         "the horizon* shows the effect of their control terms. The second table of each scene gives the "
         "factors by which the error grows without a part.", "",
-        "| | relMSE | " + f"share of the worst {maps.WORST:.0%} of the pixels | largest shares |",
+        "| | relMSE | " + f"share of the worst {maps.WORST_SHARE:.0%} of the pixels | largest shares |",
         "|---|---|---|---|"]
     for name, one in scenes.items():
         most = sorted(one["classes"], key=lambda c: -one["classes"][c]["error"])[:2]

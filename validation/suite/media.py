@@ -17,7 +17,7 @@ BUDGET = 8.0  # processor time in seconds above a quarter of which larger sample
 class Media(bounces.Bounces):
     # Without ldsampler, which took more than 100 times as long as the others in the endless haze.
     samplers = ("multijitter", "independent")
-    enough = 1e-5
+    min_error = 1e-5
 
     def __init__(self, kinome, mitsuba, store, folder, options, log):
         options.budget = BUDGET

@@ -6,8 +6,8 @@ import time
 from .tables import THREADS
 
 # Assumed seconds of a scene's parts, if no scene was measured yet.
-USUAL = {"reference": 120, "search": 60, "turns": 90, "startup": 15}
-NOTHING = 2.0  # parts with fewer seconds were in the store, so their times are ignored
+DEFAULT_SECONDS = {"reference": 120, "search": 60, "turns": 90, "startup": 15}
+MIN_SECONDS = 2.0  # parts with fewer seconds were in the store, so their times are ignored
 UNITS = {"s": 1, "m": 60, "h": 3600}
 
 
@@ -47,7 +47,7 @@ class Schedule:
         return {"taken": scene.name, "program": self.program, **self.of_scene(scene)}
 
     def note(self, scene, laps):
-        measured = {part: spent for part, spent in laps.items() if spent >= NOTHING}
+        measured = {part: spent for part, spent in laps.items() if spent >= MIN_SECONDS}
         if "turns" in measured or not self.is_measured(scene):
             self.store.put(self.key(scene), {"ended": time.time(),
                                              "seconds": self.seconds(scene) | measured})
@@ -81,7 +81,7 @@ class Schedule:
         was never measured, uses the mean over `scenes`."""
         known, others = self.seconds(scene), [self.seconds(other) for other in scenes]
         return sum(known.get(part) or mean([o[part] for o in others if part in o], usual)
-                   for part, usual in USUAL.items() if not self.is_there(scene, part))
+                   for part, usual in DEFAULT_SECONDS.items() if not self.is_there(scene, part))
 
     def is_there(self, scene, part):
         """Returns whether that part of the scene is in the store. The result of the search doesn't depend on our

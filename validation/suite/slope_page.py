@@ -69,16 +69,16 @@ def page(points, where, commit):
     return "\n".join([
         "# Error by time from one sample on", "",
         f"Written by `sh validation/run.sh slope` at {commit[:10]}, on {where['processor']}, "
-        f"{where['cores']} cores. Images of {size} pixels, sampler {slope.SAMPLER}, one thread. hebe, "
-        "vases, tree and room have the direct light of an environment, the other scenes any number of "
-        "bounces.", "",
-        "Time is processor time without start-up and loading: the median of at least "
-        f"{slope.TIMES} renders below {slope.SHORT} s, and of one for each seed above. The error is the "
-        f"mean over {slope.SEEDS} seeds against {len(slope.REFERENCE_SEEDS)} renders by `clustered` with "
-        f"{slope.REFERENCE_SAMPLES} samples, whose own noise is subtracted. *Slope* is that of the "
-        "logarithms from the row above; values below "
-        f"{slope.STEEPEST} are bold. The last column is the relMSE of `path` at equal time, divided by "
-        "that of `clustered`: above 1, `clustered` is better.", "",
+        f"{where['cores']} cores. The images have {size} pixels. Renders use the sampler {slope.SAMPLER} and "
+        "one thread. hebe, vases, tree and room have the direct light of an environment, the other scenes any "
+        "number of bounces.", "",
+        "Time is processor time without start-up and loading. It is the median of at least "
+        f"{slope.TIMES} renders if they take less than {slope.SHORT} s, otherwise of one render for each seed. "
+        f"The error is the mean over {slope.SEEDS} seeds. The reference is the mean of "
+        f"{len(slope.REFERENCE_SEEDS)} renders by `clustered` with {slope.REFERENCE_SAMPLES} samples, whose own "
+        "noise is subtracted. *Slope* is the slope between the logarithms of this row and of the row above; "
+        f"values below {slope.STEEPEST} are bold. The last column is the relMSE of `path` at equal time, "
+        "divided by that of `clustered`. Above 1, `clustered` is better.", "",
         *markdown(*table(points)),
         "![Error by time](plot.png)", ""])
 

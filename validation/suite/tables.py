@@ -211,12 +211,13 @@ VISIBLE_NORMALS = (
     "quadrature of its own BSDF, with which Kinome agrees")
 ROUNDED = ("rounding changes single pixels of the directly visible photograph by 2e-5; Mitsuba's own "
            "variants differ by half as much")
-BY_LUCK = ("Mitsuba's path hardly ever finds some of the light on the dish, which its variance doesn't "
-           "include; light tracing agrees with Kinome")
-STARTS_FAR = (
+RARE_LIGHT_OF_PATH = (
+    "Mitsuba's path hardly ever finds some of the light on the dish, which its variance doesn't include; "
+    "light tracing agrees with Kinome")
+RAY_OFFSET = (
     "Mitsuba's rays start at a distance of an eighth of a ridge's flank, so light leaks into the ridges: "
     "its tiles are up to 1.5 % brighter, and more in smaller copies of the scene, unlike Kinome's")
-BY_LUCK_OF_LIGHT = (
+RARE_LIGHT_OF_PTRACER = (
     "light tracing hardly ever finds the light of two dark pixels, which its variance doesn't include; "
     "product agrees with the reference there")
 EXPLAINED = {
@@ -228,13 +229,13 @@ EXPLAINED = {
     ("car", "direct"): Cause({"pixels": 19}, ROUNDED),
     ("car", "direct, compensated"): Cause({"pixels": 19}, ROUNDED),
     ("car", "path"): Cause({"pixels": 19}, ROUNDED),
-    ("plate", "clustered product"): Cause({"tiles": 13, "pixels": 16}, BY_LUCK),
-    ("reeds", "direct"): Cause({"image": 21, "tiles": 21}, STARTS_FAR),
-    ("reeds", "direct, compensated"): Cause({"image": 21, "tiles": 21}, STARTS_FAR),
-    ("reeds", "path"): Cause({"image": 21, "tiles": 21}, STARTS_FAR),
-    ("reeds", "clustered product"): Cause({"image": 33, "tiles": 34}, STARTS_FAR),
+    ("plate", "clustered product"): Cause({"tiles": 13, "pixels": 16}, RARE_LIGHT_OF_PATH),
+    ("reeds", "direct"): Cause({"image": 21, "tiles": 21}, RAY_OFFSET),
+    ("reeds", "direct, compensated"): Cause({"image": 21, "tiles": 21}, RAY_OFFSET),
+    ("reeds", "path"): Cause({"image": 21, "tiles": 21}, RAY_OFFSET),
+    ("reeds", "clustered product"): Cause({"image": 33, "tiles": 34}, RAY_OFFSET),
     ("focus", "clustered product"): Cause({"image": 9, "tiles": 11}, VISIBLE_NORMALS),
-    ("corridor", "ptracer"): Cause({"pixels": 20}, BY_LUCK_OF_LIGHT),
+    ("corridor", "ptracer"): Cause({"pixels": 20}, RARE_LIGHT_OF_PTRACER),
 }
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
@@ -252,7 +253,7 @@ class Effort:
     seeds: int  # number of seeds of each timed render
     budget: float  # maximum seconds of a render by peers, and by methods that are claimed to be fast
     budget_of_others: float  # the same for our other methods
-    most_samples: int
+    max_samples: int
     search_samples: tuple  # sample counts for trying Mitsuba's configurations
     search_seeds: int
     truth_seeds: int
@@ -274,11 +275,11 @@ POINTS = {"light_samples": 512}
 CUT = {"cut_size": 96}
 
 FULL = Effort(shrink=1, widen=2, seeds=5, budget=3.0, budget_of_others=1.0,
-              most_samples=4096, search_samples=(16, 256),
+              max_samples=4096, search_samples=(16, 256),
               search_seeds=2, truth_seeds=32, truth_samples=512, check_samples=256,
               small_scenes=SMALL_SCENES + SMALL_MEDIA,
               big_scenes=tuple(scene.name for scene in SCENES if not scene.asked))
 QUICK = Effort(shrink=2, widen=1, seeds=3, budget=1.0, budget_of_others=1.0,
-               most_samples=64, search_samples=(16,),
+               max_samples=64, search_samples=(16,),
                search_seeds=1, truth_seeds=16, truth_samples=256, check_samples=64,
                small_scenes=SMALL_SCENES[::5] + SMALL_MEDIA[:1], big_scenes=("hebe", "box", "plate", "blocks"))

@@ -122,12 +122,12 @@ void check_alike(ProcessGroup& group, const Checkpoint::Identity& identity) {
       if (values[rank] == values[0]) continue;
       if (name == Checkpoint::kScene) {
         throw AgreedError(
-            fmt::format("rank {} on {} would render another image: its scene differs "
+            fmt::format("rank {} on {} would render a different image: its scene differs "
                         "from that of rank 0 on {}, in the text of a file or in -D",
                         rank, machines[rank], machines[0]));
       }
       throw AgreedError(
-          fmt::format("rank {} on {} would render another image: its {} is '{}', "
+          fmt::format("rank {} on {} would render a different image: its {} is '{}', "
                       "but that of rank 0 on {} is '{}'",
                       rank, machines[rank], name, values[rank], machines[0], values[0]));
     }

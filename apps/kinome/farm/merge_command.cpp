@@ -1,6 +1,5 @@
 // `kinome merge`: adds the files of parts to one image.
 
-#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -8,14 +7,14 @@
 #include "base/clock.h"
 #include "commands.h"
 #include "crash.h"
+#include "images/denoising.h"
+#include "images/image_formats.h"
 #include "kinome/log.h"
 #include "kinome/output_files.h"
 #include "kinome/parts.h"
 #include "kinome/plugin_registry.h"
 #include "kinome/read_files.h"
 #include "output_files/file_writer.h"
-#include "render/denoising.h"
-#include "render/image_formats.h"
 #include "render/render_image.h"
 #include "say.h"
 
@@ -26,10 +25,11 @@ namespace {
 Output output_of(const Options& options) {
   Output output;
   output.image = image_path(options.output, ".exr");
+  check_format_of_denoised(options, lower_extension(output.image));
   if (options.png && lower_extension(output.image) != ".png") {
     output.png = png_beside(output.image);
   }
-  for (const std::string& part : options.files) note_read_file(part);
+  for (const std::string& part : options.files) record_read_file(part);
   for (const std::string& file : output.files()) check_writable(file);
   return output;
 }
@@ -62,7 +62,8 @@ int merge_command(const Options& options, Clock::time_point start) {
   PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
                           choose_instruction_set(options.isa));
   const std::optional<Denoising> denoising = denoising_of(options);
-  MergedParts merged = merge_parts(options.files, options.allow_missing, registry);
+  MergedParts merged =
+      merge_parts(options.files, options.allow_missing, registry, denoising.has_value());
   if (merged.is_mixed) {
     log_warn(
         fmt::format("the parts were rendered with several instruction sets ({}), so that no single "
@@ -76,6 +77,7 @@ int merge_command(const Options& options, Clock::time_point start) {
     merged.image = denoising->denoise(merged.image, merged.metadata);
     merged.metadata["kinome:denoised"] = options.denoise_as_layer ? "layer" : "image";
   }
+  warn_of_lost_channels(merged.image, output.image, merged.film.get());
   set_activity("writing the image");
   write_image_files(options, *merged.film, merged.image, merged.metadata, output, nullptr);
   if (!options.quiet) {

@@ -1,8 +1,6 @@
 // `kinome film`: renders the frames of a changing scene, and encodes them as a video.
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
 #include <future>
 
 #include <fmt/format.h>
@@ -14,16 +12,17 @@
 #include "crash.h"
 #include "film/film_edits.h"
 #include "film/film_frames.h"
+#include "film/video.h"
+#include "images/denoising.h"
 #include "kinome/log.h"
 #include "kinome/read_files.h"
 #include "kinome/render.h"
-#include "render/denoising.h"
+#include "options/sensor_index.h"
+#include "render/crop.h"
 #include "render/progress.h"
 #include "render/render_image.h"
 #include "say.h"
-#include "options/sensor_index.h"
 #include "signals.h"
-#include "film/video.h"
 
 namespace kinome::app {
 namespace {
@@ -93,7 +92,7 @@ class FilmCommand {
   void load() {
     if (!options_.display.empty()) split_address(options_.display);
     if (film_.path != "orbit" && film_.path != "ellipse") {
-      note_read_file(film_.path);
+      record_read_file(film_.path);
       keys_.emplace(film_.path);
     }
     if (!frames_.video().empty() && !has_ffmpeg()) {
@@ -108,7 +107,7 @@ class FilmCommand {
     warn_of_unused_instruction_set(options_, registry_);
     const auto scene = editor_->scene();
     sensor_ = sensor_index(*scene, options_.sensor);
-    const Sensor& sensor = *scene->sensors()[sensor_];
+    const Sensor& sensor = cropped_sensor(*scene);
     if (!frames_.are_png()) warn_of_layers(*scene, sensor.film(), {frames_.name(film_.first), ""});
     edits_.emplace(film_, keys_ ? &*keys_ : nullptr, *editor_, sensor_);
     try {
@@ -120,8 +119,16 @@ class FilmCommand {
       throw Error(Location{film_.path}, error.what());
     }
     frames_.make_folder();
+    cropped_sensor(*editor_->scene());
     output(0);  // throws if the scene's film can't write it
     frames_.claim(identity(*scene, sensor), film_.frames);
+  }
+
+  /// Returns the sensor, whose film has the window of --crop. An update may have replaced it.
+  const Sensor& cropped_sensor(const Scene& scene) const {
+    const Sensor& sensor = *scene.sensors()[sensor_];
+    apply_crop(options_, sensor);
+    return sensor;
   }
 
   Checkpoint::Identity identity(const Scene& scene, const Sensor& sensor) const {
@@ -164,7 +171,7 @@ class FilmCommand {
     log_debug(fmt::format("frame {}: rebuilt {}{}", frame, fmt::join(changes.made, " "),
                           changes.has_new_structure ? " and the acceleration structure" : ""));
     const auto scene = editor_->scene();
-    const Sensor& sensor = *scene->sensors()[sensor_];
+    const Sensor& sensor = cropped_sensor(*scene);
     const Output files = output(frame);
     const auto seconds_to_finish = [&](Image image) {
       const double denoise = denoising_ ? denoising_->measure(image, *setup_, sensor.film()) : 0;

@@ -27,7 +27,7 @@ FilmEdits::FilmEdits(const FilmOptions& options, const FilmKeys* keys, const Sce
       start_.target =
           options.target ? *options.target : centre_of_view(*scene->sensors()[sensor], *scene);
       if (!start_.to_world()) {
-        throw Error("--path: the camera can't circle: it looks along --up, or is at its target");
+        throw Error("--path: the camera can't orbit: it looks along --up, or is at its target");
       }
     }
   }

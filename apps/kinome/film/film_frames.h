@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "images/output.h"
 #include "kinome/checkpoint.h"
-#include "render/output.h"
 
 namespace kinome::app {
 

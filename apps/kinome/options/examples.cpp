@@ -13,9 +13,9 @@ constexpr Example kRenderExamples[] = {
      "Renders 64 x 48 pixels into a JPEG file."},
     {"kinome scene.xml --time 60", "Renders the best image in a minute."},
     {"kinome scene.xml --error 0.01 --stats",
-     "Renders to this relMSE, and prints the time of stages."},
+     "Renders to this relMSE, and prints times per stage."},
     {"kinome scene.xml --checkpoint scene.ck --resume",
-     "Continues where this command was interrupted."},
+     "Continues this command where it was interrupted."},
     {"kinome scene.xml --part 3/16", "Renders the third of 16 parts, for kinome merge."},
     {"kinome scene.xml --check", "Lists the scene's errors, and renders nothing."},
 };
@@ -28,6 +28,10 @@ constexpr Example kFilmExamples[] = {
 constexpr Example kMergeExamples[] = {
     {"kinome merge scene-part*.exr -o scene.exr --png",
      "Adds the parts, and writes scene.png for viewing."},
+};
+constexpr Example kRelightExamples[] = {
+    {"kinome relight scene.exr sun=1.5 lamps=0.2,0.3,0.4 -o evening.exr",
+     "Makes the sun brighter, and the lamps darker and bluer."},
 };
 constexpr Example kPluginsExamples[] = {
     {"kinome plugins bsdf", "Lists all BSDFs."},
@@ -42,8 +46,9 @@ constexpr Example kNewExamples[] = {
 };
 
 constexpr std::pair<std::string_view, std::span<const Example>> kExamples[] = {
-    {"", kRenderExamples},         {"film", kFilmExamples},   {"merge", kMergeExamples},
-    {"plugins", kPluginsExamples}, {"check", kCheckExamples}, {"new", kNewExamples}};
+    {"", kRenderExamples},         {"film", kFilmExamples},       {"merge", kMergeExamples},
+    {"relight", kRelightExamples}, {"plugins", kPluginsExamples}, {"check", kCheckExamples},
+    {"new", kNewExamples}};
 
 }  // namespace
 

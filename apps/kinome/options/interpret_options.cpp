@@ -97,11 +97,11 @@ void interpret_part(const RawOptions& raw, Options& options) {
     return parse_in_range(word, 1u, high, number).empty();
   };
   const bool is_read = slash < text->size() &&
-                       read(text->substr(slash + 1), PicturePart::kMaxParts, options.parts) &&
+                       read(text->substr(slash + 1), ImagePart::kMaxParts, options.parts) &&
                        (part == "all" || read(part, options.parts, options.part));
   if (!is_read) {
     throw Error("--part: expected I/N, such as 3/16 for the third of 16 parts (at most " +
-                std::to_string(PicturePart::kMaxParts) + "), or all/N, got '" + *text + "'");
+                std::to_string(ImagePart::kMaxParts) + "), or all/N, got '" + *text + "'");
   }
   if (options.inspect) throw Error(std::string("--part: ") + kNoRender);
   for (const auto& [name, why] :
@@ -199,6 +199,10 @@ void interpret(const RawOptions& raw, Options& options) {
     options.mpi = mode->second;
   }
   if (options.command == Options::Command::kMerge) check_for_empty_values(raw);
+  if (options.command == Options::Command::kRelight) {
+    check_for_empty_values(raw);
+    options.gains = parse_light_gains(raw.gains);
+  }
   if (options.command == Options::Command::kFilm) interpret_film(raw, options.film);
   if (raw.find("--isa") && options.isa.empty()) throw Error("--isa: its value is empty");
   if (!std::isfinite(options.exposure)) throw Error("--exposure: must be a finite number of stops");

@@ -16,6 +16,7 @@ namespace kinome::app {
 struct RawOptions {
   std::vector<std::string> defines;
   std::vector<std::string> search_paths;
+  std::vector<std::string> gains;            ///< GROUP=FACTOR of `kinome relight`
   std::map<std::string, std::string> given;  ///< last value of each option, by "--NAME"
 
   /// Returns nullptr if the option isn't given.

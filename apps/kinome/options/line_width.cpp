@@ -1,6 +1,5 @@
 #include "options/line_width.h"
 
-#include <cstdint>
 #include <cstdlib>
 
 #include <sys/ioctl.h>

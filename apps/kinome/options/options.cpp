@@ -1,297 +1,24 @@
 #include "options/options.h"
 
-#include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 
-// CLI11 takes long to compile: only files about options include it.
-#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include "kinome/error.h"
-#include "options/complaints.h"
+#include "options/command_options.h"
 #include "options/examples.h"
 #include "options/help_format.h"
 #include "options/interpret_options.h"
+#include "options/option_errors.h"
 #include "options/option_pages.h"
 
 namespace kinome::app {
 namespace {
 
-constexpr const char* kProgramGroup = "Program";
-
-/// Declares an option with a value, whose `type` the help prints. CLI11 writes the value into
-/// `variable`, if there is one.
-template <class... Variable>
-CLI::Option* option(CLI::App& app, const char* names, const char* type,
-                    const std::string& description, Variable&... variable) {
-  return app.add_option(names, variable..., description)->type_name(type);
-}
-/// Declares an option that can be repeated.
-void list(CLI::App& app, const char* names, const char* type, const char* description,
-          std::vector<std::string>& values) {
-  option(app, names, type, description, values)->allow_extra_args(false);
-}
-/// Declares a flag without a value.
-template <class Variable>
-void flag(CLI::App& app, const char* names, const char* description, Variable& variable) {
-  app.add_flag(names, variable, description)->disable_flag_override();
-}
-
-/// Sets the group of the help to which the options declared next belong.
-void begin_group(CLI::App& app, const char* name) {
-  app.option_defaults()->group(name);
-}
-
-/// Returns a check that accepts only numbers between `low` and `high`.
-template <class T>
-auto in_range(T low, T high) {
-  return [low, high](const std::string& text) {
-    T number{};
-    return parse_in_range(text, low, high, number);
-  };
-}
-
-/// Declares options of all commands that write images.
-void declare_verbosity(CLI::App& app, Options& options) {
-  flag(app, "-v,--verbose", "Print more messages (repeat for still more)", options.verbosity);
-  flag(app, "-q,--quiet", "Print only errors, and the reason for exit status 3", options.quiet);
-}
-void declare_png(CLI::App& app, Options& options) {
-  flag(app, "--png", "Also write a PNG (sRGB) beside the image", options.png);
-  option(app, "--exposure", "STOPS", "Exposure of 8-bit images, in stops; default: 0",
-         options.exposure);
-}
-
-void declare_denoise(CLI::App& app) {
-  app.add_flag("--denoise")
-      ->description(
-          "Denoise the image by Open Image Denoise, and keep the noisy one as channels noisy.R, "
-          ".G, .B; --denoise=layer: keep the noisy image, with channels denoised.R, .G, .B")
-      ->type_name("[=layer]");
-}
-
-/// Declares the options about the scene of all commands that render.
-void declare_scene(CLI::App& app, Options& options, RawOptions& raw) {
-  app.add_option("scene.xml", options.scene, "Scene file in Mitsuba's XML format")->required();
-  begin_group(app, "Scene");
-  list(app, "-D,--define", "KEY=VALUE", "Set $KEY in the scene file (repeat for more)",
-       raw.defines);
-  option(app, "-s,--sensor", "SENSOR", "Sensor to render, by index or id; default: 0",
-         options.sensor);
-  list(app, "-a,--append", "PATH;PATH", "Search these folders, too, for the scene's files",
-       raw.search_paths);
-  flag(app, "--lenient",
-       "Leave out unsupported features of Mitsuba; exit with status 0, not 3, if plugins return "
-       "impossible values",
-       options.lenient);
-  option(app, "-m,--mode", "VARIANT", "Mitsuba's variant; ignored, because there is only one",
-         options.variant);
-}
-
-/// Declares the options about quality, messages and the machine of all commands that render.
-void declare_render(CLI::App& app, Options& options) {
-  begin_group(app, "Quality");
-  option(app, "--time", "SECONDS",
-         "Render the best image in this time, from the program's start to the written file",
-         options.seconds);
-  option(app, "--error", "RELMSE", "Render until the estimated relMSE of the image is about this",
-         options.rel_mse);
-  option(app, "--seed", "N", "Seed of all random numbers; default: 0");
-  app.add_flag("--variance{16}")
-      ->description(
-          "Render the samples in COUNT independent sets (default: 16), and write the image's "
-          "variance as channels variance.R, .G, .B, for kinome-compare")
-      ->type_name("[=COUNT]");
-  declare_denoise(app);
-  begin_group(app, "Messages and statistics");
-  declare_verbosity(app, options);
-  app.add_flag("--stats")
-      ->description("Print times and counts to stderr; --stats=json: one JSON object to stdout")
-      ->type_name("[=json]");
-  option(app, "--display", "HOST:PORT",
-         "Show the image during the render in the viewer tev at this address (tev's default: "
-         "localhost:14158)",
-         options.display);
-}
-
-void declare_threads(CLI::App& app, Options& options) {
-  begin_group(app, kProgramGroup);
-  option(app, "-t,--threads", "COUNT", "Number of threads; default: one per core", options.threads)
-      ->check(in_range(1, 1024));
-}
-
-void declare_image(CLI::App& app, Options& options, RawOptions& raw) {
-  declare_scene(app, options, raw);
-  flag(app, "--check",
-       "Instead of rendering, list all errors in the scene and its files, with file and line",
-       options.check);
-  begin_group(app, "Image");
-  option(app, "-o,--output", "FILE",
-         "Image file, in the format of its extension (.exr, .png, .jpg, ...); default: the scene's "
-         "name, beside the scene file",
-         options.output);
-  declare_png(app, options);
-  option(app, "--crop", "X,Y,W,H", "Render only W x H pixels from column X and row Y of the film");
-  option(app, "--inspect", "X,Y",
-         "Instead of rendering, write an image and a table of where the pixel's light samples go");
-  declare_render(app, options);
-  option(app, "--trace", "FILE",
-         "Write the work of each thread to this file, in Chrome's trace format (JSON)",
-         options.trace);
-  begin_group(app, "Long renders and several machines");
-  option(app, "--checkpoint", "FILE",
-         "Save finished tiles to this file, until the image is written", options.checkpoint);
-  option(app, "--every", "SECONDS", "Seconds between checkpoints; default: 60", options.every);
-  flag(app, "--resume", "Continue from the checkpoint if there is one", options.resume);
-  option(app, "--part", "I/N",
-         "Render the I-th of N parts of the samples, into a file for kinome merge; all/N: render "
-         "all parts, into the image that merging them gives");
-#ifdef KINOME_HAS_MPI
-  option(app, "--mpi", "auto|on|off",
-         "Render one image with all processes of an MPI launcher (mpirun, srun): on, off or auto "
-         "(if there is a launcher); default: auto");
-#endif
-  declare_threads(app, options);
-}
-
-void declare_film(CLI::App& app, Options& options, RawOptions& raw) {
-  FilmOptions& film = options.film;
-  declare_scene(app, options, raw);
-  begin_group(app, "Animation");
-  option(app, "-o,--output", "FILE",
-         "FILE.mp4, or names of frames with a number, such as frames/%04d.exr or .png; default: "
-         "the scene's name with .mp4, beside the scene file",
-         options.output);
-  option(app, "--path", "orbit|ellipse|FILE",
-         "Path of the camera: orbit (around its target), ellipse (on a sphere about its target), "
-         "or a JSON file with keys of the camera and other parameters",
-         film.path)
-      ->required();
-  option(app, "--frames", "COUNT", "Number of frames", film.frames)->required();
-  option(app, "--fps", "RATE", "Frames per second; default: 25", film.rate);
-  option(app, "--frame", "I", "Render only this frame, counted from 0");
-  option(app, "--range", "FIRST:LAST", "Render only these frames, both included");
-  option(app, "--target", "X,Y,Z",
-         "Target of orbit and ellipse; default: the point that the scene's sensor shows at the "
-         "centre of the image");
-  option(app, "--up", "X,Y,Z", "Up direction; default: the axis nearest to the camera's");
-  option(app, "--angles", "A,B",
-         "Half axes of the ellipse, to the side and up, in degrees as seen from the target; "
-         "default: 30,10");
-  declare_png(app, options);
-  declare_render(app, options);
-  declare_threads(app, options);
-}
-
-void declare_merge(CLI::App& app, Options& options, RawOptions& /*raw*/) {
-  app.add_option("PART.exr", options.files, "Files of all parts, in any order")->required();
-  begin_group(app, "Image");
-  option(app, "-o,--output", "FILE", "Image file", options.output)->required();
-  declare_png(app, options);
-  declare_denoise(app);
-  option(app, "-t,--threads", "COUNT", "Number of threads for --denoise; default: one per core",
-         options.threads)
-      ->check(in_range(1, 1024));
-  flag(app, "--allow-missing", "Merge although parts are missing or were interrupted",
-       options.allow_missing);
-  begin_group(app, "Messages");
-  declare_verbosity(app, options);
-}
-
-void declare_plugin_options(CLI::App& app, Options& options) {
-  begin_group(app, kProgramGroup);
-  list(app, "--plugin-path", "FOLDER", "Search this folder, too, for plugins (repeat for more)",
-       options.plugin_paths);
-  option(app, "--isa", "NAME",
-         "Best instruction set that plugins may use (x86-64-v2, x86-64-v3, x86-64-v4); default: "
-         "the processor's",
-         options.isa);
-}
-
-void declare_list(CLI::App& app, Options& options, RawOptions& /*raw*/) {
-  app.add_option("NAME", options.plugin_name, "Name, CATEGORY/NAME or CATEGORY");
-  begin_group(app, "Format");
-  flag(app, "--markdown", "Print a table in Markdown, or a page about one plugin",
-       options.markdown);
-  flag(app, "--mitsuba", "List all plugins of Mitsuba, and which of them are supported",
-       options.mitsuba);
-}
-
-void declare_check(CLI::App& app, Options& options, RawOptions& raw) {
-  app.add_option("PLUGIN", options.plugin_name,
-                 "Name, CATEGORY/NAME, or the path of CATEGORY/NAME.so")
-      ->required();
-  begin_group(app, "Plugin");
-  list(app, "-D,--define", "PARAMETER=VALUE",
-       "Set a parameter of the plugin; a VALUE that begins with '<' is XML (repeat for more)",
-       raw.defines);
-  option(app, "--against", "NAME",
-         "For an integrator or an emitter: another one, by name or as XML, that must give the "
-         "same result",
-         options.against);
-  begin_group(app, "Checks");
-  list(app, "--only", "CHECK", "Run only this check (repeat for more)", options.only);
-  list(app, "--except", "CHECK", "Leave out this check (repeat for more)", options.except);
-  option(app, "--effort", "FACTOR", "Multiply the usual number of random samples; default: 1",
-         options.effort)
-      ->check(in_range(0.01, 1000.0));
-  option(app, "--seed", "N", "Seed of all random numbers; default: 0");
-}
-
-void declare_new(CLI::App& app, Options& options, RawOptions& /*raw*/) {
-  app.add_option("CATEGORY", options.category,
-                 "bsdf, emitter, film, integrator, rfilter, sampler, sensor, shape or texture")
-      ->required();
-  app.add_option("NAME", options.plugin_name, "Name of the plugin")->required();
-  begin_group(app, "Plugin");
-  option(app, "--output", "FOLDER", "Folder to create; default: NAME", options.folder);
-}
-
-/// A command, and the word that selects it.
-struct Command {
-  const char* word;  ///< "" for rendering
-  Options::Command command;
-  const char* description;
-  void (*declare)(CLI::App& app, Options& options, RawOptions& raw);  ///< declares its options
-};
-constexpr Command kRender = {"", Options::Command::kRender,
-                             "Renders a scene in Mitsuba's format into an image.\n\n"
-                             "Other commands (kinome COMMAND --help describes each):\n"
-                             "  kinome film SCENE           renders an animation\n"
-                             "  kinome merge PART.exr...    adds the parts of an image\n"
-                             "  kinome plugins [NAME]       lists plugins or parameters\n"
-                             "  kinome check PLUGIN         checks a plugin for errors\n"
-                             "  kinome new CATEGORY NAME    starts a plugin",
-                             declare_image};
-constexpr Command kMerge = {"merge", Options::Command::kMerge,
-                            "Adds the parts of an image that kinome --part has rendered. The\n"
-                            "result is that of --part all/N. kinome-merge is another name for\n"
-                            "this command.",
-                            declare_merge};
-constexpr Command kOtherCommands[] = {
-    {"film", Options::Command::kFilm,
-     "Renders an animation, with a moving camera and changing parameters, as\n"
-     "frames and a video. If it was interrupted, the same command continues\n"
-     "with the missing frames.",
-     declare_film},
-    kMerge,
-    {"plugins", Options::Command::kListPlugins,
-     "Lists all plugins, those of a category, or the\nparameters of one.", declare_list},
-    {"check", Options::Command::kCheckPlugin,
-     "Checks whether a plugin fulfils the contract of its category, and\n"
-     "prints a line per check. Exit status: 1 if a check fails, 2 if the\n"
-     "command line is wrong.",
-     declare_check},
-    {"new", Options::Command::kNewPlugin,
-     "Creates a folder with the source of a new plugin, a CMakeLists.txt,\n"
-     "a scene and tests.",
-     declare_new}};
-
 std::vector<std::string> command_names() {
   std::vector<std::string> names;
-  for (const Command& known : kOtherCommands) names.emplace_back(known.word);
+  for (const Command& known : other_commands()) names.emplace_back(known.word);
   return names;
 }
 
@@ -310,18 +37,20 @@ void check_scene_name(const std::string& name) {
 /// Returns "" and 0 for rendering.
 std::pair<Command, int> command_word(int argc, const char* const* argv) {
   // A link to the program has this name, for scripts of render farms.
-  if (argc > 0 && std::filesystem::path(argv[0]).filename() == "kinome-merge") return {kMerge, 0};
+  if (argc > 0 && std::filesystem::path(argv[0]).filename() == "kinome-merge") {
+    return {merging_command(), 0};
+  }
   int i = 1;
   while (i < argc) {
     const std::string_view word = argv[i];
-    for (const Command& known : kOtherCommands) {
+    for (const Command& known : other_commands()) {
       if (word == known.word) return {known, i};
     }
     const std::string_view name = word.substr(0, word.find('='));
     if (name != "--plugin-path" && name != "--isa") break;
     i += word == name ? 2 : 1;
   }
-  return {kRender, 0};
+  return {rendering_command(), 0};
 }
 
 }  // namespace
@@ -334,7 +63,9 @@ struct OptionsParser::Language {
     app.formatter(make_help_formatter());
     app.footer(examples_text(command.word));
     command.declare(app, options, raw);
-    if (command.command != Options::Command::kNewPlugin) declare_plugin_options(app, options);
+    const bool has_plugins = command.command != Options::Command::kNewPlugin &&
+                             command.command != Options::Command::kRelight;
+    if (has_plugins) declare_plugin_options(app, options);
     begin_group(app, kProgramGroup);
     if (command.command == Options::Command::kRender) {
       declare_page("--man", "Print the manual page, for man -l", man_page);
@@ -350,7 +81,7 @@ struct OptionsParser::Language {
     const auto print = [this, page] {
       std::vector<std::unique_ptr<Language>> others;
       std::vector<const CLI::App*> commands;
-      for (const Command& other : kOtherCommands) {
+      for (const Command& other : other_commands()) {
         others.push_back(std::make_unique<Language>(other));
         commands.push_back(&others.back()->app);
       }
@@ -387,7 +118,7 @@ std::optional<Options> OptionsParser::parse(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     const std::vector<std::string> given(words.begin() + 1, words.end());
     const auto commands = *command.word == 0 ? command_names() : std::vector<std::string>();
-    throw Error(complaint_of(app, error, given, commands) + " (" + app.get_name() +
+    throw Error(describe_error(app, error, given, commands) + " (" + app.get_name() +
                 " --help lists the options)");
   }
   for (const CLI::Option* option : app.get_options()) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kinome/math.h"
+#include "kinome/relight.h"
 
 namespace kinome::app {
 
@@ -25,7 +26,7 @@ struct FilmOptions {
 
 /// Options of a command line.
 struct Options {
-  enum class Command { kRender, kFilm, kMerge, kListPlugins, kCheckPlugin, kNewPlugin };
+  enum class Command { kRender, kFilm, kMerge, kRelight, kListPlugins, kCheckPlugin, kNewPlugin };
   Command command = Command::kRender;
 
   std::string scene;
@@ -68,6 +69,10 @@ struct Options {
   // For `kinome merge`, whose -o is `output`.
   std::vector<std::string> files;  ///< files of parts
   bool allow_missing = false;
+
+  // For `kinome relight`, whose -o is `output`.
+  std::string image;  ///< file to change
+  LightGains gains;
 
   std::string plugin_name;  ///< for `kinome plugins` ("" lists all), `check` and `new`
   bool markdown = false;

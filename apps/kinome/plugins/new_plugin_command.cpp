@@ -81,7 +81,7 @@ void check_name(const std::string& name, Category category) {
     throw Error(fmt::format("a plugin's name must have at most {} characters, got {}",
                             kMaxNameLength, name.size()));
   }
-  // Which of two plugins of the same name a scene gets depends on the order of folders.
+  // The order of folders decides which of two plugins with the same name a scene gets.
   const auto taken = PluginRegistry(PluginRegistry::default_folders()).names(category);
   if (std::find(taken.begin(), taken.end(), name) != taken.end()) {
     throw Error(

@@ -78,7 +78,7 @@ void print_plugin(Category category, const std::string& name, const PluginDescri
   if (sets.size() > 1) {
     std::vector<std::string> names;
     for (const InstructionSet set : sets) {
-      const std::string usable = to_string(std::max(set, least_instruction_set()));
+      const std::string usable = to_string(std::max(set, min_instruction_set()));
       if (names.empty() || names.back() != usable) names.push_back(usable);
     }
     print_wrapped("  ", fmt::format("built for {}", fmt::join(names, ", ")), line);

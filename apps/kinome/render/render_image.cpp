@@ -3,7 +3,6 @@
 #include "render/render_image.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -14,6 +13,8 @@
 
 #include "base/clock.h"
 #include "crash.h"
+#include "images/denoising.h"
+#include "images/image_formats.h"
 #include "kinome/cryptomatte.h"
 #include "kinome/image_files.h"
 #include "kinome/log.h"
@@ -21,8 +22,6 @@
 #include "kinome/process_group.h"
 #include "kinome/render.h"
 #include "output_files/file_writer.h"
-#include "render/denoising.h"
-#include "render/image_formats.h"
 #include "say.h"
 #include "signals.h"
 
@@ -109,7 +108,7 @@ LoadOptions load_options(const Options& options) {
 }
 
 InstructionSet used_instruction_set(const PluginRegistry& registry) {
-  InstructionSet best = least_instruction_set();
+  InstructionSet best = min_instruction_set();
   for (const Category category : kCategories) {
     const std::string prefix = std::string(to_string(category)) + "/";
     for (const std::string& name : registry.loaded()) {
@@ -136,7 +135,7 @@ void warn_of_layers(const Scene& scene, const Film& film, const Output& output) 
   if (scene.integrator().channels().empty()) return;
   const std::string given = lower_extension(output.image);
   const std::string extension = given.empty() ? film.file_extension() : given;
-  if (stores_channels(extension, film)) return;
+  if (stores_channels(extension, &film)) return;
   log_warn(fmt::format("{} files store only colour: the integrator's other channels are left out",
                        extension));
 }

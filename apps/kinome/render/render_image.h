@@ -1,14 +1,12 @@
 #pragma once
 
-#include <string>
-
-#include "render/display.h"
+#include "images/display.h"
+#include "images/output.h"
 #include "kinome/parts.h"
 #include "kinome/plugin_registry.h"
 #include "kinome/render_context.h"
 #include "kinome/scene_loader.h"
 #include "options/options.h"
-#include "render/output.h"
 #include "render/report.h"
 
 /// Functions shared by the commands that render.
@@ -40,8 +38,8 @@ void audit_render(const Scene& scene, const Sensor& sensor, RenderContext& conte
 RenderSummary summary_of(const Options& options, const Sensor& sensor, RenderContext& context,
                          const Image& image, const Output& output);
 /// Writes the image, removes the checkpoint (which may be nullptr) if the image is complete, and
-/// audits plugins. Adds times and faults to the context's statistics. `setup`: that of the scene for
-/// --denoise, or nullptr.
+/// audits plugins. Adds times and faults to the context's statistics. `setup`: that of the scene
+/// for --denoise, or nullptr.
 RenderSummary finish_image(const Options& options, const Scene& scene, const Sensor& sensor,
                            RenderContext& context, const PluginRegistry& registry,
                            const Image& image, const Output& output, Checkpoint* checkpoint,

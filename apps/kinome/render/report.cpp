@@ -206,16 +206,27 @@ std::string stats_text(const RenderStats& stats, const RenderSummary& summary) {
   return text;
 }
 
-std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
-  using nlohmann::json;
+namespace {
+
+using nlohmann::json;
+
+json rays_json(const RenderStats& stats) {
   json rays = json::object();
   for (int i = 0; i < kRayKindCount; ++i) {
     rays[to_string(static_cast<RayKind>(i))] = stats.counters.rays[i];
   }
+  return rays;
+}
+
+json skipped_json(const RenderStats& stats) {
   json skipped = json::array();
   for (const Skipped& s : all_skipped(stats)) {
     skipped.push_back({{"what", s.what}, {"why", s.why}});
   }
+  return skipped;
+}
+
+json faults_json(const RenderStats& stats) {
   json faults = json::array();
   for (const PluginFault& fault : stats.faults) {
     faults.push_back({{"plugin", fault.plugin},
@@ -223,10 +234,18 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
                       {"count", fault.count},
                       {"places", fault.looks}});
   }
+  return faults;
+}
+
+json traffic_json(const RenderStats& stats) {
   json traffic = json::object();
   for (const auto& [what, sent] : stats.traffic) {
     traffic[what] = {{"messages", sent.messages}, {"bytes", sent.bytes}, {"seconds", sent.seconds}};
   }
+  return traffic;
+}
+
+json stage_threads_json(const RenderSummary& summary) {
   json stage_threads = json::array();
   for (const StageThreads& stage : summary.stage_threads) {
     stage_threads.push_back({{"stage", stage.stage},
@@ -235,6 +254,24 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
                              {"busy", stage.busy},
                              {"committing", stage.committing}});
   }
+  return stage_threads;
+}
+
+json seconds_json(const RenderStats& stats) {
+  return {{"load", stats.load_seconds},
+          {"plugins", stats.plugin_seconds},
+          {"build", stats.build_seconds},
+          {"first_tile", stats.first_tile_seconds},
+          {"render", stats.render_seconds},
+          {"write", stats.write_seconds},
+          {"total", stats.total_seconds},
+          {"embree", stats.counters.embree_seconds},
+          {"stages", stats.counters.stage_seconds}};
+}
+
+}  // namespace
+
+std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
   const json report = {
       {"scene", summary.scene},
       {"output", summary.output},
@@ -249,31 +286,22 @@ std::string stats_json(const RenderStats& stats, const RenderSummary& summary) {
       {"seed", summary.seed},
       {"processes", stats.processes},
       {"threads", stats.threads},
-      {"stage_threads", stage_threads},
-      {"traffic", traffic},
+      {"stage_threads", stage_threads_json(summary)},
+      {"traffic", traffic_json(stats)},
       {"complete", stats.complete},
       {"filled", stats.filled},
       {"missing", stats.missing},
       {"relmse", stats.rel_mse >= 0 ? json(stats.rel_mse) : json()},
-      {"seconds",
-       {{"load", stats.load_seconds},
-        {"plugins", stats.plugin_seconds},
-        {"build", stats.build_seconds},
-        {"first_tile", stats.first_tile_seconds},
-        {"render", stats.render_seconds},
-        {"write", stats.write_seconds},
-        {"total", stats.total_seconds},
-        {"embree", stats.counters.embree_seconds},
-        {"stages", stats.counters.stage_seconds}}},
+      {"seconds", seconds_json(stats)},
       {"embree_share", embree_share(stats)},
-      {"rays", rays},
+      {"rays", rays_json(stats)},
       {"skipped_shadow_rays", stats.counters.skipped_shadow_rays},
       {"method", stats.method.empty() ? json() : json(stats.method)},
-      {"skipped", skipped},
+      {"skipped", skipped_json(stats)},
       {"plugins", stats.plugins},
       {"isa", stats.instruction_set},
       {"non_finite_samples", stats.non_finite_samples},
-      {"faults", faults},
+      {"faults", faults_json(stats)},
       {"peak_memory_bytes", stats.peak_memory_bytes},
   };
   // File names may be invalid UTF-8, which JSON must not contain.

@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "crash.h"
 #include "farm/group.h"
+#include "images/denoising.h"
 #include "kinome/checkpoint.h"
 #include "kinome/log.h"
 #include "kinome/output_files.h"
@@ -17,7 +18,6 @@
 #include "options/sensor_index.h"
 #include "output_files/file_writer.h"
 #include "render/crop.h"
-#include "render/denoising.h"
 #include "render/inspect.h"
 #include "render/progress.h"
 #include "render/render_image.h"
@@ -119,125 +119,173 @@ std::unique_ptr<const PartRender> part_to_render(const Options& options, const S
   if (options.part == 0) return nullptr;
   try {
     return std::make_unique<const PartRender>(scene, sensor,
-                                              PicturePart{options.part - 1, options.parts});
+                                              ImagePart{options.part - 1, options.parts});
   } catch (const Error& error) {
     throw Error(fmt::format("--part {}: {}", part_text(options), error.what()));
   }
 }
 
-/// Renders the scene; `group` is nullptr outside of MPI.
-int render_scene(const Options& options, ProcessGroup* group, Clock::time_point start) {
-  set_up_render(options);
-  const bool is_root = !group || group->is_root();
-  std::unique_ptr<Checkpoint> checkpoint;
-  together(group, [&] {
-    if (!is_root) return;
-    check_output_folder(options);
-    if (!options.trace.empty()) check_writable(options.trace);
-    if (!options.display.empty()) split_address(options.display);
-    checkpoint = open_checkpoint(options);
-    if (checkpoint && !options.trace.empty() && checkpoint->is_written_to(options.trace)) {
-      throw Error(fmt::format("--trace {}: must differ from the checkpoint", options.trace));
-    }
-  });
+/// Render of a scene file, from the options to the written files.
+class SceneRender {
+ public:
+  /// `group` is nullptr outside of MPI. `start` is the start of the program.
+  SceneRender(const Options& options, ProcessGroup* group, Clock::time_point start)
+      : options_(options),
+        group_(group),
+        is_root_(!group || group->is_root()),
+        start_(start),
+        progress_(options.quiet) {}
 
-  Progress progress(options.quiet);
-  const Film* film_to_write = nullptr;
-  Output output;
-  std::optional<Denoising> denoising;
-  const std::shared_ptr<DenoisingSetup> setup = denoising_setup(options);
-  const auto seconds_to_finish = [&](Image image) {
-    const double denoise = denoising ? denoising->measure(image, *setup, *film_to_write) : 0;
-    return denoise + writing_seconds(options, *film_to_write, image, output);
-  };
-  std::optional<Timeline> timeline;
-  if (options.stats != StatsFormat::kNone || !options.trace.empty()) timeline.emplace(start);
-  const auto end_serial = [&timeline](const char* stage) {
-    if (timeline) timeline->end_serial(stage);
-  };
-  RenderStats loaded;
-  PluginRegistry registry(PluginRegistry::default_folders(options.plugin_paths),
-                          choose_instruction_set(options.isa));
-  set_activity("loading the scene");
-  std::shared_ptr<const Scene> scene;
-  const Sensor* sensor = nullptr;
-  std::unique_ptr<const PartRender> part;
-  Checkpoint::Identity identity;
-  together(group, [&] {
-    if (is_root) denoising = denoising_of(options);
-    LoadOptions load = load_options(options);
-    load.denoising = setup;
-    scene = load_scene(options.scene, load, registry, &loaded);
-    warn_of_unused_instruction_set(options, registry);
-    sensor = scene->sensors()[sensor_index(*scene, options.sensor)].get();
-    apply_crop(options, *sensor);
-    identity = identity_of(options, *scene, *sensor, used_instruction_set(registry));
-    film_to_write = &sensor->film();
-    if (is_root) output = choose_output(options, sensor->film());
-    part = part_to_render(options, *scene, *sensor);
-    warn_of_layers(*scene, sensor->film(), output);
-    if (is_root && !options.trace.empty()) check_writable(options.trace);  // no file of the scene
-    for (const std::string& written : output.files()) {
-      if (!options.trace.empty() && are_written_to_one_file(written, options.trace)) {
-        throw Error(fmt::format("--trace {}: must differ from the output file", options.trace));
-      }
-      if (!checkpoint || !checkpoint->is_written_to(written)) continue;
-      throw Error(
-          fmt::format("--checkpoint {}: must differ from the output file", checkpoint->path()));
-    }
-  });
-  if (group) check_alike(*group, identity);
-  RenderContext context({.threads = options.threads,
-                         .seed = options.seed,
-                         .cancel = &cancel_flag(),
-                         .progress = [&](double fraction) { progress.update(fraction); },
-                         .start = start,
-                         .budget = {.seconds = options.seconds,
-                                    .rel_mse = options.rel_mse,
-                                    .lanes = renders_for_noise(options, *sensor),
-                                    .seconds_after = seconds_to_finish},
-                         .group = group,
-                         .timeline = timeline ? &*timeline : nullptr});
-  RenderStats& stats = context.job.stats();
-  // The scheduler has counted threads and processes.
-  loaded.threads = stats.threads;
-  loaded.processes = stats.processes;
-  stats = std::move(loaded);
-  if (checkpoint) {
-    checkpoint->set_identity(identity);
-    context.job.set_work_source(checkpoint.get());
+  /// Returns the exit status. Call once.
+  int run();
+
+ private:
+  void check_files();
+  void load();
+  void check_written_files() const;
+  double seconds_to_finish(Image image);
+  RenderContext make_context();
+  int finish(RenderContext& context, Image image);
+  /// Ends the stage of the timeline in which only one thread works.
+  void end_serial(const char* stage) {
+    if (timeline_) timeline_->end_serial(stage);
   }
 
-  if (options.inspect) {
+  const Options& options_;
+  ProcessGroup* const group_;
+  const bool is_root_;
+  const Clock::time_point start_;
+  std::unique_ptr<Checkpoint> checkpoint_;  ///< nullptr without --checkpoint
+  Progress progress_;
+  Output output_;
+  std::optional<Denoising> denoising_;
+  std::shared_ptr<DenoisingSetup> setup_;
+  std::optional<Timeline> timeline_;
+  RenderStats loaded_;  ///< statistics of loading the scene
+  std::optional<PluginRegistry> registry_;
+  std::shared_ptr<const Scene> scene_;
+  const Sensor* sensor_ = nullptr;
+  std::unique_ptr<const PartRender> part_;  ///< nullptr unless --part requests a single part
+  Checkpoint::Identity identity_;
+};
+
+/// Checks the files that --output, --trace and --checkpoint name, before the scene is loaded.
+void SceneRender::check_files() {
+  if (!is_root_) return;
+  check_output_folder(options_);
+  if (!options_.trace.empty()) check_writable(options_.trace);
+  if (!options_.display.empty()) split_address(options_.display);
+  checkpoint_ = open_checkpoint(options_);
+  if (checkpoint_ && !options_.trace.empty() && checkpoint_->is_written_to(options_.trace)) {
+    throw Error(fmt::format("--trace {}: must differ from the checkpoint", options_.trace));
+  }
+}
+
+void SceneRender::load() {
+  if (is_root_) denoising_ = denoising_of(options_);
+  LoadOptions load = load_options(options_);
+  load.denoising = setup_;
+  scene_ = load_scene(options_.scene, load, *registry_, &loaded_);
+  warn_of_unused_instruction_set(options_, *registry_);
+  sensor_ = scene_->sensors()[sensor_index(*scene_, options_.sensor)].get();
+  apply_crop(options_, *sensor_);
+  identity_ = identity_of(options_, *scene_, *sensor_, used_instruction_set(*registry_));
+  if (is_root_) output_ = choose_output(options_, sensor_->film());
+  part_ = part_to_render(options_, *scene_, *sensor_);
+  warn_of_layers(*scene_, sensor_->film(), output_);
+  check_written_files();
+}
+
+/// Checks that the written files differ from each other and from the files of the scene.
+void SceneRender::check_written_files() const {
+  if (is_root_ && !options_.trace.empty()) check_writable(options_.trace);
+  for (const std::string& written : output_.files()) {
+    if (!options_.trace.empty() && are_written_to_one_file(written, options_.trace)) {
+      throw Error(fmt::format("--trace {}: must differ from the output file", options_.trace));
+    }
+    if (!checkpoint_ || !checkpoint_->is_written_to(written)) continue;
+    throw Error(
+        fmt::format("--checkpoint {}: must differ from the output file", checkpoint_->path()));
+  }
+}
+
+/// Estimates the seconds that finish() needs for an image like `image`.
+double SceneRender::seconds_to_finish(Image image) {
+  const Film& film = sensor_->film();
+  const double denoise = denoising_ ? denoising_->measure(image, *setup_, film) : 0;
+  return denoise + writing_seconds(options_, film, image, output_);
+}
+
+RenderContext SceneRender::make_context() {
+  return RenderContext(
+      {.threads = options_.threads,
+       .seed = options_.seed,
+       .cancel = &cancel_flag(),
+       .progress = [this](double fraction) { progress_.update(fraction); },
+       .start = start_,
+       .budget = {.seconds = options_.seconds,
+                  .rel_mse = options_.rel_mse,
+                  .lanes = renders_for_noise(options_, *sensor_),
+                  .seconds_after =
+                      [this](Image image) { return seconds_to_finish(std::move(image)); }},
+       .group = group_,
+       .timeline = timeline_ ? &*timeline_ : nullptr});
+}
+
+/// Writes and reports the image. Returns the exit status, which is 0 except on the root.
+int SceneRender::finish(RenderContext& context, Image image) {
+  if (!is_root_) return 0;
+  RenderStats& stats = context.job.stats();
+  if (denoising_) image = denoising_->denoise(image, *setup_, sensor_->film(), stats);
+  RenderSummary summary = finish_image(options_, *scene_, *sensor_, context, *registry_, image,
+                                       output_, checkpoint_.get(), part_.get(), setup_.get());
+  stats.total_seconds = seconds_since(start_);
+  end_serial("write");
+  if (timeline_) summary.stage_threads = stage_threads(*timeline_, context.scheduler.threads());
+  if (!options_.trace.empty()) write_text(options_.trace, trace_json(*timeline_));
+  stats.peak_memory_bytes = peak_memory_bytes();
+  warn_of_missed_budget(context.job.budget(), stats, stats.total_seconds, {});
+  report(options_, stats, summary);
+  return exit_status(options_, stats);
+}
+
+int SceneRender::run() {
+  set_up_render(options_);
+  on_all_processes(group_, [&] { check_files(); });
+  setup_ = denoising_setup(options_);
+  if (options_.stats != StatsFormat::kNone || !options_.trace.empty()) timeline_.emplace(start_);
+  registry_.emplace(PluginRegistry::default_folders(options_.plugin_paths),
+                    choose_instruction_set(options_.isa));
+  set_activity("loading the scene");
+  on_all_processes(group_, [&] { load(); });
+  if (group_) check_alike(*group_, identity_);
+  RenderContext context = make_context();
+  // The scheduler has counted threads and processes.
+  loaded_.threads = context.job.stats().threads;
+  loaded_.processes = context.job.stats().processes;
+  context.job.stats() = std::move(loaded_);
+  if (checkpoint_) {
+    checkpoint_->set_identity(identity_);
+    context.job.set_work_source(checkpoint_.get());
+  }
+
+  if (options_.inspect) {
     set_activity("rendering");
-    run_inspection(options, *scene, *sensor, context, output.image);
+    run_inspection(options_, *scene_, *sensor_, context, output_.image);
     return 0;
   }
   std::unique_ptr<Display> display;
-  if (!options.display.empty()) {
-    display = std::make_unique<Display>(options.display, output.image);
+  if (!options_.display.empty()) {
+    display = std::make_unique<Display>(options_.display, output_.image);
   }
   end_serial("load");
-  begin_interruptible_render(group != nullptr);
-  progress.begin();
-  Image image = render_image(options, *scene, *sensor, context, display.get(), part.get());
-  progress.finish();
+  begin_interruptible_render(group_ != nullptr);
+  progress_.begin();
+  Image image = render_image(options_, *scene_, *sensor_, context, display.get(), part_.get());
+  progress_.finish();
   end_serial("develop");
   int status = 0;
-  together(group, [&] {
-    if (!is_root) return;
-    if (denoising) image = denoising->denoise(image, *setup, sensor->film(), stats);
-    RenderSummary summary = finish_image(options, *scene, *sensor, context, registry, image, output,
-                                         checkpoint.get(), part.get(), setup.get());
-    stats.total_seconds = seconds_since(start);
-    end_serial("write");
-    if (timeline) summary.stage_threads = stage_threads(*timeline, context.scheduler.threads());
-    if (!options.trace.empty()) write_text(options.trace, trace_json(*timeline));
-    stats.peak_memory_bytes = peak_memory_bytes();
-    warn_of_missed_budget(context.job.budget(), stats, stats.total_seconds, {});
-    report(options, stats, summary);
-    status = exit_status(options, stats);
-  });
+  on_all_processes(group_, [&] { status = finish(context, std::move(image)); });
   return status;
 }
 
@@ -245,7 +293,7 @@ int render_scene(const Options& options, ProcessGroup* group, Clock::time_point 
 
 int render_command(const Options& options, Clock::time_point start) {
   const std::unique_ptr<ProcessGroup> group = join_group(options);
-  if (!group) return render_scene(options, nullptr, start);
+  if (!group) return SceneRender(options, nullptr, start).run();
   return run_in_group(*group, [&] {
     // Options that determine when processes wait for each other.
     check_alike(*group, {{"--inspect", options.inspect ? "given" : ""},
@@ -255,7 +303,8 @@ int render_command(const Options& options, Clock::time_point start) {
                          {"--part", std::to_string(options.parts)}});
     if (options.inspect)
       throw AgreedError("--inspect: unsupported under MPI: run it without mpirun");
-    return render_scene(options_in(*group, options), group.get(), start);
+    const Options own = options_in(*group, options);
+    return SceneRender(own, group.get(), start).run();
   });
 }
 

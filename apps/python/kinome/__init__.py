@@ -24,6 +24,8 @@ from ._bitmap import Bitmap, Struct  # noqa: E402
 from ._color import linear_to_srgb, luminance, srgb_to_linear  # noqa: E402
 from ._compare import compare  # noqa: E402
 from ._denoise import denoise  # noqa: E402
+from ._interaction import (BSDFContext, BSDFFlags, BSDFSample3f, DirectionSample3f,  # noqa: E402
+                           Ray3f, SurfaceInteraction3f, TransportMode)
 from ._mesh import Mesh, Properties  # noqa: E402
 from ._object import Object  # noqa: E402
 from ._parameters import Changes, Parameter, SceneParameters  # noqa: E402
@@ -40,14 +42,16 @@ ScalarProjectiveTransform4f = ProjectiveTransform4f = Transform
 ScalarPoint3f, ScalarVector3f, ScalarNormal3f = Point3f, Vector3f, Normal3f
 ScalarBoundingBox3f, ScalarColor3f, ScalarFrame3f = BoundingBox3f, Color3f, Frame3f
 
-__all__ = ["AffineTransform4f", "Bitmap", "BoundingBox3f", "Changes", "Color3f", "Error", "Frame3f",
-           "Mesh", "Normal3f", "Object", "Parameter", "Picture", "Point3f", "ProjectiveTransform4f",
-           "Properties", "ScalarAffineTransform4f", "ScalarBoundingBox3f", "ScalarColor3f",
+__all__ = ["AffineTransform4f", "BSDFContext", "BSDFFlags", "BSDFSample3f", "Bitmap",
+           "BoundingBox3f", "Changes", "Color3f", "DirectionSample3f", "Error", "Frame3f", "Mesh",
+           "Normal3f", "Object", "Parameter", "Picture", "Point3f", "ProjectiveTransform4f",
+           "Properties", "Ray3f", "ScalarAffineTransform4f", "ScalarBoundingBox3f", "ScalarColor3f",
            "ScalarFrame3f", "ScalarNormal3f", "ScalarPoint3f", "ScalarProjectiveTransform4f",
-           "ScalarTransform4f", "ScalarVector3f", "Scene", "SceneParameters", "Struct", "Transform",
-           "Transform4f", "Vector3f", "compare", "cornell_box", "denoise", "inspect",
-           "linear_to_srgb", "load_dict", "load_file", "luminance", "plugins", "render", "set_log_level",
-           "set_variant", "srgb_to_linear", "traverse", "util", "variant", "variants"]
+           "ScalarTransform4f", "ScalarVector3f", "Scene", "SceneParameters", "Struct",
+           "SurfaceInteraction3f", "Transform", "Transform4f", "TransportMode", "Vector3f",
+           "compare", "cornell_box", "denoise", "inspect", "linear_to_srgb", "load_dict",
+           "load_file", "luminance", "plugins", "render", "set_log_level", "set_variant",
+           "srgb_to_linear", "traverse", "util", "variant", "variants"]
 
 cornell_box = util.cornell_box
 

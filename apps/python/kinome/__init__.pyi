@@ -1,5 +1,4 @@
 """Kinome, a plugin renderer that reads Mitsuba 3 scenes."""
-import enum
 import os
 from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from typing import Any, NamedTuple, TypeVar, overload
@@ -9,6 +8,18 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
 from . import util as util
+from ._color import AlphaTransform as _AlphaTransform
+from ._color import PixelFormat as _PixelFormat
+from ._color import Struct as Struct
+from ._evaluation import Evaluated as _Evaluated
+from ._interaction import BSDFContext as BSDFContext
+from ._interaction import BSDFFlags as BSDFFlags
+from ._interaction import BSDFSample3f as BSDFSample3f
+from ._interaction import DirectionSample3f as DirectionSample3f
+from ._interaction import Ray3f as Ray3f
+from ._interaction import SurfaceInteraction3f as SurfaceInteraction3f
+from ._interaction import TransportMode as TransportMode
+from ._queries import Queries as _Queries
 
 _Loaded = TypeVar("_Loaded", Scene, Object, Mesh)
 
@@ -71,11 +82,11 @@ ScalarProjectiveTransform4f = Transform
 ProjectiveTransform4f = Transform
 
 class _Triple(np.ndarray[Any, np.dtype[np.float64]]):
-    """Three numbers as an array with the coordinates x, y and z."""
+    """Three numbers as an array with the coordinates x, y and z; or n of them, as an array (n, 3)."""
     def __new__(cls, *values: ArrayLike) -> Self: ...
-    x: float
-    y: float
-    z: float
+    x: Any
+    y: Any
+    z: Any
 
 class Point3f(_Triple):
     """A point. Transforms rotate, scale and translate it."""
@@ -86,9 +97,9 @@ class Normal3f(_Triple):
 
 class Color3f(_Triple):
     """A linear colour in Rec.709."""
-    r: float
-    g: float
-    b: float
+    r: Any
+    g: Any
+    b: Any
 
 ScalarPoint3f = Point3f
 ScalarVector3f = Vector3f
@@ -100,6 +111,10 @@ class Frame3f:
     t: Vector3f
     n: Normal3f
     def __init__(self, *vectors: ArrayLike) -> None: ...
+    def to_world(self, v: ArrayLike) -> Vector3f:
+        """Converts directions from the basis to the axes that it is given in."""
+    def to_local(self, v: ArrayLike) -> Vector3f:
+        """Converts directions to the basis."""
 
 class BoundingBox3f:
     """A box from the point `min` to the point `max`. An empty one has min > max."""
@@ -116,35 +131,10 @@ ScalarBoundingBox3f = BoundingBox3f
 ScalarColor3f = Color3f
 ScalarFrame3f = Frame3f
 
-class Struct:
-    class Type(enum.Enum):
-        """Type of a component, with the name of the numpy type as its value."""
-        UInt8 = "uint8"
-        Int8 = "int8"
-        UInt16 = "uint16"
-        Int16 = "int16"
-        UInt32 = "uint32"
-        Int32 = "int32"
-        UInt64 = "uint64"
-        Int64 = "int64"
-        Float16 = "float16"
-        Float32 = "float32"
-        Float64 = "float64"
-
 class Bitmap:
     """An image: an array (height, width, channels), rows from the top, with a pixel format."""
-    class PixelFormat(enum.Enum):
-        Y = ...
-        YA = ...
-        RGB = ...
-        RGBA = ...
-        XYZ = ...
-        XYZA = ...
-        MultiChannel = ...
-    class AlphaTransform(enum.Enum):
-        Empty = 0
-        Premultiply = 1
-        Unpremultiply = 2
+    PixelFormat = _PixelFormat
+    AlphaTransform = _AlphaTransform
     UInt8: Struct.Type
     Int8: Struct.Type
     UInt16: Struct.Type
@@ -213,7 +203,7 @@ class Picture(np.ndarray[Any, np.dtype[np.float32]]):
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes .exr (all channels, single precision), .pfm or .png (8 bits, sRGB)."""
 
-class Scene:
+class Scene(_Queries):
     """A scene from load_file() or load_dict(). Only one Python thread at a time can render it."""
     def sensors(self) -> list[Object]:
         """Returns the sensors. render() takes them, or their indices in this list."""
@@ -228,7 +218,7 @@ class Scene:
     def bbox(self) -> BoundingBox3f:
         """Returns the bounding box of all shapes."""
 
-class Object:
+class Object(_Evaluated):
     """An object of a scene, or one that load_dict() loaded alone."""
     category: str
     plugin: str

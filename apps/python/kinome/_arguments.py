@@ -6,7 +6,7 @@ import os
 
 
 def _shown(value):
-    text = repr(value)
+    text = " ".join(repr(value).split())
     return text if len(text) <= 60 else f"{type(value).__name__} {text[:40]}…"
 
 
@@ -59,6 +59,13 @@ def positive(value, name):
 def instance(value, name, kinds, takes):
     if not isinstance(value, kinds):
         raise fault(TypeError, name, takes, value)
+    return value
+
+
+def scene(value, name):
+    """Checks for a scene."""
+    if not hasattr(value, "_emitters_of_points"):  # importing Scene here would be circular
+        raise fault(TypeError, name, "what load_file() or load_dict() gives", value)
     return value
 
 

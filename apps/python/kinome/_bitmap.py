@@ -14,6 +14,7 @@ from ._object import load_object
 _LINEAR = (".tif", ".tiff", ".fits")  # formats of OpenImageIO that store floats
 _WITHOUT_ALPHA = (".jpg", ".jpe", ".jpeg", ".jif", ".jfif", ".jfi", ".bmp", ".dib", ".ppm", ".pgm",
                   ".pbm", ".pnm")
+_GREY = (".pgm", ".pbm")
 _OF_COUNT = {1: PixelFormat.Y, 2: PixelFormat.YA, 3: PixelFormat.RGB, 4: PixelFormat.RGBA}
 _FILTER_VALUES = 4097  # per filter, from its centre to its edge
 
@@ -49,11 +50,15 @@ class Bitmap:
     def __init__(self, source, pixel_format=None, channel_names=()):
         self._metadata = {}
         self._is_premultiplied = True
-        if isinstance(source, (str, bytes, os.PathLike)):
+        names = [check.instance(name, "a channel's name", str, "a string") for name in channel_names]
+        is_path = isinstance(source, (str, bytes, os.PathLike))
+        if (is_path or isinstance(source, Bitmap)) and (pixel_format is not None or names):
+            raise ValueError("pixel_format and channel_names are only for arrays: call convert()")
+        if is_path:
             self._read(check.path(source, "source"))
             return
         if isinstance(source, Bitmap):
-            self.__dict__.update(source.__dict__, _array=source._array.copy())
+            self.__dict__.update(source._like(source._array.copy()).__dict__)
             return
         try:
             array = np.asarray(source)
@@ -65,7 +70,8 @@ class Bitmap:
                 one.value for one in Struct.Type):
             raise check.fault(TypeError, "source", "a path, or numbers of the shape (height, width) "
                               "or (height, width, channels)", source)
-        names = list(channel_names) or list(getattr(source, "channels", ()))
+        names = names or list(getattr(source, "channels", ()))
+        self._metadata = dict(getattr(source, "stats", {}).get("cryptomatte", {}))
         self._set(np.array(array), names, pixel_format)
 
     def _set(self, array, names, pixel_format=None):
@@ -184,7 +190,8 @@ class Bitmap:
     def _like(self, array):
         """Returns a bitmap with other pixels and the same properties."""
         other = Bitmap.__new__(Bitmap)
-        other.__dict__.update(self.__dict__, _array=array)
+        other.__dict__.update(self.__dict__, _array=array, _names=list(self._names),
+                              _metadata=dict(self._metadata))
         return other
 
     def convert(self, pixel_format=None, component_format=None, srgb_gamma=None,
@@ -255,7 +262,7 @@ class Bitmap:
         for layer, channels in layers.items():
             part = Bitmap(self._array[..., [c for c, _ in channels]],
                           channel_names=[name for _, name in channels])
-            part._is_encoded = self._is_encoded
+            part._is_encoded, part._is_premultiplied = self._is_encoded, self._is_premultiplied
             bitmaps.append((layer, part))
         return bitmaps
 
@@ -272,8 +279,10 @@ class Bitmap:
         if extension == ".pfm":
             _kinome.write_picture(path, array, names, {})
             return
+        has_mattes = any(name.startswith("Crypto") for name in names)
         attributes = {key: value for key, value in self._metadata.items()
-                      if isinstance(value, str) and ":" not in key}
+                      if isinstance(value, str) and ":" not in key and
+                      (has_mattes or not key.startswith("cryptomatte/"))}
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "image" + extension)
             try:
@@ -307,10 +316,15 @@ class Bitmap:
         image = self._only_color()
         has_alpha = image.has_alpha() and extension not in _WITHOUT_ALPHA
         # Several other formats don't support images of one channel.
-        is_grey = image._format in (PixelFormat.Y, PixelFormat.YA) and (
+        is_grey = extension in _GREY or image._format in (PixelFormat.Y, PixelFormat.YA) and (
             extension in _WITHOUT_ALPHA + (".png", ".tga"))
+        # These formats store colours that aren't multiplied by alpha. Bytes are written as they are,
+        # as in Mitsuba.
+        unpremultiplies = has_alpha and not fits and self._is_premultiplied
         return image.convert(PixelFormat[("Y" if is_grey else "RGB") + "A" * has_alpha],
-                             None if fits else Struct.Type.UInt8, self._is_encoded or not fits)
+                             None if fits else Struct.Type.UInt8, self._is_encoded or not fits,
+                             AlphaTransform.Unpremultiply if unpremultiplies
+                             else AlphaTransform.Empty)
 
     def _only_color(self):
         """Returns the colour and alpha of an image with several layers."""

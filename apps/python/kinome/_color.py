@@ -76,7 +76,7 @@ def unscaled(values, dtype):
         return np.ascontiguousarray(values, dtype)
     limits = np.iinfo(dtype)
     scaled = np.rint(np.clip(np.nan_to_num(values), -2, 2).astype(np.float64) * limits.max)
-    # Of 64-bit integers, the largest float below the limit is the largest that can be converted.
+    # For 64-bit integers, the largest float below the limit is the largest that can be converted.
     high = limits.max if dtype.itemsize < 8 else np.nextafter(float(limits.max), 0)
     return np.clip(scaled, limits.min, high).astype(dtype)
 

@@ -34,8 +34,8 @@ def _package():
 
 def _renders(pictures, images, name):
     """Returns the colours of several renders."""
-    if len(pictures) < images.FEWEST:
-        raise ValueError(f"{name}: {len(pictures)} renders, needs at least {images.FEWEST}")
+    if len(pictures) < images.MIN_RENDERS:
+        raise ValueError(f"{name}: {len(pictures)} renders, needs at least {images.MIN_RENDERS}")
     colours = [np.asarray(picture.rgb if isinstance(picture, Picture) else picture)
                for picture in pictures]
     # Renders with the same seed are not independent: the estimated variance would be too small.

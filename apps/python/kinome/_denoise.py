@@ -25,7 +25,11 @@ def _layer(picture, name, given):
         if not any(channel.startswith(name + ".") for channel in picture.channels):
             return None
         given = picture[name]
-    array = np.asarray(given, np.float32)
+    try:
+        array = np.asarray(given, np.float32)
+    except (TypeError, ValueError):
+        takes = f"an array of the shape {(*picture.shape[:2], 3)}"
+        raise check.fault(TypeError, name, takes, given) from None
     if array.ndim == 3 and array.shape[2] == 1:
         array = np.repeat(array, 3, axis=2)
     if array.shape != (*picture.shape[:2], 3):
@@ -35,7 +39,8 @@ def _layer(picture, name, given):
 
 
 def denoise(picture, albedo=None, normal=None, variance=None, threads=0):
-    """Denoises the colour of a Picture. Returns a Picture whose other channels are unchanged.
+    """Denoises the colour of a Picture. Returns a Picture whose other channels are unchanged, and whose
+    stats have "denoised": True.
 
     albedo, normal: arrays (height, width, 3) of surfaces seen in the picture; by default, the
     picture's layers of these names. `aov` renders them: "albedo:guide_albedo,normal:guide_normal".
@@ -53,8 +58,9 @@ def denoise(picture, albedo=None, normal=None, variance=None, threads=0):
                                _layer(picture, "normal", normal),
                                _layer(picture, "variance", variance),
                                check.whole(threads, "threads", 0, MAX_THREADS), _library())
-    result = picture.copy()
+    result = picture.copy() if picture.dtype.kind == "f" else picture.astype(np.float32)
     count = noisy.shape[2]
     result.view(np.ndarray)[:, :, :count] = (
         denoised if count == 3 else luminance(denoised)[..., None])
+    result.stats["denoised"] = True
     return result

@@ -5,6 +5,7 @@ from . import _arguments as check
 from . import _kinome
 from ._describe import Located, describe, fail, tag_of
 from ._errors import Error
+from ._evaluation import Evaluated
 from ._aliases import REVERTED, UNSET
 from ._mesh import ARRAYS, write_ply
 from ._parameters import SceneParameters
@@ -12,7 +13,7 @@ from ._repr import Texts
 from ._vectors import BoundingBox3f
 
 
-class Object:
+class Object(Evaluated):
     """An object of a scene, or one that load_dict() loaded alone. Objects that were loaded alone can
     be values in the dicts of other objects, with their edits. Those dicts then contain copies."""
 
@@ -154,8 +155,7 @@ class Object:
 
 def of_path(editor, path):
     """Returns the object with this path."""
-    plugins = {at: plugin for at, plugin, _ in editor.objects()}
-    return Object(editor, path, plugins[path])
+    return Object(editor, path, editor.plugin(path))
 
 
 def copied(description):

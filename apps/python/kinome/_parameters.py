@@ -78,7 +78,10 @@ class SceneParameters(collections.abc.MutableMapping):
         """Lists only the parameters of these paths, or that match one of these regular expressions.
         None lists all of them. The others can still be read and set."""
         keys = [keys] if isinstance(keys, str) else keys
-        self._kept = None if keys is None else [re.compile(key) for key in keys]
+        try:
+            self._kept = None if keys is None else [re.compile(key) for key in keys]
+        except re.error:
+            raise check.fault(ValueError, "keys", "paths or regular expressions", keys) from None
 
     def __getitem__(self, path):
         full = self._full(path)
@@ -105,20 +108,13 @@ class SceneParameters(collections.abc.MutableMapping):
         return self.get(path, nothing) is not nothing
 
     def __setitem__(self, path, value):
-        full = self._full(path)
-        if aliases.is_alias(self._editor, full):
-            for part, one in aliases.values(self._editor, full, value):
-                self._set(part.removeprefix(self._prefix), one)
-            return
-        self._set(path, value)
-
-    def _set(self, path, value):
-        values = self._core_values(path, value)
+        pairs = self._without_aliases({path: value})
+        values = [core for part, one in pairs for core in self._core_values(part, one)]
         if len(values) == 1:
             self._editor.set(*values[0])
         else:
             self._editor.set_all(values)
-        self._edits.append((path, value))
+        self._edits += pairs
 
     def _core_values(self, path, value):
         """Returns pairs of paths and values for the compiled module: one, or two for a grid of voxels."""
@@ -156,10 +152,15 @@ class SceneParameters(collections.abc.MutableMapping):
     def _rows(self):
         """Returns all listed parameters, with values in the form of the compiled module."""
         rows = [Parameter(*row) for row in self._editor.parameters()]
-        rows = [row._replace(path=row.path.removeprefix(self._prefix)) for row in rows
-                if row.path.startswith(self._prefix)]
+        rows = [row._replace(path=row.path.removeprefix(self._prefix), value=self._in_effect(row))
+                for row in rows if row.path.startswith(self._prefix)]
         return [row for row in rows if self._kept is None or
                 any(key.pattern == row.path or key.fullmatch(row.path) for key in self._kept)]
+
+    def _in_effect(self, row):
+        """Returns a row's value, or that of a conductor's material in place of eta and k."""
+        color = aliases.measured(self._editor, row.path) if row.plugin in aliases.CONDUCTORS else None
+        return row.value if color is None else ("rgb", color.tolist())
 
     def save(self, path):
         """Writes the scene, as of the last update, as an XML file that renders the same image.
@@ -170,9 +171,10 @@ class SceneParameters(collections.abc.MutableMapping):
         keep_files(path)
 
     def _to_set(self, values):
-        """Returns pairs of paths and values, without values that equal a default in effect."""
+        """Returns pairs of paths and values for the compiled module, without values that equal a default in
+        effect. `values` are pairs without aliases."""
         pairs, defaults, nothing = [], None, object()
-        for path, value in self._without_aliases(values):
+        for path, value in values:
             now = self.get(path, nothing)  # `nothing` for a texture or an error
             if value is None and now is None:
                 continue
@@ -190,14 +192,16 @@ class SceneParameters(collections.abc.MutableMapping):
 
     def _without_aliases(self, values):
         """Returns pairs of paths and values, in which aliases are replaced by their parts."""
-        pairs = []
+        pairs, full_values = [], {self._full(path): value for path, value in values.items()}
         for path, value in values.items():
             full = self._full(path)
             if aliases.is_alias(self._editor, full):
-                pairs += [(part.removeprefix(self._prefix), one)
-                          for part, one in aliases.values(self._editor, full, value)]
+                parts = aliases.values(self._editor, full, value, full_values)
+            elif aliases.is_replaced(self._editor, full, value, full_values):
+                continue
             else:
-                pairs.append((path, value))
+                parts = aliases.material_values(self._editor, full, value) or [(full, value)]
+            pairs += [(part.removeprefix(self._prefix), one) for part, one in parts]
         return pairs
 
     def update(self, values=None):
@@ -207,8 +211,9 @@ class SceneParameters(collections.abc.MutableMapping):
         takes = "a dict of values by their paths"
         check.instance(values, "values", (collections.abc.Mapping, type(None)), takes)
         if values:
-            self._editor.set_all(self._to_set(values))
-            self._edits += self._without_aliases(values)
+            pairs = self._without_aliases(values)
+            self._editor.set_all(self._to_set(pairs))
+            self._edits += pairs
         edits, self._edits = self._edits, []
         changes = Changes(*self._editor.update())
         if self._on_update:

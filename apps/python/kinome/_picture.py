@@ -1,4 +1,6 @@
 """Results of renders."""
+import collections.abc
+
 import numpy as np
 
 from . import _arguments as check
@@ -13,8 +15,9 @@ class Picture(np.ndarray):
     """A float32 array (height, width, channels), linear Rec.709, rows from the top.
 
     picture["albedo"] returns the channels albedo.R, albedo.G, albedo.B, or the channel of that name,
-    without a copy. picture.rgb is the colour. channels: names of the channels. stats: statistics of
-    the render: "complete" (False if it was interrupted), "samples", "seconds", "relmse" (for error=).
+    without a copy if they are neighbours. picture.rgb is the colour. channels: names of the channels.
+    stats: statistics of the render: "complete" (False if it was interrupted), "samples", "seconds",
+    "relmse" (for error=).
 
     Results that keep all axes are Pictures with channels, too: crops and selections of channels
     (picture[10:20], picture[:, :, :3], picture[..., [0, 2]]), copies, and element-wise arithmetic,
@@ -24,6 +27,7 @@ class Picture(np.ndarray):
 
     def __new__(cls, array, channels, stats=None):
         self = np.asarray(array).view(cls)
+        check.instance(channels, "channels", collections.abc.Iterable, "a list of names")
         channels = [check.instance(name, "a channel's name", str, "a string") for name in channels]
         if self.ndim != 3 or self.shape[2] != len(channels):
             raise ValueError("array takes the shape (height, width, channels), with "
@@ -52,7 +56,8 @@ class Picture(np.ndarray):
         if not found:
             layers = ", ".join(dict.fromkeys(map(_layer, self.channels)))
             raise KeyError(f"{layer!r}: the picture has {layers or 'no names of channels'}")
-        part = self.view(np.ndarray)[:, :, found[0]:found[-1] + 1]
+        is_range = found[-1] - found[0] == len(found) - 1  # may be false after a selection of channels
+        part = self.view(np.ndarray)[:, :, slice(found[0], found[-1] + 1) if is_range else found]
         return part[:, :, 0] if self.channels[found[0]] == layer else part
 
     def _names_of(self, key):
@@ -146,10 +151,14 @@ class Picture(np.ndarray):
             header = {"kinome:complete": "true" if self.stats.get("complete", True) else "false",
                       "kinome:samples": f"{self.stats.get('samples', 0):g}",
                       "kinome:seed": str(self.stats.get("seed", 0))}
+        if self.stats.get("denoised"):
+            header["kinome:denoised"] = "image"
         if self.stats.get("renders"):
             header["kinome:renders"] = str(self.stats["renders"])
             header["kinome:variance_of_mean"] = " ".join(
                 f"{v:.9g}" for v in self.stats["variance_of_mean"])
+        if any(name.startswith("Crypto") for name in self.channels):
+            header.update(self.stats.get("cryptomatte", {}))
         _kinome.write_picture(check.path(path, "path"), np.ascontiguousarray(self, np.float32),
                               self.channels, header)
 

@@ -7,6 +7,7 @@ from ._mesh import Mesh
 from ._object import Object, copied, load_object, of_path
 from ._parameters import SceneParameters
 from ._picture import Picture
+from ._queries import Queries
 from ._repr import Texts, box_text
 from ._vectors import BoundingBox3f
 
@@ -15,7 +16,7 @@ from ._vectors import BoundingBox3f
 MAX_SAMPLES, MAX_PARTS, MAX_THREADS = 2 ** 30, 1024, 4096
 
 
-class Scene:
+class Scene(Queries):
     """A scene from load_file() or load_dict(). Only one Python thread at a time can render it."""
 
     def __init__(self, editor):
@@ -25,15 +26,18 @@ class Scene:
         return [Object(self._editor, path, plugin) for path, plugin, _ in self._editor.objects()
                 if plugin.startswith(category + "/")]
 
+    def _at(self, paths):
+        """Returns the objects with these paths; None for ""."""
+        return [of_path(self._editor, path) if path else None for path in paths]
+
     def sensors(self):
         """Returns the sensors. render() takes them, or their indices in this list. A scene without
         sensors has a default one, which is not listed."""
-        return [of_path(self._editor, path) for path in self._editor.sensors() if path]
+        return self._at(path for path in self._editor.sensors() if path)
 
     def shapes(self):
         """Returns the shapes, without those of shape groups."""
-        plugins = {path: plugin for path, plugin, _ in self._editor.objects()}
-        return [Object(self._editor, path, plugins[path]) for path in self._editor.shapes()]
+        return self._at(self._editor.shapes())
 
     def emitters(self):
         """Returns the emitters, including those of shapes."""

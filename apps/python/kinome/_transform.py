@@ -60,7 +60,7 @@ class Transform:
         if isinstance(x, Normal3f):
             return Normal3f(np.asarray(x) @ self.inverse().matrix[:3, :3])
         if isinstance(x, Vector3f):
-            return Vector3f(linear @ np.asarray(x))
+            return Vector3f(np.asarray(x) @ linear.T)
         points = np.asarray(x, np.float64)
         if points.ndim == 0 or points.shape[-1] != 3:
             raise check.fault(TypeError, "x", "points of three numbers", x)

@@ -8,11 +8,11 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <algorithm>
 #include <memory>
 #include <stdexcept>
 
 #include "image_files/openimageio/size_limits.h"
+#include "image_files/openimageio/varying_bytes.h"
 
 namespace {
 
@@ -121,6 +121,10 @@ void write_image(const std::string& path, const Pixels& pixels,
   const nb::gil_scoped_release release;
   const auto output = OIIO::ImageOutput::create(path);
   if (!output) throw std::runtime_error(OIIO::geterror());
+  // Otherwise, OpenImageIO would store the time, so that no two files would be equal.
+  if (std::string(output->format_name()) == "tiff" && !spec.find_attribute("DateTime")) {
+    spec["DateTime"] = "";
+  }
   const auto limits = kinome::openimageio::size_limits(output->format_name());
   if (!limits.contain(spec.width, spec.height)) {
     throw std::runtime_error("the format supports images of " + limits.text());
@@ -128,6 +132,10 @@ void write_image(const std::string& path, const Pixels& pixels,
   if (!output->open(path, spec) || !output->write_image(spec.format, pixels.data()) ||
       !output->close()) {
     throw std::runtime_error(output->geterror());
+  }
+  if (!kinome::openimageio::clear_varying_bytes(path, output->format_name(),
+                                                attributes.count("ImageDescription") > 0)) {
+    throw std::runtime_error("can't write the header");
   }
 }
 

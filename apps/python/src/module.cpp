@@ -6,13 +6,18 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <mutex>
+#include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
+#include "kinome/cryptomatte.h"
 #include "kinome/inspection.h"
 #include "kinome/log.h"
 #include "denoise.h"
 #include "pictures.h"
+#include "plugin_list.h"
+#include "queries.h"
 #include "rendering.h"
 #include "scene_queries.h"
 #include "values.h"
@@ -44,33 +49,6 @@ void translate(const std::exception_ptr& thrown, void*) {
     PyErr_SetObject(error_class().ptr(), all.ptr());
   }
 }
-
-/// The registry of the process, because plugins are never unloaded. Lock the mutex to use it.
-struct Plugins {
-  std::mutex mutex;
-  std::vector<std::string> folders;
-  std::unique_ptr<PluginRegistry> registry;
-  PluginRegistry& get() {
-    if (!registry) {
-      registry = std::make_unique<PluginRegistry>(PluginRegistry::default_folders(folders));
-    }
-    return *registry;
-  }
-};
-Plugins& plugins() {
-  static Plugins* const all = new Plugins;
-  return *all;
-}
-
-/// Releases the interpreter's lock and locks a mutex, for its lifetime.
-class Turn {
- public:
-  explicit Turn(std::mutex& mutex) : lock_(mutex) {}
-
- private:
-  nb::gil_scoped_release release_;
-  std::lock_guard<std::mutex> lock_;
-};
 
 /// A scene that one thread at a time can render or edit.
 class Editor {
@@ -119,6 +97,12 @@ class Editor {
     }
     return all;
   }
+  /// Returns the plugin of the object with a path that objects() lists.
+  std::string plugin(const std::string& path) const {
+    const auto found = editor().object_at(path);
+    if (!found) throw Error("there is no object '" + path + "' in the scene");
+    return found->plugin;
+  }
   nb::list textures() const {
     nb::list all;
     for (const SceneParameter& p : editor().textured_parameters()) {
@@ -129,21 +113,50 @@ class Editor {
   void save(const std::string& path) const { editor().save(path); }
   std::vector<std::string> sensors() const { return sensor_paths(editor()); }
   std::vector<std::string> shapes() const { return shape_paths(editor()); }
+  std::vector<std::string> emitters() const { return emitter_paths(editor()); }
+  std::vector<std::string> hit_shapes(const HeldScene& held) const {
+    for (const FormerScene& former : former_) {
+      if (former.scene.lock() == held.scene) return former.shapes;
+    }
+    return hit_shape_paths(editor(), *held.scene);
+  }
   std::string environment() const { return environment_path(editor()); }
   std::map<std::string, std::string> parts(const std::string& path) const {
     return part_paths(editor(), path);
   }
   nb::object bounds(const std::string& path) const { return bounds_of(editor(), path); }
+  float max_coordinate() {
+    if (const auto scene = editor().scene(); measured_.lock() != scene) {
+      max_coordinate_ = max_ray_coordinate_of(*editor_);
+      measured_ = scene;
+    }
+    return max_coordinate_;
+  }
+  float relative_index(const std::string& path) const { return relative_index_of(editor(), path); }
   nb::tuple filter(const std::string& path, size_t count) const {
     return filter_values(editor(), path, count);
   }
+  /// Returns a member function that calls a function of queries.h with the scene.
+  template <class Result, class... Arguments>
+  static auto query(Result (*function)(const SceneEditor&, Arguments...)) {
+    return [function](Editor& self, Arguments... arguments) -> Result {
+      const Reading reading(self);
+      return function(*self.editor_, std::forward<Arguments>(arguments)...);
+    };
+  }
   nb::tuple update() {
     const Use use(*this);
+    std::erase_if(former_, [](const FormerScene& former) { return former.scene.expired(); });
+    const auto before = editor_->scene();
+    FormerScene former{before, {}};
+    // The editor and `before` have the scene. Surface points may have it, too.
+    if (before.use_count() > 2) former.shapes = hit_shape_paths(*editor_, *before);
     SceneChanges changes;
     {
       const Turn turn(plugins().mutex);
       changes = editor_->update();
     }
+    if (editor_->scene() != before && !former.shapes.empty()) former_.push_back(std::move(former));
     return nb::make_tuple(changes.made, changes.refitted, changes.has_new_structure);
   }
 
@@ -178,6 +191,8 @@ class Editor {
     result["renders"] = stats.renders;
     result["variance_of_mean"] = stats.variance_of_mean;
     const std::vector<std::string> channels = image.channels;
+    const auto names = cryptomatte_metadata(*request.scene, channels);
+    if (!names.empty()) result["cryptomatte"] = names;
     return nb::make_tuple(picture_array(std::move(image)), channels, result);
   }
 
@@ -204,11 +219,35 @@ class Editor {
   /// of the rendering thread can read it.
   enum class State { kFree, kUpdating, kRendering };
 
+  /// Scene from before an update that surface points keep alive, and the paths of its shapes.
+  struct FormerScene {
+    std::weak_ptr<const Scene> scene;
+    std::vector<std::string> shapes;
+  };
+
+  /// Keeps the scene from updates, for its lifetime. Several threads can read it. Throws Error
+  /// during an update.
+  class Reading {
+   public:
+    explicit Reading(Editor& editor) : editor_(editor) {
+      editor.editor();
+      ++editor.readers_;
+    }
+    Reading(const Reading&) = delete;
+    Reading& operator=(const Reading&) = delete;
+    ~Reading() { --editor_.readers_; }
+
+   private:
+    Editor& editor_;
+  };
+
   /// Marks the scene as used, for its lifetime. Throws Error if the scene is in use already.
   class Use {
    public:
     explicit Use(Editor& editor) : editor_(editor) {
-      if (editor.state_ != State::kFree) throw Error("this scene is being rendered or updated");
+      if (editor.state_ != State::kFree || editor.readers_ > 0) {
+        throw Error("this scene is in use: it is being rendered, updated or queried");
+      }
       editor.state_ = State::kUpdating;
     }
     Use(const Use&) = delete;
@@ -221,7 +260,9 @@ class Editor {
 
   /// Returns the editor. Throws Error during an update.
   SceneEditor& editor() const {
-    if (state_ == State::kUpdating) throw Error("this scene is being updated by another thread");
+    if (state_ == State::kUpdating) {
+      throw Error("this scene is in use: another thread updates or inspects it");
+    }
     return *editor_;
   }
 
@@ -268,63 +309,11 @@ class Editor {
   RenderStats stats_;
   std::unique_ptr<SceneEditor> editor_;
   State state_ = State::kFree;
+  int readers_ = 0;
+  std::vector<FormerScene> former_;
+  std::weak_ptr<const Scene> measured_;  ///< scene of max_coordinate_
+  float max_coordinate_ = 0;
 };
-
-struct FoundPlugin {
-  Category category;
-  std::string name;
-  const PluginDescriptor* plugin;  ///< in the plugin's library, which is never unloaded
-};
-
-/// Waits without the interpreter's lock, because another thread may be loading a scene. So it can't
-/// create Python objects.
-std::vector<FoundPlugin> find_plugins() {
-  const Turn turn(plugins().mutex);
-  PluginRegistry& registry = plugins().get();
-  std::vector<FoundPlugin> all;
-  for (const Category category : kCategories) {
-    for (const std::string& name : registry.names(category)) {
-      all.push_back({category, name, &registry.find(category, name)});
-    }
-  }
-  return all;
-}
-
-nb::list list_plugins() {
-  nb::list all;
-  for (const FoundPlugin& found : find_plugins()) {
-    nb::list rows;
-    for (const Parameter& p : found.plugin->parameters) {
-      nb::dict row;
-      row["name"] = p.name;
-      row["type"] = p.type == ParameterType::kObject ? to_string(p.category) : to_string(p.type);
-      row["default"] =
-          p.default_value ? nb::object(nb::str(p.default_value)) : nb::object(nb::none());
-      row["doc"] = p.doc;
-      row["required"] = p.required;
-      row["ignored"] = p.ignored;
-      row["choices"] = std::vector<std::string>(p.choices.begin(), p.choices.end());
-      rows.append(row);
-    }
-    nb::dict one;
-    one["category"] = to_string(found.category);
-    one["name"] = found.name;
-    one["doc"] = found.plugin->doc;
-    one["parameters"] = rows;
-    all.append(one);
-  }
-  return all;
-}
-
-/// Returns the plugins' names by category, without opening their libraries.
-std::map<std::string, std::vector<std::string>> plugin_names() {
-  const Turn turn(plugins().mutex);
-  std::map<std::string, std::vector<std::string>> all;
-  for (const Category category : kCategories) {
-    all[to_string(category)] = plugins().get().names(category);
-  }
-  return all;
-}
 
 }  // namespace
 }  // namespace kinome::python
@@ -345,11 +334,15 @@ NB_MODULE(_kinome, m) {
   m.attr("version") = KINOME_VERSION;
   m.def("plugins", &list_plugins);
   m.def("plugin_names", &plugin_names);
+  m.def("measured_index", &measured_index_of);
   m.def("write_picture", &write_picture);
   m.def("encode_picture", &encode_picture);
   m.def("write_bytes", &write_bytes);
   m.def("denoise", &denoise, nb::arg().none(), nb::arg().none(), nb::arg().none(), nb::arg().none(),
         nb::arg(), nb::arg());
+  m.def("spawn_origins", &spawn_origins);
+  m.def("shadow_rays", &shadow_rays);
+  nb::class_<HeldScene>(m, "HeldScene");
   nb::class_<Editor>(m, "Editor")
       .def(nb::init<const std::string&, const std::map<std::string, std::string>&,
                     const std::vector<std::string>&, bool>())
@@ -361,14 +354,27 @@ NB_MODULE(_kinome, m) {
       .def("unset", &Editor::unset)
       .def("revert", &Editor::revert)
       .def("objects", &Editor::objects)
+      .def("plugin", &Editor::plugin)
       .def("textures", &Editor::textures)
       .def("save", &Editor::save)
       .def("sensors", &Editor::sensors)
       .def("shapes", &Editor::shapes)
+      .def("emitters", &Editor::emitters)
+      .def("hit_shapes", &Editor::hit_shapes)
       .def("environment", &Editor::environment)
       .def("parts", &Editor::parts)
       .def("bounds", &Editor::bounds)
+      .def("max_coordinate", &Editor::max_coordinate)
+      .def("relative_index", &Editor::relative_index)
       .def("filter", &Editor::filter)
+      .def("intersect", Editor::query(&intersect_rays))
+      .def("occluded", Editor::query(&occlude_rays))
+      .def("sample_rays", Editor::query(&sample_rays))
+      .def("shade", Editor::query(&shade_points), nb::arg(), nb::arg(), nb::arg().none(),
+           nb::arg().none(), nb::arg().none(), nb::arg())
+      .def("albedo", Editor::query(&albedo_of_points))
+      .def("emission", Editor::query(&emission_of_points))
+      .def("sample_emitters", Editor::query(&sample_emitters))
       .def("update", &Editor::update)
       .def("render", &Editor::render, "integrator"_a.none(), "camera"_a.none(), "sensor"_a,
            "samples"_a, "seed"_a, "seconds"_a, "rel_mse"_a, "lanes"_a, "threads"_a,

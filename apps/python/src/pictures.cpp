@@ -33,7 +33,7 @@ void write_picture(const std::string& path, nb::object array,
   if (extension == ".png") return kinome::write_png(path, image, 0);
   if (extension == ".pfm") return kinome::write_pfm(path, image);
   if (extension != ".exr") throw Error(Location{path, 0, 0}, "must end in .exr, .pfm or .png");
-  write_exr(path, image, ExrNumber::kFloat, header);
+  write_exr(path, image, ExrSampleType::kFloat, header);
 }
 
 nb::bytes encode_picture(nb::object array, const std::vector<std::string>& channels) {

@@ -2,9 +2,7 @@
 
 #include <nanobind/nanobind.h>
 
-#include <functional>
 #include <memory>
-#include <string>
 
 #include "kinome/image.h"
 #include "kinome/render.h"

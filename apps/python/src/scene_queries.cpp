@@ -6,37 +6,27 @@
 #include "kinome/reconstruction_filter.h"
 #include "kinome/scene.h"
 #include "kinome/shape_group.h"
+#include "scene/traceable.h"
 
 namespace kinome::python {
 namespace {
 
-std::map<const Object*, std::string> paths_of_objects(const SceneEditor& editor) {
-  std::map<const Object*, std::string> paths;
-  for (SceneObject& one : editor.objects()) paths.emplace(one.object, std::move(one.path));
-  return paths;
-}
-
-/// Returns an object's path, or "" if it has none.
-std::string path_in(const std::map<const Object*, std::string>& paths, const Object* object) {
-  const auto found = paths.find(object);
-  return found == paths.end() ? "" : found->second;
-}
-
-const Object* object_at(const SceneEditor& editor, const std::string& path) {
-  const std::vector<SceneObject> all = editor.objects();
-  const auto found = std::ranges::find(all, path, &SceneObject::path);
-  if (found == all.end()) throw Error("there is no object '" + path + "' in the scene");
-  return found->object;
+/// Returns an object's path, or "" if it is nullptr or has none.
+std::string path_of(const SceneEditor& editor, const Object* object) {
+  return object ? editor.path_of(*object) : "";
 }
 
 }  // namespace
 
+const Object* object_at(const SceneEditor& editor, const std::string& path) {
+  const auto found = editor.object_at(path);
+  if (!found) throw Error("there is no object '" + path + "' in the scene");
+  return found->object;
+}
+
 std::vector<std::string> sensor_paths(const SceneEditor& editor) {
-  const auto paths = paths_of_objects(editor);
   std::vector<std::string> found;
-  for (const auto& sensor : editor.scene()->sensors()) {
-    found.push_back(path_in(paths, sensor.get()));
-  }
+  for (const auto& sensor : editor.scene()->sensors()) found.push_back(editor.path_of(*sensor));
   return found;
 }
 
@@ -57,16 +47,29 @@ std::vector<std::string> shape_paths(const SceneEditor& editor) {
   return found;
 }
 
+std::vector<std::string> emitter_paths(const SceneEditor& editor) {
+  std::vector<std::string> found;
+  for (const Emitter* const emitter : editor.scene()->emitters()) {
+    found.push_back(editor.path_of(*emitter));
+  }
+  return found;
+}
+
+std::vector<std::string> hit_shape_paths(const SceneEditor& editor, const Scene& scene) {
+  std::vector<std::string> found;
+  for (const auto& shape : scene.shapes()) found.push_back(editor.path_of(*shape));
+  return found;
+}
+
 std::string environment_path(const SceneEditor& editor) {
-  return path_in(paths_of_objects(editor), editor.scene()->environment());
+  return path_of(editor, editor.scene()->environment());
 }
 
 std::map<std::string, std::string> part_paths(const SceneEditor& editor, const std::string& path) {
   const Object* const object = object_at(editor, path);
-  const auto paths = paths_of_objects(editor);
   std::map<std::string, std::string> found;
   const auto add = [&](const char* role, const Object* part) {
-    if (const std::string at = path_in(paths, part); !at.empty()) found[role] = at;
+    if (const std::string at = path_of(editor, part); !at.empty()) found[role] = at;
   };
   if (const auto* const shape = dynamic_cast<const Shape*>(object)) {
     add("bsdf", shape->bsdf_pointer().get());
@@ -94,6 +97,23 @@ nb::object bounds_of(const SceneEditor& editor, const std::string& path) {
   if (bounds.empty()) return nb::none();
   const auto triple = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
   return nb::make_tuple(triple(bounds.lo), triple(bounds.hi));
+}
+
+float max_ray_coordinate_of(const SceneEditor& editor) {
+  float max_coordinate = kMaxCoordinate;
+  for (const SceneObject& one : editor.objects()) {
+    const auto* const instance = dynamic_cast<const ShapeInstance*>(one.object);
+    if (instance) {
+      max_coordinate = std::min(max_coordinate, max_ray_coordinate(instance->to_world()));
+    }
+  }
+  return max_coordinate;
+}
+
+float relative_index_of(const SceneEditor& editor, const std::string& path) {
+  const auto* const bsdf = dynamic_cast<const Bsdf*>(object_at(editor, path));
+  if (!bsdf) throw Error("'" + path + "' is not a BSDF");
+  return bsdf->relative_index();
 }
 
 nb::tuple filter_values(const SceneEditor& editor, const std::string& path, size_t count) {

@@ -46,13 +46,6 @@ std::shared_ptr<const Image> to_grid(nb::handle value) {
   return image;
 }
 
-template <class T>
-nb::object array_of(std::vector<T> values) {
-  auto* const kept = new std::vector<T>(std::move(values));
-  const nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {kept->size()}, owner));
-}
-
 Location location(nb::handle where) {
   return Location{nb::cast<std::string>(where), 0, 0};
 }

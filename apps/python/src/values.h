@@ -1,9 +1,10 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
 
 #include <optional>
-#include <string>
+#include <vector>
 
 #include "kinome/scene_editor.h"
 
@@ -23,6 +24,14 @@ nb::object from_value(const std::optional<EditedValue>& value);
 /// Converts a description in the form that kinome/_describe.py produces: (tag, type, name, id,
 /// where, [(name, value, where), …], [part, …]).
 ObjectDescription to_description(nb::handle description);
+
+/// Returns a flat array that owns the values.
+template <class T>
+nb::object array_of(std::vector<T> values) {
+  auto* const kept = new std::vector<T>(std::move(values));
+  const nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {kept->size()}, owner));
+}
 
 /// Returns an array that owns the image and shares its memory.
 nb::object picture_array(Image&& image);

@@ -29,7 +29,7 @@ void CameraControls::take(const Transform& to_world, float distance) {
   rest_ = glm::inverse(frame()) * m;
 }
 
-void CameraControls::take_home(const Transform& to_world, float distance) {
+void CameraControls::set_home(const Transform& to_world, float distance) {
   home_ = {to_world, distance};
   take(to_world, distance);
 }

@@ -14,7 +14,7 @@ class CameraControls {
   /// world axis nearest to the camera's up vector becomes the vertical axis.
   void take(const Transform& to_world, float distance);
   /// Calls take(), and makes this the pose to which reset() returns.
-  void take_home(const Transform& to_world, float distance);
+  void set_home(const Transform& to_world, float distance);
   void reset() { *this = CameraControls(home_); }
 
   /// Moves the camera around the target: to the right around the vertical axis, and up, but never

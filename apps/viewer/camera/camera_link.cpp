@@ -1,6 +1,6 @@
 #include "camera/camera_link.h"
 
-#include "session/transforms.h"
+#include "camera/transforms.h"
 
 namespace kinome::viewer {
 namespace {
@@ -16,7 +16,7 @@ float distance_of(const Transform& to_world, const Aabb& bounds) {
 }  // namespace
 
 void CameraLink::follow(RenderSession& session, const std::shared_ptr<const SceneInfo>& info) {
-  take_aim();
+  apply_pick();
   if (!info || info->served < sent_number_) return;  // older than the last edit sent
   if (info->edition == edition_ && info->sensor_path == path_) return;
   edition_ = info->edition;
@@ -32,18 +32,18 @@ void CameraLink::follow(RenderSession& session, const std::shared_ptr<const Scen
   sent_ = *now;
   const float distance = is_other ? distance_of(*now, info->bounds) : controls_.distance();
   if (!is_other) return controls_.take(*now, distance);
-  controls_.take_home(*now, distance);
+  controls_.set_home(*now, distance);
   home_ = controls_.to_world();
   is_home_written_ = !found->is_edited;
   const Rect& crop = info->crop;
   const Vec2 middle(0.5f * static_cast<float>(crop.x0 + crop.x1),
                     0.5f * static_cast<float>(crop.y0 + crop.y1));
   aiming_ = session.ask_pick(middle);
-  take_aim();
+  apply_pick();
 }
 
 /// Moves the target to the surface in the middle of the image, once the answer has arrived.
-void CameraLink::take_aim() {
+void CameraLink::apply_pick() {
   if (!aiming_ || !aiming_->is_there()) return;
   const std::optional<Pick> pick = aiming_->pick();
   aiming_.reset();
@@ -51,7 +51,7 @@ void CameraLink::take_aim() {
   if (!pick || controls_.to_world().matrix() != home_.matrix()) return;
   const float distance = glm::dot(pick->point - controls_.origin(), controls_.forward());
   if (!(distance > 0)) return;
-  controls_.take_home(controls_.home(), distance);
+  controls_.set_home(controls_.home(), distance);
   home_ = controls_.to_world();
 }
 

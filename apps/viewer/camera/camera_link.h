@@ -24,7 +24,7 @@ class CameraLink {
   void send(RenderSession& session);
 
  private:
-  void take_aim();
+  void apply_pick();
 
   CameraControls controls_;
   std::string path_;  ///< of the sensor; "" if it can't be moved

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "files/file_picker.h"
 #include "panels/panel.h"
 #include "panels/picture_overlay.h"
 #include "panels/widgets.h"
@@ -35,9 +36,11 @@ class ComparePanel final : public Panel {
   }
 
   void draw_over_picture(Frame& frame) override {
-    if (!frame.reference.empty()) {
-      std::snprintf(path_, sizeof path_, "%s", frame.reference.c_str());
-      load(frame, frame.reference);
+    const auto chosen = picker_.draw();
+    const std::string file = chosen ? *chosen : frame.reference;
+    if (!file.empty()) {
+      std::snprintf(path_, sizeof path_, "%s", file.c_str());
+      load(frame, file);
       if (!fault_.empty()) frame.session.say(true, fault_);
     }
     follow(frame);
@@ -86,8 +89,14 @@ class ComparePanel final : public Panel {
   }
 
   void draw_reference(Frame& frame) {
-    ImGui::InputTextWithHint("reference##file", "file.exr", path_, sizeof path_);
-    if (ImGui::Button("Load")) load(frame, std::string(path_));
+    if (ImGui::InputTextWithHint("reference##file", "file.exr, Enter", path_, sizeof path_,
+                                 ImGuiInputTextFlags_EnterReturnsTrue)) {
+      load(frame, std::string(path_));
+    }
+    if (ImGui::Button("Load")) {
+      const std::string start = path_[0] == 0 && frame.info ? frame.info->file : path_;
+      picker_.open("Open a reference", FilePicker::Purpose::kOpen, {".exr"}, start);
+    }
     ImGui::SameLine();
     if (ImGui::Button("Keep this picture") && frame.picture) {
       load(frame, frame.picture->image, "kept picture");
@@ -187,6 +196,7 @@ class ComparePanel final : public Panel {
   }
 
   std::shared_ptr<Display> display_;
+  FilePicker picker_;
   char path_[512] = {};
   std::string fault_;
   Difference kind_ = Difference::kRelative;

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "panels/panel.h"
-#include "panels/parameter_widgets.h"
+#include "panels/parameters/parameter_widgets.h"
 
 namespace kinome::viewer {
 namespace {

@@ -1,7 +1,7 @@
 #include <imgui.h>
 
 #include "panels/panel.h"
-#include "panels/parameter_widgets.h"
+#include "panels/parameters/parameter_widgets.h"
 
 namespace kinome::viewer {
 namespace {

@@ -4,7 +4,9 @@
 #include <string>
 
 #include "camera/camera_link.h"
+#include "picture/light_sliders.h"
 #include "session/render_session.h"
+#include "window/picture_tabs.h"
 #include "window/picture_view.h"
 
 namespace kinome::viewer {
@@ -14,12 +16,15 @@ struct Frame {
   RenderSession& session;
   PictureView& view;
   CameraLink& camera;
-  PicturePointer picture;                 ///< nullptr if there is no image yet
+  PictureTabs& tabs;
+  LightSliders& lights;                   ///< change the light of `picture`
+  PicturePointer picture;                 ///< displayed image; nullptr if there is none yet
   std::shared_ptr<const SceneInfo> info;  ///< nullptr if the scene is not loaded yet
   Status status;
   /// Surface that was clicked on last; nullptr if there is none.
   std::shared_ptr<const Pick>& selection;
   bool wants_save = false;  ///< Ctrl+S was pressed
+  bool wants_open = false;  ///< Ctrl+O was pressed
   std::string reference{};  ///< image file that was dropped on the window, or ""
 };
 
@@ -49,10 +54,12 @@ class Panel {
   /// Handles a click. Returns true if the click was used: then later panels don't get it, and it
   /// doesn't select a surface.
   virtual bool click(Frame& /*frame*/, const PictureClick& /*click*/) { return false; }
-  /// Returns true to receive the drag that this press starts, by calls of drag(). Otherwise the
-  /// drag moves the camera.
+  /// Returns true to receive the drag that this press starts, by calls of drag(). Then the press
+  /// isn't a click. Otherwise the drag moves the camera.
   virtual bool press(Frame& /*frame*/, const PictureClick& /*click*/) { return false; }
   virtual void drag(Frame& /*frame*/, const Vec2& /*film*/) {}
+  /// Called when the button of such a press is released.
+  virtual void release(Frame& /*frame*/) {}
 };
 
 /// Returns all panels in the order of the side bar. Add new panels to the list in panels.cpp.
@@ -65,6 +72,7 @@ std::unique_ptr<Panel> make_compare_panel(std::shared_ptr<Display> display);
 std::unique_ptr<Panel> make_environment_panel();
 std::unique_ptr<Panel> make_inspector_panel();
 std::unique_ptr<Panel> make_lamp_panel();
+std::unique_ptr<Panel> make_light_panel();
 std::unique_ptr<Panel> make_material_panel();
 std::unique_ptr<Panel> make_medium_panel();
 std::unique_ptr<Panel> make_message_panel();

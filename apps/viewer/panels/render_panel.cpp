@@ -4,8 +4,9 @@
 #include <chrono>
 #include <deque>
 
+#include "handles/region_tool.h"
 #include "panels/panel.h"
-#include "panels/parameter_widgets.h"
+#include "panels/parameters/parameter_widgets.h"
 #include "panels/widgets.h"
 
 namespace kinome::viewer {
@@ -17,8 +18,8 @@ const char* label_of(Activity activity) {
   return kLabels[static_cast<int>(activity)];
 }
 
-/// Progress of the render, choice of the integrator, pause, restart, and a render with a given
-/// number of samples.
+/// Progress of the render, choice of the integrator, pause, restart, a render with a given number
+/// of samples, and the region to render.
 class RenderPanel final : public Panel {
  public:
   const char* title() const override { return "Render"; }
@@ -48,8 +49,21 @@ class RenderPanel final : public Panel {
     if (ImGui::IsItemHovered()) {
       ImGui::SetTooltip("The picture that `kinome` renders with this number of samples per pixel");
     }
+    if (frame.status.region) {
+      const Rect& region = *frame.status.region;
+      if (ImGui::Button("Whole picture")) frame.session.set_region(std::nullopt);
+      ImGui::SameLine();
+      ImGui::Text("region of %d x %d (Esc)", region.width(), region.height());
+    }
     draw_parameters(frame);
   }
+
+  void draw_over_picture(Frame& frame) override { region_.draw(frame); }
+  bool press(Frame& frame, const PictureClick& click) override {
+    return frame.tabs.is_live() && region_.press(click);
+  }
+  void drag(Frame& /*frame*/, const Vec2& film) override { region_.drag(film); }
+  void release(Frame& frame) override { region_.release(frame); }
 
  private:
   void draw_numbers(const Frame& frame) {
@@ -60,6 +74,9 @@ class RenderPanel final : public Panel {
     if (!picture) return;
     const double rate = pictures_per_second(*picture);
     const Image& image = picture->image;
+    if (picture->integrator.empty()) {
+      return ImGui::Text("%d x %d, from a file", image.width, image.height);
+    }
     if (picture->is_preview) {
       ImGui::Text("preview of %d x %d by %s", image.width, image.height,
                   picture->integrator.c_str());
@@ -112,6 +129,7 @@ class RenderPanel final : public Panel {
   }
 
   ParameterWidgets widgets_;
+  RegionTool region_;
   int samples_ = 64;
   std::deque<std::chrono::steady_clock::time_point> seen_;
   uint64_t seen_generation_ = 0;

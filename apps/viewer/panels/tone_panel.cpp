@@ -151,6 +151,12 @@ class TonePanel final : public Panel {
       generation_ = picture.generation;
       histogram_tone_ = display_->tone;
     }
+    draw_bars();
+    draw_shares(picture);
+  }
+
+  /// Draws the histograms of all channels, and a line at white.
+  void draw_bars() {
     const ImVec2 corner = ImGui::GetCursorScreenPos();
     const float width = ImGui::GetContentRegionAvail().x;
     ImDrawList* const list = ImGui::GetWindowDrawList();
@@ -187,6 +193,10 @@ class TonePanel final : public Panel {
                         static_cast<double>(std::exp2(ChannelHistogram::kFirstStop +
                                                       bin / ChannelHistogram::kBinsPerStop)));
     }
+  }
+
+  /// Draws the range of each channel, and the shares of pixels outside of the displayed range.
+  void draw_shares(const Picture& picture) {
     const double pixels =
         std::max<double>(1, static_cast<double>(picture.image.width) * picture.image.height);
     const ChannelGroup group = group_named(picture.image, display_->tone.group);
@@ -215,7 +225,13 @@ class TonePanel final : public Panel {
     if (nan + infinite + negative == 0) return;
     const ImVec4 color =
         nan + infinite > 0 ? ImVec4(1, 0.45f, 0.4f, 1) : ImVec4(0.8f, 0.8f, 0.5f, 1);
-    ImGui::TextColored(color, "%u NaN, %u infinite, %u negative values", nan, infinite, negative);
+    std::string text;
+    for (const auto& [count, noun] : {std::pair(nan, "NaN value"),
+                                      std::pair(infinite, "infinite value"),
+                                      std::pair(negative, "negative value")}) {
+      if (count > 0) text += (text.empty() ? "" : ", ") + counted(count, noun);
+    }
+    ImGui::TextColored(color, "%s", text.c_str());
     for (const BadPixel& pixel : bad_pixels_) {
       ImGui::Text("  %d, %d: %s %g", pixel.x + frame.picture->crop.x0,
                   pixel.y + frame.picture->crop.y0, pixel.channel.c_str(),

@@ -78,7 +78,7 @@ const char* to_string(Difference difference) {
 }
 
 Reference::Reference(const std::string& path) : Reference(read_exr(path), path) {
-  note_read_file(path);
+  record_read_file(path);
 }
 
 Reference::Reference(Image image, std::string name)

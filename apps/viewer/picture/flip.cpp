@@ -167,12 +167,12 @@ Plane features(const Plane& in, bool edges, float pixels_per_degree, Convolution
 /// Maps a colour difference to [0,1] (section 4.1.3 of the paper). Small differences get most of
 /// the range.
 float color_error(float difference) {
-  constexpr float kPower = 0.7f, kKnee = 0.4f, kAtKnee = 0.95f;
+  constexpr float kPower = 0.7f, kKnee = 0.4f, kKneeError = 0.95f;
   static const float max_difference =
       std::pow(hyab(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1})), kPower);
   const float error = std::pow(difference, kPower), knee = kKnee * max_difference;
-  if (error < knee) return kAtKnee / knee * error;
-  return kAtKnee + (error - knee) / (max_difference - knee) * (1 - kAtKnee);
+  if (error < knee) return kKneeError / knee * error;
+  return kKneeError + (error - knee) / (max_difference - knee) * (1 - kKneeError);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "picture/inspector.h"
 
 #include <algorithm>
-#include <cmath>
 #include <type_traits>
 
 #include "drawing/inspection_image.h"

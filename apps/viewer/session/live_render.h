@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "kinome/integrator.h"
 #include "kinome/render_context.h"
 #include "kinome/scene.h"
+#include "session/picture.h"
 
 namespace kinome::viewer {
 
@@ -19,39 +21,50 @@ std::optional<Image> render_once(const Scene& scene, const Sensor& sensor, Rende
 /// outlive it.
 class LiveRender {
  public:
-  LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& context);
+  using ImageCallback = std::function<void(Image image)>;
 
-  /// Renders a pass: of one sample per pixel at first, later of a quarter of the samples so far. A
-  /// pass takes about a second at most, unless a single sample takes longer. Returns false if it
-  /// was interrupted; is_whole() then says whether the image is still valid.
-  bool pass();
-  /// Returns false if the film contains a part of an interrupted pass. Don't add passes then.
+  /// The render has at most `max_samples` samples per pixel.
+  LiveRender(const Scene& scene, const Sensor& sensor, RenderContext& context, double max_samples);
+
+  /// Renders a pass: of one sample per pixel, then of eight, later of at most twice the samples so
+  /// far. A pass takes some seconds at most, unless a single sample takes longer. Renders only the
+  /// tiles that overlap `region` once the whole image has four samples. Returns false if it was
+  /// interrupted; is_whole() then says whether the image is still valid. Calls `on_image` about
+  /// once a second with the image so far, which includes finished tiles of the pass; not in the
+  /// first pass. These calls come from any thread, one at a time, and must not use this object.
+  bool pass(const std::optional<Rect>& region = std::nullopt,
+            const ImageCallback& on_image = nullptr);
+  /// Returns false if some pixels lack samples. Don't add passes then.
   bool is_whole() const { return is_whole_; }
+  /// Returns true if is_whole() is true even if the pass after this image is interrupted.
+  static bool survives_interruption(const Picture& picture);
   Image develop() const;
-  double samples() const { return done_; }  ///< per pixel
+  /// Samples per pixel; in the region of the last pass, if it had one.
+  double samples() const { return in_all_ + in_region_; }
   double seconds() const { return seconds_; }
-  /// Estimated relMSE; -1 if it can't be estimated yet. Estimates it anew only if that takes a small
-  /// fraction of the rendering time since the last estimate. Otherwise scales the last estimate by
-  /// the number of samples.
+  /// Estimated relMSE; -1 before the end of four passes, or if a region has more samples. Estimates
+  /// it anew only if that takes a small fraction of the rendering time since the last estimate.
+  /// Otherwise scales the last estimate by the number of samples.
   double rel_mse();
 
  private:
-  void keep_film();
-  bool put_film_back();
+  double samples_of_next_pass() const;
 
   RenderContext& context_;
   Film& film_;
+  const double max_samples_;
   std::unique_ptr<Passes> passes_;
   std::vector<double> lane_samples_;
-  double done_ = 0;
+  std::optional<Rect> region_;         ///< of the last pass
+  double in_all_ = 0, in_region_ = 0;  ///< samples of all pixels, and additional ones of the region
   double seconds_ = 0;
-  double last_seconds_ = 0, last_samples_ = 0;
+  double last_seconds_ = 0, last_work_ = 0;  ///< time and samples of all pixels of the last pass
   uint64_t pass_ = 0;
   bool is_whole_ = true;
+  bool is_even_ = true;  ///< no region has more samples
   double sample_error_ = -1;      ///< last estimate of the relMSE of one sample per pixel; -1 if none
   double estimate_seconds_ = 0;   ///< time of the last estimate
   double estimated_seconds_ = 0;  ///< seconds_ at the last estimate
-  std::vector<char> kept_;  ///< contents of the film before the current pass
 };
 
 }  // namespace kinome::viewer

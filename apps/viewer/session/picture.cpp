@@ -16,11 +16,15 @@ std::optional<Vec2> place_on_film(const Picture& picture, const Vec3& point) {
   return seen ? std::optional(seen->film_position) : std::nullopt;
 }
 
+Image read_picture(const std::string& path) {
+  return lower_extension(path) == ".pfm" ? read_pfm(path) : read_exr(path);
+}
+
 void write_picture(const std::string& path, const Picture& picture) {
   const std::string extension = lower_extension(path);
   if (extension == ".png") return write_png(path, picture.image, 0);
   if (extension != ".exr") throw Error(Location{path}, "must end in .exr or .png");
-  write_exr(path, picture.image, ExrNumber::kFloat,
+  write_exr(path, picture.image, ExrSampleType::kFloat,
             {{"integrator", picture.integrator},
              {"samples", std::to_string(static_cast<long>(picture.samples))}});
 }

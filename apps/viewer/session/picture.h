@@ -11,6 +11,11 @@
 
 namespace kinome::viewer {
 
+/// Returns true if two rectangles have the same pixels.
+inline bool is_same(const Rect& a, const Rect& b) {
+  return a.x0 == b.x0 && a.y0 == b.y0 && a.x1 == b.x1 && a.y1 == b.y1;
+}
+
 /// A finished or unfinished image of a RenderSession. It never changes once it is published, so any
 /// thread that holds it can read it.
 struct Picture {
@@ -20,6 +25,7 @@ struct Picture {
   uint64_t edition = 0;     ///< number of the scene's version that the image shows
   Rect crop;                ///< crop window of the sensor's film, in pixels
   bool is_preview = false;  ///< with fewer pixels or another integrator than requested
+  bool is_part = false;     ///< has finished tiles of a pass that isn't counted in `samples` yet
   bool is_final = false;    ///< contains all requested samples
   std::string integrator;   ///< name of the plugin
   double samples = 0;       ///< per pixel
@@ -40,6 +46,8 @@ std::optional<Ray> ray_through(const Picture& picture, const Vec2& film_position
 /// or the image has no sensor.
 std::optional<Vec2> place_on_film(const Picture& picture, const Vec3& point);
 
+/// Reads an image from a .exr or .pfm file. Throws Error.
+Image read_picture(const std::string& path);
 /// Writes an image as .exr (all channels, single precision) or .png (sRGB), by the file's
 /// extension. Throws Error.
 void write_picture(const std::string& path, const Picture& picture);

@@ -29,7 +29,7 @@ class PreviewFilm final : public Film {
   }
   void write(const std::string& path, const Image& image,
              const ImageMetadata& metadata) const override {
-    write_exr(path, image, ExrNumber::kFloat, metadata);
+    write_exr(path, image, ExrSampleType::kFloat, metadata);
   }
   std::string file_extension() const override { return ".exr"; }
 };

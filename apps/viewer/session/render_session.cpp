@@ -15,13 +15,11 @@ const T* with_path(const std::vector<T>& all, const std::string& path) {
   return found == all.end() ? nullptr : &*found;
 }
 
-void add_materials(const Object& object, const SceneEditor& editor,
-                   std::vector<std::string>& paths) {
-  const std::string path = editor.path_of(object);
-  if (!path.empty() && std::find(paths.begin(), paths.end(), path) == paths.end()) {
-    paths.push_back(path);
-  }
-  for (const auto& part : object.nested()) add_materials(*part, editor, paths);
+/// Returns the common pixels of two rectangles, or nullopt if there are none.
+std::optional<Rect> overlap(const Rect& a, const Rect& b) {
+  const Rect both(std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1),
+                  std::min(a.y1, b.y1));
+  return both.width() > 0 && both.height() > 0 ? std::optional(both) : std::nullopt;
 }
 
 }  // namespace
@@ -69,13 +67,13 @@ uint64_t RenderSession::request(bool ends_render, Request asked) {
   } else {
     requests_.push_back(std::move(asked));
   }
-  ++asked_;
+  ++last_requested_;
   // An undo has no effect if the history is empty and no waiting request can add to it. Then the
   // render continues.
-  const bool is_in_vain = is_undo && is_first && !can_undo_;
-  if (ends_render && may_be_ended_ && !is_in_vain) cancel_ = true;
+  const bool has_no_effect = is_undo && is_first && !can_undo_;
+  if (ends_render && may_be_ended_ && !has_no_effect) cancel_ = true;
   changed_.notify_all();
-  return asked_;
+  return last_requested_;
 }
 
 uint64_t RenderSession::set(Edits edits, bool is_moving, bool is_undoable) {
@@ -118,13 +116,22 @@ void RenderSession::set_sensor(size_t index) {
                      const std::lock_guard lock(scene_mutex_);
                      sensor_ = index;
                    }
+                   region_.reset();
                    info_edition_ = ~uint64_t{0};
                    begin_anew();
                  }});
 }
 
+/// True if the current pass can end at once without loss. Its finished tiles then improve the
+/// image. render() and the first pass would begin again.
+bool RenderSession::can_end_pass() const {
+  const std::lock_guard lock(mutex_);
+  return !status_.is_exact && picture_ && LiveRender::survives_interruption(*picture_);
+}
+
 void RenderSession::set_paused(bool is_paused) {
-  request(false, {Request::Kind::kOther, [this, is_paused] { is_paused_ = is_paused; }});
+  request(is_paused && can_end_pass(),
+          {Request::Kind::kOther, [this, is_paused] { is_paused_ = is_paused; }});
 }
 
 void RenderSession::set_denoising(bool is_denoising) {
@@ -135,6 +142,15 @@ void RenderSession::set_denoising(bool is_denoising) {
                       denoiser_ = std::make_unique<const PreviewDenoiser>(options_.threads);
                     });
                   }});
+}
+
+void RenderSession::set_region(std::optional<Rect> region) {
+  request(can_end_pass(), {Request::Kind::kOther, [this, region] {
+                   const Rect& crop = sensor().film().crop();
+                   region_ = region ? overlap(*region, crop) : std::nullopt;
+                   // Another part of a finished image may still improve.
+                   if (!exact_samples_) is_done_ = false;
+                 }});
 }
 
 void RenderSession::restart() {
@@ -185,44 +201,6 @@ void RenderSession::save(std::string path) {
                   }});
 }
 
-std::shared_ptr<const PickAnswer> RenderSession::ask_pick(const Vec2& film_position) {
-  auto answer = std::make_shared<PickAnswer>();
-  const std::unique_lock lock(scene_mutex_, std::try_to_lock);
-  if (lock) {
-    answer->give(picked(film_position));
-    return answer;
-  }
-  request(false, {Request::Kind::kOther, [=, this] { answer->give(pick(film_position)); },
-                  [=] { answer->give(std::nullopt); }});
-  return answer;
-}
-
-std::optional<Pick> RenderSession::pick(const Vec2& film_position) const {
-  const std::lock_guard lock(scene_mutex_);
-  return picked(film_position);
-}
-
-/// The caller must hold scene_mutex_.
-std::optional<Pick> RenderSession::picked(const Vec2& film_position) const {
-  if (!scene_ || scene_->sensors().empty()) return std::nullopt;
-  RayHit hit;
-  hit.ray = sensor().sample_ray(film_position, Vec2(0.5f));
-  RenderCounters counters;
-  scene_->intersect({&hit, 1}, Coherence::kIncoherent, counters);
-  if (!hit.hit.valid()) return std::nullopt;
-  const SurfaceInteraction si = scene_->interaction(hit);
-  Pick pick;
-  pick.origin = hit.ray.o;
-  pick.direction = hit.ray.d;
-  pick.point = si.p;
-  pick.normal = si.frame.n;
-  pick.distance = hit.ray.tmax;
-  pick.shape = editor_->path_of(*si.shape);
-  add_materials(si.shape->bsdf(), *editor_, pick.materials);
-  if (si.shape->emitter()) pick.emitter = editor_->path_of(*si.shape->emitter());
-  return pick;
-}
-
 /// Does the pending saves, and the changes requested before them.
 void RenderSession::make_at_the_end() {
   std::vector<Request> requests;
@@ -248,6 +226,7 @@ void RenderSession::make(const std::vector<Request>& requests) {
     can_undo_ = history_.can_undo();
   }
   if (!scene_) return;
+  if (has_finished_tiles_ && live_) publish_live();
   set_activity(is_done_     ? Activity::kFinished
                : is_paused_ ? Activity::kPaused
                             : Activity::kRendering);

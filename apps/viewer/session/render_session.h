@@ -18,6 +18,7 @@
 #include "kinome/scene_editor.h"
 #include "session/changes.h"
 #include "session/live_render.h"
+#include "picture/outline.h"
 #include "session/picture.h"
 #include "session/preview_denoiser.h"
 
@@ -56,6 +57,7 @@ struct Pick {
   Vec3 normal{0, 0, 1};
   float distance = 0;
   std::string shape;                   ///< path of the shape; "" if it has none
+  Aabb bounds;                         ///< of the shape, in world space
   std::vector<std::string> materials;  ///< paths of the BSDF and of all objects nested in it
   std::string emitter;                 ///< path of the shape's emitter; "" if there is none
 };
@@ -86,6 +88,7 @@ struct Status {
   bool is_exact = false;      ///< render() is running or finished
   bool is_paused = false;     ///< by set_paused(), independent of the activity
   bool is_denoising = false;  ///< by set_denoising()
+  std::optional<Rect> region{};  ///< by set_region()
   std::string integrator;     ///< selected integrator; "" for the scene's own
 };
 
@@ -115,7 +118,7 @@ class RenderSession {
     unsigned threads = 0;                     ///< 0 for one per core
     uint64_t seed = 0;
     /// Samples per pixel at which progressive rendering stops.
-    double most_samples = 16384;
+    double max_samples = 16384;
     /// Time for a preview, including the change that it shows [s].
     double preview_seconds = 0.07;
     /// Called by the session's thread when a picture, message or status is new. Must not block.
@@ -154,6 +157,10 @@ class RenderSession {
   /// Denoises previews, which are rendered while the camera moves or parameters change. Off at
   /// first. A missing library is an error in messages(), and leaves it off.
   void set_denoising(bool is_denoising);
+  /// Restricts further passes to the tiles of the film that overlap a region [pixels of the full
+  /// film]; nullopt ends the restriction. The whole image is still rendered by previews, by the
+  /// first passes after a change, and by render(). Another scene or sensor ends it, too.
+  void set_region(std::optional<Rect> region);
   /// Restarts the image, even if it is the result of render().
   void restart();
   /// Renders the image that `kinome` renders with this number of samples per pixel,
@@ -194,6 +201,13 @@ class RenderSession {
   /// Requests the same without waiting. The answer arrives after the current change or task, or at
   /// once if there is none.
   std::shared_ptr<const PickAnswer> ask_pick(const Vec2& film_position);
+  /// Returns the outline of a shape, by its path, in an image, from a ray through each cell of
+  /// `cell` x `cell` pixels. The outline is empty if the image has no sensor or no shape has this
+  /// path. Returns nullopt if the scene is changed in the meantime. Waits for a change or task that
+  /// is running if `may_wait`, and returns nullopt otherwise. Takes about 0.1 s for a million
+  /// cells.
+  std::optional<Outline> outline(const Picture& picture, const std::string& shape, float cell,
+                                 bool may_wait) const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -214,6 +228,7 @@ class RenderSession {
   /// is a preview.
   uint64_t request(bool ends_render, Request asked);
   void work();
+  std::optional<std::vector<Request>> take_requests();
   void load(const std::string& file);
   void make(const std::vector<Request>& requests);
   void make_at_the_end();
@@ -227,17 +242,23 @@ class RenderSession {
   void begin_anew();
   size_t choose_sensor(SceneEditor& editor, const std::string& file) const;
   bool has_work() const;
+  bool can_end_pass() const;
   bool is_still() const;
   void preview();
   double preview_of(int width, int height, double start);
   void improve();
   void render_exactly();
-  void publish(const Scene& scene, Image image, bool is_preview, bool is_final, double seconds,
-               double rel_mse);
+  /// Contents of a published image: a preview, passes with a part of the next one, whole passes, or
+  /// all requested samples.
+  enum class Shows { kPreview, kPart, kPasses, kAll };
+  void publish(const Scene& scene, Image image, Shows shows, double seconds, double rel_mse);
+  void publish_live();
   void publish_info();
   void set_activity(Activity activity);
   void report_non_finite_samples(const RenderStats& stats);
   std::shared_ptr<const Scene> with_integrator(SceneEditor& editor, const std::string& name) const;
+  /// Returns the name of the plugin without its category, such as "path".
+  static std::string name_of(const Integrator& integrator);
   const Scene& preview_scene();
   const Sensor& sensor() const { return *scene_->sensors()[sensor_]; }
   void notify() const {
@@ -258,7 +279,7 @@ class RenderSession {
   bool is_closing_ = false;
   /// Number of the last request that has arrived, has been taken by the thread, and is done.
   /// Loading is request 1.
-  uint64_t asked_ = 1, taken_ = 1, served_ = 0;
+  uint64_t last_requested_ = 1, last_taken_ = 1, last_served_ = 0;
   bool may_be_ended_ = false;  ///< requests may cancel the current render
 
   // Used by all threads without a mutex.
@@ -283,6 +304,7 @@ class RenderSession {
   std::shared_ptr<const Scene> preview_scene_;  ///< nullptr until preview_scene() makes it
   std::unique_ptr<const PreviewDenoiser> denoiser_;  ///< nullptr unless previews are denoised
   std::shared_ptr<const Scene> guide_scene_;         ///< nullptr until a preview is denoised
+  std::optional<Rect> region_;                       ///< by set_region()
   uint64_t edition_ = 0;
   uint64_t generation_ = 0;
   uint64_t reported_edition_ = ~uint64_t{0};  ///< edition whose non-finite samples were reported
@@ -290,6 +312,7 @@ class RenderSession {
   bool wants_preview_ = false;
   bool is_coarse_ = false;  ///< the image is a preview; a pass follows it even when paused
   bool wants_whole_preview_ = false;
+  bool has_finished_tiles_ = false;  ///< of an interrupted pass; they aren't published yet
   bool is_paused_ = false;
   bool is_moving_ = false;
   Clock::time_point last_change_{};

@@ -48,6 +48,19 @@ Vec3 triple_of(const std::string& text) {
   return Vec3(n[0], n[1], n[2]);
 }
 
+/// Parses "X Y WIDTH HEIGHT", as for the program's option --crop.
+Rect region_of(const std::string& text) {
+  const auto n = numbers_of(text, 4);
+  constexpr double kMax = 1 << 20;
+  for (size_t i = 0; i < 4; ++i) {
+    if (!(n[i] >= (i < 2 ? 0 : 1) && n[i] <= kMax && n[i] == std::floor(n[i]))) {
+      throw Error("expected X Y WIDTH HEIGHT in pixels, got '" + text + "'");
+    }
+  }
+  const auto x = static_cast<int>(n[0]), y = static_cast<int>(n[1]);
+  return {x, y, x + static_cast<int>(n[2]), y + static_cast<int>(n[3])};
+}
+
 long resident_bytes() {
   long pages = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;
@@ -94,6 +107,8 @@ class Script {
     } else if (command == "denoise") {
       if (rest != "on" && rest != "off") throw Error("expected: denoise on, or denoise off");
       session_.set_denoising(rest == "on");
+    } else if (command == "region") {
+      session_.set_region(rest.empty() ? std::nullopt : std::optional(region_of(rest)));
     } else if (command == "lookat") {
       std::printf("%s\n", camera().controls().lookat().c_str());
     } else if (move(command, rest)) {
@@ -118,8 +133,7 @@ class Script {
                     parameter.plugin.c_str());
       }
     } else if (command == "samples") {
-      const PicturePointer picture = session_.picture();
-      std::printf("samples %.0f\n", picture ? picture->samples : 0);
+      std::printf("samples %.0f\n", wait_for_samples(rest));
     } else if (command == "sleep") {
       const double seconds = numbers_of(rest, 1)[0];
       if (!(seconds >= 0 && seconds <= 3600)) throw Error("expected seconds, from 0 to 3600");
@@ -128,6 +142,21 @@ class Script {
       std::printf("memory %ld\n", resident_bytes());
     } else {
       throw Error("unknown command '" + command + "'");
+    }
+  }
+
+  /// Waits until the image has the wanted number of samples per pixel; doesn't wait if `wanted` is
+  /// empty. Returns the image's number of samples per pixel.
+  double wait_for_samples(const std::string& wanted) {
+    const int64_t count = wanted.empty() ? 0 : whole_number_of(wanted, 1, 1 << 20);
+    while (true) {
+      const PicturePointer picture = session_.picture();
+      const double samples = picture ? picture->samples : 0;
+      const Activity activity = session_.status().activity;
+      const bool is_over = activity == Activity::kFailed || activity == Activity::kPaused ||
+                           activity == Activity::kFinished;
+      if (samples >= static_cast<double>(count) || is_over) return samples;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }
 

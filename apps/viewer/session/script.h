@@ -26,12 +26,15 @@ namespace kinome::viewer {
 ///     home                  resets the camera
 ///     lookat                prints the camera's position as <lookat>
 ///     pick X Y              prints the surface at this pixel of the film
+///     region X Y WIDTH HEIGHT  renders only this region on: RenderSession::set_region()
+///     region                renders the whole image on
 ///     render SAMPLES        calls RenderSession::render()
 ///     wait                  waits until all earlier commands are done
 ///     picture FILE          writes the image, by write_picture()
 ///     save FILE             saves the scene as XML
 ///     parameters            prints the parameters' paths, types and plugins
-///     samples               prints the image's number of samples per pixel
+///     samples [COUNT]       prints the image's number of samples per pixel; before, waits until it
+///                           is at least COUNT
 ///     sleep SECONDS         waits for this time
 ///     memory                prints the resident memory [bytes]
 ///

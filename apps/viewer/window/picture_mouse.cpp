@@ -47,12 +47,12 @@ void PictureMouse::press(Frame& frame, const std::vector<std::unique_ptr<Panel>>
                          int button) {
   button_ = button;
   is_drag_ = false;
-  taker_ = nullptr;
+  drag_panel_ = nullptr;
   pressed_at_ = mouse_position();
   pressed_ = click_at(frame, pressed_at_, button);
   for (const auto& panel : panels) {
     if (panel->press(frame, pressed_)) {
-      taker_ = panel.get();
+      drag_panel_ = panel.get();
       return;
     }
   }
@@ -60,7 +60,8 @@ void PictureMouse::press(Frame& frame, const std::vector<std::unique_ptr<Panel>>
 
 void PictureMouse::release(Frame& frame, const std::vector<std::unique_ptr<Panel>>& panels) {
   button_ = -1;
-  if (is_drag_ || !frame.view.area().shows(pressed_.film)) return;
+  if (Panel* const panel = std::exchange(drag_panel_, nullptr)) return panel->release(frame);
+  if (is_drag_ || !frame.tabs.is_live() || !frame.view.area().shows(pressed_.film)) return;
   for (const auto& panel : panels) {
     if (panel->click(frame, pressed_)) return;
   }
@@ -78,8 +79,9 @@ void PictureMouse::drag(Frame& frame) {
   const ImGuiIO& io = ImGui::GetIO();
   const Vec2 moved(io.MouseDelta.x, io.MouseDelta.y);
   if (moved == Vec2(0.f)) return;
-  if (taker_) return taker_->drag(frame, frame.view.area().to_film(mouse_position()));
-  if (io.KeyCtrl) return frame.view.move(moved);
+  if (drag_panel_) return drag_panel_->drag(frame, frame.view.area().to_film(mouse_position()));
+  // A kept image can't show the movement of the camera.
+  if (io.KeyCtrl || !frame.tabs.is_live()) return frame.view.move(moved);
   if (!frame.camera.can_move()) return;
   CameraControls& camera = frame.camera.controls();
   const PictureArea& area = frame.view.area();
@@ -99,7 +101,7 @@ void PictureMouse::drag(Frame& frame) {
 
 void PictureMouse::turn_wheel(Frame& frame) {
   const float steps = ImGui::GetIO().MouseWheel;
-  if (ImGui::GetIO().KeyCtrl) {
+  if (ImGui::GetIO().KeyCtrl || !frame.tabs.is_live()) {
     return frame.view.zoom(std::pow(kWheelZoom, steps), mouse_position());
   }
   if (!frame.camera.can_move()) return;

@@ -20,7 +20,7 @@ class PictureMouse {
 
   int button_ = -1;  ///< button that was pressed over the image and is held; -1 if none
   bool is_drag_ = false;
-  Panel* taker_ = nullptr;  ///< panel that receives the drag; nullptr for the camera
+  Panel* drag_panel_ = nullptr;  ///< panel that receives the drag; nullptr for the camera
   Vec2 pressed_at_{0.f};
   PictureClick pressed_;
   std::shared_ptr<const PickAnswer> selecting_;

@@ -26,10 +26,14 @@ constexpr const char* kFonts[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.t
                                   "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
                                   "/usr/share/fonts/TTF/DejaVuSans.ttf",
                                   "/usr/share/fonts/truetype/DejaVuSans.ttf"};
-/// Number of frames to draw after input, until ImGui's layout is stable. A new image needs only one.
+/// Number of frames to draw after input, until ImGui's layout is stable. A new image needs only
+/// one.
 constexpr int kFramesAfterInput = 3;
-/// Time between two frames without input, to update displayed values [s].
+/// Minimum time between two frames without input, which update displayed values [s].
 constexpr double kIdleInterval = 0.25;
+/// Maximum time of such frames as a fraction of the whole. Without a graphics processor, the render
+/// waits for them.
+constexpr double kMaxIdleShare = 0.04;
 /// Time between two frames of a flight [s].
 constexpr double kFlightInterval = 0.02;
 /// Speed of a flight, in distances to the target per second.
@@ -80,15 +84,21 @@ ViewerWindow::ViewerWindow(Options options) : options_(std::move(options)) {
   // Installed before ImGui's callbacks, which call these.
   glfwSetKeyCallback(window_, on_key);
   glfwSetCharCallback(window_, [](GLFWwindow* window, unsigned) { on_input(window); });
-  glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double, double) { on_input(window); });
+  glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
+    on_input(window);
+    window_of(window).cursor_ = Vec2(x, y);
+  });
   glfwSetCursorEnterCallback(window_, [](GLFWwindow* window, int) { on_input(window); });
-  glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int, int, int) { on_input(window); });
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int, int action, int) {
+    on_input(window);
+    ViewerWindow& self = window_of(window);
+    if (action == GLFW_PRESS && !self.pressed_at_) self.pressed_at_ = self.cursor_;
+  });
   glfwSetScrollCallback(window_, [](GLFWwindow* window, double, double) { on_input(window); });
   glfwSetWindowFocusCallback(window_, [](GLFWwindow* window, int) { on_input(window); });
   glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** files) {
     on_input(window);
-    auto& self = *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
-    for (int i = 0; i < count; ++i) self.drop(files[i]);
+    for (int i = 0; i < count; ++i) window_of(window).drop(files[i]);
   });
   glfwSetWindowRefreshCallback(window_, on_input);
   glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* window, int, int) { on_input(window); });
@@ -137,24 +147,34 @@ void ViewerWindow::show_title(const Frame& frame) {
   glfwSetWindowTitle(window_, (shown_file_ + " - kinome-view").c_str());
 }
 
+ViewerWindow& ViewerWindow::window_of(GLFWwindow* window) {
+  return *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
+}
+
 void ViewerWindow::on_input(GLFWwindow* window) {
-  static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window))->frames_wanted_ = kFramesAfterInput;
+  window_of(window).frames_wanted_ = kFramesAfterInput;
 }
 
 void ViewerWindow::on_key(GLFWwindow* window, int key, int, int action, int mods) {
   on_input(window);
-  auto& self = *static_cast<ViewerWindow*>(glfwGetWindowUserPointer(window));
+  ViewerWindow& self = window_of(window);
   // Ctrl+S must not fly, no matter which of the two keys is released first.
   if (action == GLFW_RELEASE) self.held_.erase(key);
+  if (action == GLFW_PRESS && key == GLFW_KEY_F12) self.wants_screenshot_ = true;
   if (action != GLFW_PRESS || ImGui::GetIO().WantTextInput) return;
-  if (key == GLFW_KEY_F12) self.wants_screenshot_ = true;
   if ((mods & GLFW_MOD_CONTROL) == 0) {
     if (key == GLFW_KEY_F) self.view_->reset_zoom();
+    if (key == GLFW_KEY_ESCAPE && self.session_->status().region) {
+      self.session_->set_region(std::nullopt);
+    }
+    if (key >= GLFW_KEY_1 && key <= GLFW_KEY_9) self.tabs_.select(key - GLFW_KEY_1);
     self.held_.insert(key);
     return;
   }
   if (key == GLFW_KEY_R) self.session_->reload();
   if (key == GLFW_KEY_S) self.wants_save_ = true;
+  if (key == GLFW_KEY_O) self.wants_open_ = true;
+  if (key == GLFW_KEY_K) self.tabs_.keep_displayed(self.session_->picture());
   if (key == GLFW_KEY_Z) self.session_->undo();
   if (key == GLFW_KEY_Q) glfwSetWindowShouldClose(window, GLFW_TRUE);
 }
@@ -165,11 +185,25 @@ void ViewerWindow::run(RenderSession& session) {
   glfwShowWindow(window_);
   // A save that was requested before the window was closed still needs a frame.
   while (!glfwWindowShouldClose(window_) || wants_save_) {
+    const auto start = std::chrono::steady_clock::now();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    // Before version 1.87, ImGui takes the position of this frame for that of the press, although
+    // the mouse may have moved on.
+    if (pressed_at_) ImGui::GetIO().MousePos = {pressed_at_->x, pressed_at_->y};
+    pressed_at_.reset();
     ImGui::NewFrame();
-    Frame frame{session,        *view_,           camera_,    session.picture(),
-                session.info(), session.status(), selection_, std::exchange(wants_save_, false),
+    Frame frame{session,
+                *view_,
+                camera_,
+                tabs_,
+                lights_,
+                shown_picture(),
+                session.info(),
+                session.status(),
+                selection_,
+                std::exchange(wants_save_, false),
+                std::exchange(wants_open_, false),
                 std::exchange(reference_, {})};
     show_title(frame);
     camera_.follow(session, frame.info);
@@ -190,7 +224,8 @@ void ViewerWindow::run(RenderSession& session) {
     } else if (--frames_wanted_ > 0) {
       glfwPollEvents();
     } else {
-      glfwWaitEventsTimeout(kIdleInterval);
+      const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+      glfwWaitEventsTimeout(std::max(kIdleInterval, seconds.count() / kMaxIdleShare));
     }
   }
   if (options_.trace) {
@@ -225,6 +260,8 @@ void ViewerWindow::draw(Frame& frame) {
 }
 
 void ViewerWindow::draw_picture(Frame& frame) {
+  tabs_.draw();
+  frame.picture = shown_picture();
   frame.view.draw(frame.picture);
   for (const auto& panel : panels_) panel->draw_over_picture(frame);
   mouse_.update(frame, panels_);
@@ -253,7 +290,8 @@ void ViewerWindow::fly(Frame& frame) {
                  pressed(GLFW_KEY_E) - pressed(GLFW_KEY_Q),
                  pressed(GLFW_KEY_W) - pressed(GLFW_KEY_S));
   const bool was_flying = is_flying_;
-  is_flying_ = way != Vec3(0.f) && frame.camera.can_move() && !ImGui::GetIO().WantTextInput;
+  is_flying_ = way != Vec3(0.f) && frame.camera.can_move() && tabs_.is_live() &&
+               !ImGui::GetIO().WantTextInput;
   if (!is_flying_) return;
   // The previous frame may have been long ago.
   const float step = was_flying ? std::min(seconds, 0.25f) : static_cast<float>(kFlightInterval);
@@ -304,14 +342,19 @@ void ViewerWindow::trace(const Frame& frame) {
   const PicturePointer& picture = frame.picture;
   if (picture && picture->generation != traced_generation_) {
     traced_generation_ = picture->generation;
-    std::printf("%.3f picture %llu edition %llu %dx%d %s %.0f samples %.3f s relmse %.3g\n", now,
+    uint64_t rays = 0;
+    for (const uint64_t of_kind : picture->stats.counters.rays) rays += of_kind;
+    std::printf("%.3f picture %llu edition %llu %dx%d %s %.0f samples %.3f s relmse %.3g rays %llu\n",
+                now,
                 static_cast<unsigned long long>(picture->generation),
                 static_cast<unsigned long long>(picture->edition), picture->image.width,
                 picture->image.height,
                 picture->is_preview ? "preview"
+                : picture->is_part  ? "part"
                 : picture->is_final ? "final"
                                     : "pass",
-                picture->samples, picture->seconds, picture->rel_mse);
+                picture->samples, picture->seconds, picture->rel_mse,
+                static_cast<unsigned long long>(rays));
   }
   std::fflush(stdout);
 }

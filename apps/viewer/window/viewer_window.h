@@ -2,12 +2,14 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "panels/panel.h"
 #include "window/picture_mouse.h"
+#include "window/relit_picture.h"
 
 struct GLFWwindow;
 
@@ -37,6 +39,10 @@ class ViewerWindow {
   static void wake();
 
  private:
+  /// Returns the image to display, relit by the sliders.
+  PicturePointer shown_picture() {
+    return relit_.shown(tabs_.shown(session_->picture()), lights_);
+  }
   void draw(Frame& frame);
   void draw_picture(Frame& frame);
   void draw_side_bar(Frame& frame);
@@ -45,6 +51,7 @@ class ViewerWindow {
   void take_screenshot(RenderSession& session);
   void trace(const Frame& frame);
   void drop(const std::string& file);
+  static ViewerWindow& window_of(GLFWwindow* window);
   static void on_input(GLFWwindow* window);
   static void on_key(GLFWwindow* window, int key, int scancode, int action, int mods);
 
@@ -54,15 +61,21 @@ class ViewerWindow {
   std::vector<std::unique_ptr<Panel>> panels_;
   PictureMouse mouse_;
   CameraLink camera_;
+  PictureTabs tabs_;
+  LightSliders lights_;
+  RelitPicture relit_;
   std::shared_ptr<const Pick> selection_;
   RenderSession* session_ = nullptr;  ///< while run() shows it
   bool wants_screenshot_ = false;
   bool wants_save_ = false;
+  bool wants_open_ = false;
   std::string reference_;   ///< image file that was dropped on the window
   std::string shown_file_;  ///< scene file in the title
   std::set<int> held_;  ///< held keys that were pressed without Ctrl
   float scale_ = 1;        ///< size of text and widgets, from the display's content scale
   int frames_wanted_ = 0;  ///< number of frames to draw before the next wait
+  std::optional<Vec2> cursor_;      ///< position of the mouse in the window
+  std::optional<Vec2> pressed_at_;  ///< where a button went down since the last frame
   bool is_flying_ = false;
   std::chrono::steady_clock::time_point last_frame_ = std::chrono::steady_clock::now();
   bool has_traced_window_ = false;

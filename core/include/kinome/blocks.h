@@ -96,7 +96,7 @@ struct SurfaceBlock {
   size_t count = 0;
   Columns3 p;      ///< position
   Columns3 n;      ///< unit geometric normal
-  Columns3 s, t;   ///< with sn: orthonormal shading frame
+  Columns3 s, t;   ///< tangents of the shading frame (s, t, sn)
   Columns3 sn;     ///< shading normal
   Columns3 dp_du;  ///< as in SurfaceInteraction; nullptr if not needed
   Columns3 dp_dv;
@@ -209,7 +209,7 @@ struct SurfaceSampleBlock {
 /// Nearest hits of 16 rays with one analytic shape.
 struct alignas(64) ShapeHit16 {
   float t[16];                      ///< infinity if there is no hit in [tmin, tmax]
-  float ngx[16], ngy[16], ngz[16];  ///< as Hit::ng; 0 unless the shape sets it
+  float ngx[16], ngy[16], ngz[16];  ///< see Hit::ng; 0 unless the shape sets it
   float u[16], v[16];
   uint32_t primitive[16];
 };

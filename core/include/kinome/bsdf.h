@@ -15,7 +15,7 @@ namespace kinome {
 /// Value and density of a BSDF for a pair of directions.
 struct BsdfValue {
   Rgb f{0.f};     ///< BSDF x |cos theta_o| [1/sr]
-  float pdf = 0;  ///< of sample() with the same mask, per solid angle of wo
+  float pdf = 0;  ///< density of sample() with the same mask, per solid angle of wo
 };
 
 /// Direction sampled from a BSDF.
@@ -31,7 +31,7 @@ struct NullTransmission {
   /// Fraction of the radiance arriving along -wi that leaves along wi: the mean weight of samples
   /// with Lobe::kNull, counting all other samples as 0.
   Rgb transmittance{0.f};
-  float probability = 0;  ///< that a sample of all lobes has Lobe::kNull
+  float probability = 0;  ///< probability that a sample of all lobes has Lobe::kNull
 };
 
 /// Reflectance split into a diffuse and a glossy part (|kd| and |ks| of Åkerlund 2008, eq. 4.5).
@@ -58,20 +58,18 @@ class KINOME_EXPORT Bsdf : public Object {
   /// True if light may pass through the surface: wi and wo may lie on different sides.
   bool transmits() const { return transmits_; }
   /// True if lobes other than Lobe::kDelta may transmit.
-  bool scatters_through() const { return scatters_through_; }
-  /// True if samples may have Lobe::kNull; null_transmission() must then return their share.
-  bool passes_straight() const { return passes_straight_; }
-  /// True if all light passes straight, without loss: null_transmission() is 1 everywhere. Such a
-  /// surface only separates media.
+  bool has_rough_transmission() const { return has_rough_transmission_; }
+  /// True if samples may have Lobe::kNull. null_transmission() is then mandatory.
+  bool has_null_lobe() const { return has_null_lobe_; }
+  /// True if null_transmission() is 1 everywhere. Such a surface only separates media.
   bool is_invisible() const { return is_invisible_; }
-  /// Index of refraction on the back side divided by that on the front side; 1 if transmitted light
-  /// isn't refracted. Samples with Lobe::kNull are never refracted. Values and weights are those of
-  /// radiance, which transmission scales by the squared ratio of the indices (Veach 1997, 5.2).
-  /// Power is not scaled.
+  /// Index of refraction on the back side divided by that on the front side; 1 without refraction.
+  /// Samples with Lobe::kNull are never refracted. Values and weights are those of radiance, which
+  /// refraction scales by the squared ratio (Veach 1997, 5.2); power isn't scaled.
   float relative_index() const { return relative_index_; }
 
-  /// True if the normal used for reflection, or its shadowing, depends on si.wi. Then f(wi, wo) may
-  /// be positive although sample() as seen from wo never returns wi.
+  /// True if the normal of reflection, or the shadowing around it, depends on si.wi. Then f(wi, wo)
+  /// may be positive although sample() as seen from wo never returns wi.
   bool turns_to_viewer() const { return turns_to_viewer_; }
 
   /// Evaluates f(wi, wo) |cos theta_o| and the density of sample(), both for the lobes in `mask`.
@@ -82,8 +80,7 @@ class KINOME_EXPORT Bsdf : public Object {
   /// Returns nullopt if sampling fails (wi or the sampled direction is below the horizon).
   virtual std::optional<BsdfSample> sample(const SurfaceInteraction& si, Lobe mask, float u1,
                                            const Vec2& u2) const = 0;
-  /// Straight transmission as seen from si.wi. Mandatory if passes_straight_ is set. Default: no
-  /// transmission.
+  /// Straight transmission as seen from si.wi. Mandatory if has_null_lobe_ is set. Default: none.
   virtual NullTransmission null_transmission(const SurfaceInteraction& /*si*/) const { return {}; }
   /// Reflectance on the side of si.wi. Callers also use it for other viewers on that side, so a
   /// part may be 0 only if it is 0 for all of them.
@@ -100,8 +97,7 @@ class KINOME_EXPORT Bsdf : public Object {
   virtual Frame reflection_frame(const SurfaceInteraction& si) const { return si.frame; }
 
   /// Evaluates eval_pdf() for one direction and draws one sample() at each point of a block, for
-  /// the lobes in query.lobes. One function does both, because they share the setup. Default: point
-  /// by point.
+  /// the lobes in query.lobes. Default: point by point.
   virtual void shade_block(const SurfaceBlock& points, const BsdfQuery& query,
                            const BsdfAnswer& answer) const;
 
@@ -110,9 +106,9 @@ class KINOME_EXPORT Bsdf : public Object {
                                        const NullTransmissionBlock& out) const;
 
   /// Computes reflection_frame() and the BSDF without its kDelta lobes as a closed-form BsdfForm,
-  /// at each point of a block. The form agrees with eval_pdf() up to rounding. Points without a
-  /// form get the colours of reflectance(). Forms exist only for points whose wi is on the side of
-  /// reflection_frame(). Default: no forms.
+  /// at each point of a block. The form agrees with eval_pdf() up to rounding. For points without a
+  /// form, writes the colours of reflectance(). Forms exist only for points whose wi is on the side
+  /// of reflection_frame(). Default: no forms.
   virtual void describe_block(const SurfaceBlock& points, const BsdfFormBlock& out) const;
   /// Returns the form that describe_block() computes for a point, or nullopt.
   std::optional<BsdfForm> form(const SurfaceInteraction& si) const;
@@ -124,8 +120,8 @@ class KINOME_EXPORT Bsdf : public Object {
   Lobe lobes_ = Lobe::kAll;
   bool is_lambertian_ = false;
   bool transmits_ = false;
-  bool scatters_through_ = false;
-  bool passes_straight_ = false;
+  bool has_rough_transmission_ = false;
+  bool has_null_lobe_ = false;
   bool is_invisible_ = false;
   float relative_index_ = 1;
   bool turns_to_viewer_ = false;

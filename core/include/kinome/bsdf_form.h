@@ -34,16 +34,16 @@ struct BsdfForm {
   Rgb eta{1.f}, k{0.f};
 
   /// True if the shading normal is perturbed (normal or bump map). Both lobes are then multiplied
-  /// by wide::turned_factor() of the cosine between the light and `surface_normal` (world space, on
-  /// the viewer's side).
-  bool is_turned = false;
+  /// by wide::perturbed_normal_factor() of the cosine between the light and `surface_normal` (world
+  /// space, on the viewer's side).
+  bool has_perturbed_normal = false;
   Vec3 surface_normal{0, 0, 1};
   float bump_alpha2 = 0;  ///< roughness of the bumps, squared; see wide::bump_shadowing()
 
   /// True if the forms differ only in colours, roughness and perturbed normal.
   bool same_kind(const BsdfForm& other) const {
     return glossy == other.glossy && is_conductor == other.is_conductor && eta == other.eta &&
-           k == other.k && is_turned == other.is_turned &&
+           k == other.k && has_perturbed_normal == other.has_perturbed_normal &&
            same_table(transmittance, other.transmittance);
   }
   /// True if both tables have the same values, wherever they are stored.
@@ -52,17 +52,17 @@ struct BsdfForm {
   }
 };
 
-/// Kinds of the forms at the points of blocks; few, even for many points. Forms beyond kMaxKinds
-/// kinds, for example if a texture varies the metal, are treated as having no form. Not
-/// thread-safe.
+/// Distinct kinds of forms (see BsdfForm::same_kind()) at the points of blocks. Most scenes have
+/// few kinds, however many points there are. Forms of further kinds, after the first kMaxKinds,
+/// count as points without a form; this occurs if a texture varies the metal. Not thread-safe.
 class KINOME_EXPORT BsdfFormKinds {
  public:
   /// Kind number of points without a form. Kinds are numbered from 1.
   static constexpr uint32_t kNone = 0;
   static constexpr size_t kMaxKinds = 64;
 
-  /// Returns the number of the form's kind, adding it if it is new. Returns kNone if there is no
-  /// room.
+  /// Returns the number of the form's kind, and adds the kind if it is new. Returns kNone if
+  /// kMaxKinds other kinds exist already.
   uint32_t number_of(const BsdfForm& form);
   /// Returns a form of this kind; `number` must not be kNone.
   const BsdfForm& operator[](uint32_t number) const { return kinds_[number - 1]; }
@@ -79,7 +79,7 @@ struct BsdfFormBlock {
   Columns3 specular;         ///< without a form: LobeReflectance::glossy
   float* alpha_u = nullptr;
   float* alpha_v = nullptr;
-  Columns3 surface_normal;  ///< set if BsdfForm::is_turned, like bump_alpha2
+  Columns3 surface_normal;  ///< set if BsdfForm::has_perturbed_normal, like bump_alpha2
   float* bump_alpha2 = nullptr;
   uint32_t* kind = nullptr;  ///< number of the kind in `kinds`
   BsdfFormKinds* kinds = nullptr;

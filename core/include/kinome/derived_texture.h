@@ -8,8 +8,8 @@
 
 namespace kinome {
 
-/// Base of textures whose values are those of another one, mapped one by one. By default, they are
-/// the same.
+/// Base class of textures that apply a function to each value of another texture. Default: the
+/// identity.
 class DerivedTexture : public Texture {
  public:
   explicit DerivedTexture(std::shared_ptr<const Texture> base) : base_(std::move(base)) {}

@@ -30,21 +30,21 @@ class KINOME_EXPORT Error : public std::runtime_error {
   const Location& where() const { return where_; }
   /// Message without locations.
   const std::string& message() const { return message_; }
-  /// Location that names the file of where(), then the location that names that location's file,
-  /// and so on.
-  const std::vector<Location>& askers() const { return askers_; }
+  /// Chain of references: the location that refers to the file of where(), then the location that
+  /// refers to that location's file, and so on.
+  const std::vector<Location>& requesters() const { return requesters_; }
   /// Returns the same error with one more location that refers to it.
-  Error asked_for_by(const Location& asker) const;
+  Error requested_by(const Location& requester) const;
 
  private:
-  Error(const Location& where, const std::string& message, std::vector<Location> askers);
+  Error(const Location& where, const std::string& message, std::vector<Location> requesters);
 
   Location where_;
   std::string message_;
-  std::vector<Location> askers_;
+  std::vector<Location> requesters_;
 };
 
-/// Several errors, at least one. As an Error, it is the first one.
+/// One or more errors. The base class holds the first one.
 class KINOME_EXPORT Errors : public Error {
  public:
   explicit Errors(std::vector<Error> all) : Error(all.front()), all_(std::move(all)) {}
@@ -57,9 +57,10 @@ class KINOME_EXPORT Errors : public Error {
 /// Returns the shortest text that reads back as this number: "0.1".
 KINOME_EXPORT std::string format_number(float number);
 
+/// Returns the Levenshtein distance of two names.
+KINOME_EXPORT int edit_distance(const char* a, const char* b);
 /// Returns the entry of `candidates` nearest to `name` by edit distance, or "" if none is near.
 /// Range is any range whose elements convert to std::string.
-KINOME_EXPORT int edit_distance(const char* a, const char* b);
 template <class Range>
 std::string nearest_name(const std::string& name, const Range& candidates) {
   std::string best;

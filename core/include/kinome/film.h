@@ -24,7 +24,7 @@ namespace kinome {
 class KINOME_EXPORT Film : public Object {
  public:
   ~Film() override;
-  int width() const { return width_; }  ///< of the full film
+  int width() const { return width_; }  ///< width of the full film, in pixels
   int height() const { return height_; }
   const Rect& crop() const { return crop_; }  ///< pixels to render
   /// Sets the pixels to render, which must be within the film. Call it before prepare().
@@ -41,9 +41,9 @@ class KINOME_EXPORT Film : public Object {
 
   /// Clears the film and sets its layers. Layer 0 holds the film's colour ("R", "G", "B", and "A"
   /// if the pixel format has alpha; "Y" for luminance), followed by the names in layers[0]. Other
-  /// layers hold only their names, preceded by colour if a channel shows part of it. Each layer is
-  /// filled by a pass of its own, with its own weights. `channels` lists the image's channels
-  /// beside the colour of layer 0. Commits go to lane 0 until set_lane().
+  /// layers hold only their named values, preceded by colour if a channel shows part of it. Each
+  /// layer is filled by a pass of its own, with its own weights. `channels` lists the image's
+  /// channels beside the colour of layer 0. Commits go to lane 0 until set_lane().
   void prepare(const std::vector<std::vector<std::string>>& layers,
                std::vector<FilmChannel> channels, uint32_t lanes = 1);
   /// Same, with one channel for each name.
@@ -75,14 +75,14 @@ class KINOME_EXPORT Film : public Object {
   uint64_t commits() const { return commits_; }
   uint64_t non_finite() const { return non_finite_; }
   void add_non_finite(uint64_t samples) { non_finite_ += samples; }
-  /// Returns the sums of each layer in lane 0, valid until prepare(). Layers with `with_splats` set
-  /// get memory for splats if they have none; it may be shorter than the number of layers.
+  /// Returns the sums of each layer in the lane of set_lane(), valid until prepare(). Allocates
+  /// memory for the splats of layers for which `with_splats` is true; missing entries are false.
   std::vector<FilmSums> layer_sums(const std::vector<bool>& with_splats = {});
   /// Returns the sums of layer 0 in a lane, valid until prepare().
   ConstFilmSums lane_sums(uint32_t lane) const;
-  /// Serialises the film: passes all committed data to `io`, piece by piece, which writes it or
-  /// replaces it by stored data. Returns false, with part of the data transferred, if the stored
-  /// film was prepared differently.
+  /// Serialises the film: calls `io` for each piece of the committed data, to store the bytes or
+  /// overwrite them with stored ones. Returns false, after part of the data, if the stored film was
+  /// prepared differently.
   bool transfer(const std::function<void(void* bytes, size_t count)>& io);
   /// Returns for each pixel of the crop window, row by row, whether it lacks samples in a layer.
   /// All false if the layer is built from light paths only, which cover all pixels at once.

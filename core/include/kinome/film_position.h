@@ -7,8 +7,8 @@
 
 namespace kinome {
 
-/// Sample positions along one axis of a pixel. They never reach the next pixel's edge, to which
-/// plain addition would sometimes round up far from the origin.
+/// Sample positions along one axis of a pixel. They are always less than the next pixel's edge, to
+/// which the sum of pixel and u may be rounded up for large coordinates.
 class PixelRange {
  public:
   explicit PixelRange(int pixel)

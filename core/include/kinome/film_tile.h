@@ -50,10 +50,10 @@ class KINOME_EXPORT FilmTile {
   /// is never called.
   void add_light_paths(double count) { light_paths_ += count; }
   const Rect& pixels() const { return pixels_; }
-  /// Index of the layer in the film, with Film::first_layer() as 0.
+  /// Index of the layer in the film, including Film::first_layer().
   int layer() const { return layer_; }
-  /// Serialises the tile: passes all its data to `io`, piece by piece, which copies it or replaces
-  /// it by the data of the same tile from another process.
+  /// Serialises the tile: calls `io` for each piece of its data. `io` copies the bytes, or
+  /// overwrites them with those of the same tile from another process.
   void transfer(const std::function<void(void* bytes, size_t count)>& io);
   bool has_splats() const { return !splats_.empty(); }
   uint64_t non_finite() const { return non_finite_; }

@@ -13,7 +13,7 @@ namespace kinome {
 struct MeshAttribute {
   std::string name;           ///< "vertex_…" or "face_…"
   uint32_t size = 3;          ///< values per vertex or triangle; textures support 1 or 3
-  std::vector<float> values;  ///< of the first vertex or triangle, then of the next, …
+  std::vector<float> values;  ///< `size` values per vertex or triangle, in their order
   bool is_of_faces() const { return name.starts_with("face_"); }
 };
 

@@ -33,7 +33,7 @@ struct InspectedSample {
 /// Sampling of one set of light points at one shading point.
 struct Inspection {
   bool is_distant = true;  ///< true for distant light, false for local light
-  Vec3 position{0.f};  ///< of the shading point, world space
+  Vec3 position{0.f};  ///< position of the shading point, world space
   Vec3 normal{0, 0, 1};
   std::vector<InspectedCluster> clusters;
   std::vector<InspectedSample> samples;

@@ -39,14 +39,14 @@ KINOME_EXPORT const char* to_string(InstructionSet set);
 KINOME_EXPORT std::optional<InstructionSet> instruction_set_named(std::string_view name);
 
 /// Returns the lowest set: that of this program, and of plugins built only once.
-KINOME_EXPORT InstructionSet least_instruction_set();
+KINOME_EXPORT InstructionSet min_instruction_set();
 
 /// Returns the highest set that this processor and its operating system support.
 KINOME_EXPORT InstructionSet processor_instruction_set();
 
 /// Returns the highest set that plugins may use: `wanted` (--isa), or the environment variable
 /// KINOME_ISA if `wanted` is empty, or the processor's. Throws Error if the name is unknown, the
-/// set is below least_instruction_set(), or the processor lacks it.
+/// set is below min_instruction_set(), or the processor lacks it.
 KINOME_EXPORT InstructionSet choose_instruction_set(
     const std::string& wanted = {}, InstructionSet processors = processor_instruction_set());
 

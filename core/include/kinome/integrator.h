@@ -55,8 +55,8 @@ class KINOME_EXPORT Integrator : public Object {
   virtual bool traces_media() const { return false; }
   /// Warns about emitters or light paths in the scene that render() ignores. Called once before
   /// rendering.
-  virtual void warn_of_light_left_out(const Scene& /*scene*/, const Sensor& /*sensor*/,
-                                      RenderContext& /*context*/) const {}
+  virtual void warn_of_ignored_light(const Scene& /*scene*/, const Sensor& /*sensor*/,
+                                     RenderContext& /*context*/) const {}
   /// Renders into the sensor's film, which the caller has prepared. Returns early with the samples
   /// so far if the context is cancelled.
   virtual void render(const Scene& scene, const Sensor& sensor, RenderContext& context) const = 0;

@@ -23,12 +23,12 @@ struct ShadowRayOf {
   V o, d;
   F tmax;
 
-  /// Starts at origin_off_surface(p, n, error, toward). `may_be_near` is false if all distances are
-  /// infinite.
+  /// Starts at origin_off_surface(p, n, error, toward). `may_be_finite` is false if all distances
+  /// are infinite.
   ShadowRayOf(const V& p, const V& n, const F& error, const V& toward, const F& distance,
-              bool may_be_near)
+              bool may_be_finite)
       : o(origin_off_surface(p, n, error, toward)), d(toward), tmax(kInfinity) {
-    if (!may_be_near) return;
+    if (!may_be_finite) return;
     using plain::select, std::max;
     const auto near = distance < kInfinity;
     const V to = p + toward * select(near, distance, F(1.f)) - o;
@@ -75,10 +75,10 @@ struct SurfaceInteraction {
     return std::abs(glm::dot(n, d)) * distance > p_error;
   }
   /// Returns the shadow ray toward a point at `distance` along the unit vector d; infinite for
-  /// distant light. Measured from its offset origin, the ray ends slightly before p + distance d;
-  /// otherwise emitters nearer than 10^4 p_error would occlude themselves. The gap is relative to
-  /// the distance, plus p_error, because far from the origin the emitter's position is as
-  /// inaccurate as p.
+  /// distant light. The ray ends slightly before p + distance d. The gap is measured from the ray's
+  /// offset origin, because otherwise emitters nearer than 10^4 p_error would occlude themselves.
+  /// The gap is relative to the distance, plus p_error, because far from the origin the emitter's
+  /// position is as inaccurate as p.
   Ray shadow_ray(const Vec3& d, float distance) const {
     const ShadowRayOf<Vec3, float> shadow(p, n, p_error, d, distance, distance < kInfinity);
     return {shadow.o, shadow.d, 0, shadow.tmax};

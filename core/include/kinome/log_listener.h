@@ -11,16 +11,16 @@ namespace kinome {
 /// addition to stderr. For programs that show warnings elsewhere.
 class KINOME_EXPORT LogListener {
  public:
-  /// Calls `hear` for each warning, on any thread, by one thread at a time. `hear` must not log,
-  /// nor create or destroy a listener.
-  explicit LogListener(std::function<void(const std::string& warning)> hear);
+  /// Calls `callback` for each warning, on any thread, by one thread at a time. `callback` must not
+  /// log, nor create or destroy a listener.
+  explicit LogListener(std::function<void(const std::string& warning)> callback);
   ~LogListener();
   LogListener(const LogListener&) = delete;
   LogListener& operator=(const LogListener&) = delete;
 
  private:
-  std::function<void(const std::string& warning)> hear_;
-  friend void tell_listeners(const std::string& warning);
+  std::function<void(const std::string& warning)> callback_;
+  friend void notify_listeners(const std::string& warning);
 };
 
 }  // namespace kinome

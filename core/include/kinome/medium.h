@@ -22,7 +22,7 @@ struct MediumBlock {
   Columns3 scattering;  ///< nullptr if not needed
 };
 
-/// Participating medium: what fills the inside or the outside of shapes. It has no boundary of its
+/// Participating medium that fills the inside or the outside of shapes. It has no boundary of its
 /// own except box(). Integrators sample distances and estimate transmittances.
 class KINOME_EXPORT Medium : public Object {
  public:

@@ -46,8 +46,8 @@ KINOME_EXPORT std::optional<Category> category_named(const std::string& name);
 
 /// Base class of all objects that plugins create. An object is constructed once while a scene is
 /// loaded, then immutable and shared by all threads while it renders. Const member functions are
-/// thread-safe. Objects that read files (ParameterType::kFile) are constructed by several threads
-/// at a time; those that are shared among them, BSDFs and textures, must only be read.
+/// thread-safe. Objects that read files (ParameterType::kFile) may be constructed by several
+/// threads at a time; their constructors must only read shared objects (BSDFs and textures).
 class KINOME_EXPORT Object {
  public:
   virtual ~Object();

@@ -12,7 +12,7 @@ enum class ParameterType {
   kInteger,
   kFloat,
   kString,
-  kFloatOrName,  ///< a number, or a string that stands for one: `int_ior` as 1.5046 or "bk7"
+  kFloatOrName,  ///< a number, or the name of one: `int_ior` as 1.5046 or "bk7"
   kFile,         ///< a string with a file name, resolved against the search paths
   kVector,       ///< three numbers: <point> or <vector>
   kEmission,     ///< uniform emission: <rgb>, <spectrum>, <float> or a uniform texture
@@ -39,7 +39,7 @@ enum class Quantity {
                  ///< equal-energy light, (1.205, 0.948, 0.909)
   kReflectance,  ///< in [0,1]; spectra are viewed under D65, so that a constant 1 is white
   kUnitless,  ///< roughness, exponent, index of refraction: unbounded; spectra are viewed under D65
-  kColor,     ///< of textures usable for any of these: unbounded; spectra by wavelengths are
+  kColor,     ///< values of textures usable for any of these: unbounded; spectra by wavelengths are
               ///< reflectances
 };
 KINOME_EXPORT Quantity quantity_of(ParameterType type);
@@ -56,8 +56,8 @@ struct Parameter {
   const char* default_value;
   const char* doc;
   bool required = false;
-  Category category = Category::kBsdf;  ///< of a kObject
-  int max_count = 1;                    ///< of a kObject
+  Category category = Category::kBsdf;  ///< category of a kObject
+  int max_count = 1;                    ///< maximum number of kObjects of this row
   /// Valid values of a kString (see Properties::choice()); empty: any string.
   std::span<const char* const> choices = {};
   /// True if scenes may give the parameter but the plugin never reads it. The loader still checks

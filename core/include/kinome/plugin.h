@@ -12,7 +12,7 @@
 
 /// Version of the public headers. Incremented when a change makes existing plugin binaries
 /// incompatible.
-#define KINOME_INTERFACE_VERSION 27
+#define KINOME_INTERFACE_VERSION 28
 
 #define KINOME_STRINGIFY_(x) #x
 #define KINOME_STRINGIFY(x) KINOME_STRINGIFY_(x)

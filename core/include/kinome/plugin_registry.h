@@ -11,7 +11,7 @@
 
 namespace kinome {
 
-/// Error: a plugin's library exists but can't be used. Reported once, however many objects use it.
+/// Thrown if a plugin's library exists but can't be used. Reported once for all of its objects.
 class KINOME_EXPORT UnusablePlugin : public Error {
  public:
   using Error::Error;
@@ -42,7 +42,7 @@ class KINOME_EXPORT PluginRegistry {
   /// nearest known one), types, required parameters and counts; throws all errors as Errors.
   /// Afterwards checks that the constructor read every property.
   std::shared_ptr<Object> create(Properties& props);
-  /// Does the same with a plugin that find() has returned. Thread-safe.
+  /// Creates an object of a plugin that find() has returned, in the same way. Thread-safe.
   static std::shared_ptr<Object> create(const PluginDescriptor& plugin, Properties& props);
 
   /// Names of all plugins in a category, including aliases, sorted. Loads nothing.

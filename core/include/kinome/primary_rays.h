@@ -13,7 +13,7 @@ namespace kinome {
 
 /// First and last stage of most integrators.
 inline constexpr Stage kPrimaryStage{"primary", "traces rays from the camera"};
-inline constexpr Stage kFilmStage{"film", "adds up the picture"};
+inline constexpr Stage kFilmStage{"film", "adds samples to the film"};
 
 /// Value of SampleKey::seed throughout a render: combines `--seed` and the seed of the scene's
 /// sampler.

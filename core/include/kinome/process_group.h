@@ -56,7 +56,7 @@ class KINOME_EXPORT ProcessGroup {
   /// Returns the next item number of the pass that no process has taken, from 0. After stop(),
   /// returns a number beyond all items.
   virtual uint64_t next() = 0;
-  /// Ends the handing out of item numbers on all processes.
+  /// Makes next() return no more items, on all processes.
   virtual void stop() = 0;
   /// Sends data to the root, from any other process.
   virtual void send(std::string bytes) = 0;
@@ -76,7 +76,7 @@ class KINOME_EXPORT ProcessGroup {
 /// Calls fn() on all processes of a group; fn() must not communicate with the group. If any process
 /// throws, all throw an AgreedError with the message of the lowest rank that failed. Without a
 /// group (nullptr), just calls fn().
-KINOME_EXPORT void together(ProcessGroup* group, const std::function<void()>& fn);
+KINOME_EXPORT void on_all_processes(ProcessGroup* group, const std::function<void()>& fn);
 
 /// True on the process that owns the film. Always true without a group (nullptr).
 KINOME_EXPORT bool is_root(const ProcessGroup* group);
@@ -85,6 +85,6 @@ KINOME_EXPORT bool is_root(const ProcessGroup* group);
 KINOME_EXPORT double agree(ProcessGroup* group, double value);
 /// Sums each value over all processes of the group (all-reduce). Collective. Does nothing without a
 /// group (nullptr).
-KINOME_EXPORT void add_up(ProcessGroup* group, std::span<uint64_t> numbers);
+KINOME_EXPORT void sum_over_processes(ProcessGroup* group, std::span<uint64_t> numbers);
 
 }  // namespace kinome

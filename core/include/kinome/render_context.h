@@ -6,9 +6,9 @@
 
 namespace kinome {
 
-/// Services that an integrator needs besides the scene. They are passed as one object because an
-/// integrator hands them on to most of its parts, and because another service then changes no
-/// plugin's functions. Code that needs only one of them takes only that one.
+/// Services that an integrator needs besides the scene. They form one object because an integrator
+/// passes them to most of its functions, and because a further service then changes no signatures.
+/// Functions that need only one service take only that one.
 ///
 /// Create the context before loading the scene, not right before rendering: the system may take
 /// milliseconds to distribute new threads over the cores.

@@ -47,16 +47,16 @@ class KINOME_EXPORT RenderJob {
   /// True if interrupted() or past the deadline; the image then consists of the samples so far. In
   /// a group, processes agree as for interrupted().
   bool cancelled() const;
-  /// Cancels the current item if an interrupted process of a group runs it, by an exception that
-  /// the scheduler catches. Long items call it between their steps, because launchers kill
-  /// processes that don't end within a second. Without a group, items are completed.
+  /// Cancels the current item if this process belongs to a group and was interrupted: throws an
+  /// exception that the scheduler catches. Long items call it between their steps, because
+  /// launchers kill processes that don't end within a second. Does nothing without a group.
   void check_interrupt() const;
 
   /// Sets an object that records finished items and skips those it has, such as a Checkpoint;
   /// nullptr: none. Call before rendering.
   void set_work_source(WorkSource* source) { source_ = source; }
   WorkSource* work_source() const { return source_; }
-  /// True unless the work source needs none of `pixels` of a film layer.
+  /// True if some of `pixels` of a film layer need samples (WorkSource::is_wanted()).
   bool is_wanted(const Rect& pixels, int layer = 0) const;
   /// Returns decide(). Integrators must use it for decisions that depend on the film's contents. A
   /// resumed render gets the decisions of the original render, because its film has later contents.

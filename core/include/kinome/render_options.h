@@ -11,7 +11,7 @@ struct Image;
 class ProcessGroup;
 class Timeline;
 
-/// Called now and then during a render, by one thread at a time, with the fraction of tiles done.
+/// Called repeatedly during a render, by one thread at a time, with the fraction of tiles done.
 using ProgressCallback = std::function<void(double fraction)>;
 
 /// Stopping criteria of a progressive render, in place of the scene's sample count. They can be
@@ -27,9 +27,9 @@ struct RenderBudget {
   static constexpr double kMaxSamples = 16384;
   /// Number of film lanes (at least 2) for film_noise(); 0: no variance estimates.
   uint32_t lanes = 0;
-  /// Estimates the seconds that the caller needs after the render for an image like `picture`, for
+  /// Estimates the seconds that the caller needs after the render for an image like `image`, for
   /// example to write it. They are part of `seconds`.
-  std::function<double(const Image& picture)> seconds_after = nullptr;
+  std::function<double(const Image& image)> seconds_after = nullptr;
   bool any() const { return seconds > 0 || rel_mse > 0 || lanes > 0; }
 };
 

@@ -14,7 +14,7 @@ struct SampleKey {
   uint32_t x = 0;  ///< pixel of the full film
   uint32_t y = 0;
   uint32_t sample = 0;  ///< index in the pixel; any uint32_t, even beyond sample_count()
-  uint64_t seed = 0;    ///< of the render (--seed and the sampler's `seed`)
+  uint64_t seed = 0;    ///< seed of the render: combines --seed and the sampler's `seed`
 };
 
 /// Random or low-discrepancy numbers as a pure function of (key, dimension), in any order and on

@@ -28,13 +28,13 @@ class KINOME_EXPORT Scene {
     std::vector<std::shared_ptr<Sensor>> sensors;
     std::shared_ptr<Integrator> integrator;
     std::string file;
-    std::string hash;  ///< of the scene file's text with includes and -D; 16 hex digits
+    std::string hash;  ///< hash of the scene file's text with includes and -D; 16 hex digits
     /// True if no ray may pass between two triangles that share an edge. Otherwise rays are about
     /// 10 % faster, but about one in a million passes through a finely tessellated surface.
     bool watertight = true;
   };
   /// Builds the acceleration structure with `threads` threads. Every shape must have a BSDF. Reuses
-  /// the structure of `before` if that has the very same shapes; their geometry must not have
+  /// the structure of `before` if that has exactly the same shapes; their geometry must not have
   /// changed since.
   Scene(Contents contents, unsigned threads, const Scene* before = nullptr);
   ~Scene();

@@ -12,8 +12,8 @@ namespace kinome {
 class RenderJob;
 class SharedItems;
 
-/// Side of a tile in pixels (Åkerlund 2008, 4.4.1), and in small images, which would otherwise have
-/// too few tiles for many threads.
+/// Side of a tile in pixels (Åkerlund 2008, 4.4.1). Small images have smaller tiles, because they
+/// would otherwise have too few for many threads.
 inline constexpr int kTileSize = 32, kSmallTileSize = 16;
 /// Returns the side of the tiles of an image with these pixels.
 KINOME_EXPORT int tile_size(const Rect& pixels);
@@ -63,8 +63,8 @@ class KINOME_EXPORT Scheduler {
   /// depend on the order.
   void parallel_for(size_t count, const std::function<void(size_t)>& fn) const;
 
-  unsigned threads() const;      ///< of this process
-  unsigned all_threads() const;  ///< of all processes of the group
+  unsigned threads() const;      ///< number of threads of this process
+  unsigned all_threads() const;  ///< number of threads of all processes of the group
 
   /// Sets the film of the root to which other processes' commits are added. Call before rendering.
   void set_film(Film& film);

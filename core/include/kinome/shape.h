@@ -98,7 +98,7 @@ class KINOME_EXPORT Shape : public Object {
     return std::nullopt;
   }
   /// Names of the attributes that the textures of its BSDF and emitter read, without duplicates.
-  std::vector<std::string> wanted_attributes() const;
+  std::vector<std::string> requested_attributes() const;
 
  protected:
   /// Leaves BSDF, emitter and sensor empty.

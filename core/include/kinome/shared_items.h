@@ -32,7 +32,7 @@ class SharedBytes {
     if (count > 0) std::memcpy(data, left_.data(), count);
     left_.remove_prefix(count);
   }
-  /// Transfers a value. T must not have padding unless it may be undefined.
+  /// Transfers a value. T may have padding only if its bytes may be undefined.
   template <class T>
   void value(T& value) {
     static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
@@ -86,16 +86,16 @@ class SharedItems {
 
   const Transfer& transfer() const { return transfer_; }
   /// Rank of the process that ran each item; set at the end of the loop.
-  const std::vector<int>& makers() const { return makers_; }
-  void set_makers(std::vector<int> makers) { makers_ = std::move(makers); }
+  const std::vector<int>& ranks() const { return ranks_; }
+  void set_ranks(std::vector<int> ranks) { ranks_ = std::move(ranks); }
   /// Assigns each item to a rank, for items that continue with data of an earlier loop. Empty: the
   /// next free process takes it.
-  void stay_with(std::vector<int> makers) { stay_ = std::move(makers); }
-  const std::vector<int>& stay() const { return stay_; }
+  void assign(std::vector<int> ranks) { assigned_ = std::move(ranks); }
+  const std::vector<int>& assigned_ranks() const { return assigned_; }
 
  private:
   Transfer transfer_;
-  std::vector<int> makers_, stay_;
+  std::vector<int> ranks_, assigned_;
 };
 
 }  // namespace kinome

@@ -50,7 +50,7 @@ class StageTimer {
   Clock::time_point start_;
 };
 
-/// Work that a render skipped, and the reason: {"light tree", "no emitter offers light points"}.
+/// Work that a render skipped, and the reason: {"light tree", "no emitter has light points"}.
 struct Skipped {
   std::string what;
   std::string why;
@@ -60,7 +60,7 @@ struct Skipped {
 struct GroupTraffic {
   uint64_t messages = 0;
   uint64_t bytes = 0;  ///< counted once per receiving process
-  double seconds = 0;  ///< until all data arrived, including waiting; summed over processes
+  double seconds = 0;  ///< time until all data arrived, including waiting; summed over processes
 };
 
 /// Invalid result that a plugin returned at `count` of `looks` audited points (see
@@ -93,7 +93,7 @@ struct KINOME_EXPORT RenderStats {
   std::string instruction_set;  ///< highest that plugins may use; see to_string(InstructionSet)
   unsigned threads = 0;         ///< per process
   unsigned processes = 1;       ///< number of processes that rendered the image
-  std::map<std::string, GroupTraffic> traffic;  ///< of all processes, by subject
+  std::map<std::string, GroupTraffic> traffic;  ///< traffic of all processes, by subject
   uint64_t peak_memory_bytes = 0;
   uint64_t non_finite_samples = 0;
   std::vector<PluginFault> faults;

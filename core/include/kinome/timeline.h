@@ -46,8 +46,8 @@ class KINOME_EXPORT Timeline {
   /// part is the one whose time in `seconds` (RenderCounters::stage_seconds) has increased most. It
   /// is the stage of all previous parts without a stage, too.
   void begin_loop(unsigned threads, const std::map<std::string, double>& seconds);
-  /// Ends the loop. If `stage` isn't "", it is the stage of the loop and of all previous parts without
-  /// a stage, which prepared the loop. `seconds`: as for begin_loop(), including the loop.
+  /// Ends the loop. If `stage` isn't "", it is the stage of the loop and of all previous parts
+  /// without a stage, which prepared it. `seconds` is that of begin_loop(), including the loop.
   void end_loop(const std::string& stage, const std::map<std::string, double>& seconds);
   /// Adds an event of a thread in the current loop. Different threads may call it at once.
   void add(unsigned thread, uint64_t item, double begin, double end, bool is_commit);

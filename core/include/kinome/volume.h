@@ -43,7 +43,7 @@ class KINOME_EXPORT Volume : public Object {
   virtual float max() const = 0;
   /// True if eval() is constant.
   virtual bool is_uniform() const { return false; }
-  /// World-space box of the unit cube that `to_world` transforms. Media end there.
+  /// World-space bounding box of the unit cube that `to_world` transforms. Media end at its faces.
   virtual Aabb box() const = 0;
   /// Number of voxels along the axes of box(), for choosing the size of blocks; 1 without voxels.
   virtual glm::uvec3 resolution() const { return glm::uvec3(1); }

@@ -12,9 +12,9 @@ namespace kinome {
 class Film;
 
 /// Reports which work of a render's passes is needed, and records the items that are added to the
-/// film. Checkpoint (libs/session) resumes earlier renders by it. The default functions render
-/// everything and record nothing. Not thread-safe; the scheduler serialises the calls, except for
-/// those of is_wanted().
+/// film. Checkpoint (libs/session) implements it to resume earlier renders. The default functions
+/// render everything and record nothing. Not thread-safe; the scheduler serialises the calls,
+/// except for those of is_wanted().
 class KINOME_EXPORT WorkSource {
  public:
   virtual ~WorkSource();
@@ -23,7 +23,7 @@ class KINOME_EXPORT WorkSource {
   virtual void begin(Film& /*film*/) {}
   /// True if the film was filled with stored data.
   virtual bool resumes() const { return false; }
-  /// True unless no pixel of `pixels` of a film layer needs samples. Thread-safe.
+  /// True if some of `pixels` of a film layer need samples. Thread-safe.
   virtual bool is_wanted(const Rect& /*pixels*/, int /*layer*/) const { return true; }
   /// Begins a pass with this number of items.
   virtual void begin_pass(size_t /*items*/) {}
@@ -37,7 +37,7 @@ class KINOME_EXPORT WorkSource {
   virtual void save(Film& /*film*/) {}
   /// Stores the film a last time. Called only once.
   virtual void close(Film& /*film*/) {}
-  /// Stores nothing more, because the film contains samples that no pass accounts for.
+  /// Ends the storing of data, because the film contains samples that no pass accounts for.
   virtual void abandon() {}
 };
 

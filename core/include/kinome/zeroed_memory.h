@@ -19,8 +19,8 @@ class KINOME_EXPORT ZeroedMemory {
   /// Throws std::bad_alloc.
   explicit ZeroedMemory(size_t bytes);
 
-  /// Pointer to the memory, aligned to kMinAlignment, and to kHugePage from that size on. nullptr if
-  /// empty.
+  /// Pointer to the memory; nullptr if empty. Aligned to kMinAlignment, or to kHugePage if the
+  /// memory is at least that large.
   void* data() const { return memory_.get(); }
 
   /// Returns the memory of an object that this call makes empty. The caller must pass it to

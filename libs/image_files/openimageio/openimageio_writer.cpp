@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <exception>
+#include <iterator>
 #include <stdexcept>
+#include <string>
 
+#include "image_files/openimageio/varying_bytes.h"
 #include "kinome/export.h"
 
 namespace {
@@ -35,13 +38,17 @@ void write(const char* path, const Pixels& pixels) {
   }
   spec.attribute("oiio:ColorSpace", pixels.bytes ? "sRGB" : "Linear");
   if (pixels.bytes) spec.attribute("oiio:UnassociatedAlpha", 1);
-  // Otherwise, some formats store the time, so that no two files would be equal.
-  spec.attribute("DateTime", "1970:01:01 00:00:00");
+  // Otherwise, OpenImageIO would store the time, so that no two files would be equal.
+  if (std::string(output->format_name()) == "tiff") spec.attribute("DateTime", "");
   for (const auto& [name, value] : pixels.attributes) spec.attribute(name, value);
   const void* const data = pixels.bytes ? static_cast<const void*>(pixels.bytes)
                                         : static_cast<const void*>(pixels.floats);
   if (!output->open(path, spec) || !output->write_image(type, data) || !output->close()) {
     throw std::runtime_error(output->geterror());
+  }
+  if (!kinome::openimageio::clear_varying_bytes(path, output->format_name(),
+                                                pixels.attributes.count("ImageDescription") > 0)) {
+    throw std::runtime_error("can't write the header");
   }
 }
 

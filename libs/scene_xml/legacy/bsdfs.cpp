@@ -99,7 +99,7 @@ void translate_translucent(Node& node, double share, Warnings& warnings) {
   add_number(node, "diff_trans", share);
   if (type == "hk") {
     warnings.add(node.where,
-                 "'hk' is replaced by a diffuse sheet, half of whose light goes through; "
+                 "'hk' is replaced by a diffuse sheet that transmits half of the light; "
                  "its thickness and its coefficients are ignored");
   }
   set_type(node, "principledthin");

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "scene_xml/node.h"
+#include "scene_xml/nodes/node.h"
 
 /// Translation of objects from files of Mitsuba 0.x, after substitution and includes. (Names and
 /// tags are translated before, in old_names.cpp.) Sources: the manual of Mitsuba 0.6 for

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "kinome/color.h"
-#include "scene_xml/convert.h"
 #include "scene_xml/legacy/legacy.h"
+#include "scene_xml/values/convert.h"
 
 namespace kinome::loader::legacy {
 namespace {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "scene_xml/node.h"
+#include "scene_xml/nodes/node.h"
 
 namespace kinome::loader {
 

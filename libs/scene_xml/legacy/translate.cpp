@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "kinome/plugin_registry.h"
-#include "scene_xml/build.h"
 #include "scene_xml/legacy/legacy.h"
+#include "scene_xml/objects/build.h"
 
 namespace kinome::loader {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "base/numbers.h"
 #include "scene_xml/legacy/old_names.h"
-#include "scene_xml/node.h"
+#include "scene_xml/nodes/node.h"
 
 namespace kinome::loader {
 namespace {

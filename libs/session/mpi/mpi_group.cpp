@@ -71,7 +71,7 @@ MpiGroup::MpiGroup() {
         is_busy = continue_sending();
         is_busy = continue_receiving(arrived) || is_busy;
       }
-      for (const Message& message : arrived) hand_on(message);
+      for (const Message& message : arrived) deliver(message);
       arrived.clear();
       if (is_busy) sleep.shorten();
       sleep();
@@ -292,7 +292,7 @@ bool MpiGroup::continue_receiving(std::vector<Message>& arrived) {
 
 /// Passes a message to the receiver, without the lock, so that other threads can call MPI
 /// meanwhile.
-void MpiGroup::hand_on(const Message& message) {
+void MpiGroup::deliver(const Message& message) {
   std::exception_ptr failure;
   try {
     receive_(message.rank, message.bytes);

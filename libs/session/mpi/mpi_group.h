@@ -48,7 +48,7 @@ class MpiGroup final : public ProcessGroup {
   /// Polls messages. Both functions return true if there was progress.
   bool continue_sending();
   bool continue_receiving(std::vector<Message>& arrived);
-  void hand_on(const Message& message);
+  void deliver(const Message& message);
   uint64_t take(uint64_t count);
   void count(const char* what, uint64_t messages, uint64_t bytes, double seconds);
   /// Waits until `is_done` returns true. It is called with the lock held.

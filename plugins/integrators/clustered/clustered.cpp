@@ -20,15 +20,17 @@
 //   <integrator type="clustered"> <integer name="max_depth" value="3"/> </integrator>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "clustered/clustered_stages.h"
 #include "clustered/media/media_method.h"
+#include "clustered/path_method.h"
 #include "clustered/points/thesis_method.h"
 #include "clustered/product/method/product_method.h"
 #include "kinome/log.h"
 #include "kinome/plugin.h"
-#include "transport/media/media_warnings.h"
+#include "transport/media/bodies/media_warnings.h"
 
 namespace {
 
@@ -46,8 +48,8 @@ constexpr Parameter kParameters[] = {
               "criteria of the thesis, for light points: 'joint' (light, BRDF and form factor), "
               "'luminance' or 'brdf'. 'product' becomes 'joint' if an emitter lacks functions that "
               "'product' requires (Kinome's own have all), if indirect emitters are restricted to "
-              "some emitters, or with max_geometry_term. It renders scenes with media, the "
-              "others ignore media."),
+              "some emitters, or with max_geometry_term. 'product' renders media; the others "
+              "ignore them."),
     {"rays_per_pixel", ParameterType::kFloat, "0",
      "'product': mean number of rays of all kinds per pixel; 0: three for each of the sampler's "
      "samples, as 'direct' takes."},
@@ -76,7 +78,7 @@ constexpr Parameter kParameters[] = {
     {"trial", ParameterType::kBoolean, "true",
      "'product': render with 'path' (with media, 'volpath') if a trial on some tiles finds that it "
      "takes less work for the same error, or if the render is short (with media, and a max_depth "
-     "above 3). Never if 'path' can't find some of the light."},
+     "above 3). 'product' always renders the image if 'path' can't find some of the light."},
     {"rr_depth", ParameterType::kInteger, "5",
      "'product': Russian roulette ends paths from the camera from this many surface points on."},
     KINOME_POINT_LIGHT_PARAMETERS,
@@ -130,7 +132,7 @@ ProductMethod::Settings read_product_settings(const Properties& props,
   return settings;
 }
 
-class Clustered final : public Integrator {
+class Clustered final : public GroupingIntegrator {
  public:
   explicit Clustered(const Properties& props) : points_(read_point_light_parameters(props)) {
     const auto importance = static_cast<size_t>(props.choice("importance"));
@@ -151,20 +153,36 @@ class Clustered final : public Integrator {
   }
 
   std::vector<std::vector<std::string>> layers() const override {
-    if (!has_diagnostics()) return {{}};
-    return {{}, {std::begin(kProductChannels), std::end(kProductChannels)}};
+    const std::vector<std::string> groups = light_groups().channels();
+    if (!has_diagnostics()) return {groups};
+    return {groups, {std::begin(kProductChannels), std::end(kProductChannels)}};
+  }
+
+  void check_light_groups(const LightGroups& groups,
+                          std::span<const Emitter* const> emitters) const override {
+    if (!product_) groups.fail("requires importance 'product' of 'clustered'");
+    if (ProductMethod::is_for_light_points(*product_, emitters)) {
+      groups.fail(
+          "isn't supported by 'clustered' with max_geometry_term, or if indirect emitters are "
+          "restricted to some emitters: both require light points");
+    }
+  }
+
+  void set_light_groups(LightGroups groups) override {
+    product_->sampling.groups = groups;
+    GroupingIntegrator::set_light_groups(std::move(groups));
   }
 
   bool gives_samples() const override { return !product_; }
   bool traces_media() const override { return product_.has_value(); }
 
-  void warn_of_light_left_out(const Scene& scene, const Sensor& sensor,
-                              RenderContext& context) const override {
+  void warn_of_ignored_light(const Scene& scene, const Sensor& sensor,
+                             RenderContext& context) const override {
     if (has_media(scene)) return transport::warn_of_media(scene, sensor);
     // Renders by light points end after one bounce.
     const bool has_all =
         product_ && points_.options.local && ProductMethod::serves(*product_, scene);
-    if (!has_all) kinome::warn_of_light_left_out(points_, scene, sensor, context);
+    if (!has_all) kinome::warn_of_ignored_light(points_, scene, sensor, context);
   }
 
   std::unique_ptr<Passes> begin(const Scene& scene, const Sensor& sensor, RenderContext& context,
@@ -197,13 +215,23 @@ class Clustered final : public Integrator {
     if (has_media(scene)) {
       return std::make_unique<MediaMethod>(
           PathSettings{product_->sampling.length, product_->sampling.hide_emitters},
-          product_->sampling.trial);
+          product_->sampling.trial, light_groups());
     }
     if (product_ && points_.options.max_depth >= 2) {
       auto product = ProductMethod::make(*product_, scene, sensor, context, is_progressive);
       if (product) return product;
     }
+    if (!light_groups().is_empty()) return path_method(context);
     return std::make_unique<ThesisMethod>(points_, thesis_, has_diagnostics());
+  }
+
+  /// Returns the method for light groups of scenes that 'product' doesn't support.
+  std::unique_ptr<const ClusteredMethod> path_method(RenderContext& context) const {
+    const PathSettings paths{product_->sampling.length, product_->sampling.hide_emitters};
+    report_method(context, "path",
+                  "product sampling doesn't support the scene, and light points aren't divided by "
+                  "light group");
+    return std::make_unique<PathMethod>(paths, light_groups());
   }
 
   PointLightSettings points_;

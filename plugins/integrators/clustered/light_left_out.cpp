@@ -1,13 +1,15 @@
 #include "clustered/light_left_out.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 
 #include "kinome/log.h"
-#include "kinome/wide/owen.h"
 #include "kinome/primary_rays.h"
-#include "transport/camera.h"
-#include "transport/paths.h"
+#include "kinome/wide/owen.h"
+#include "transport/camera/camera.h"
+#include "transport/paths/paths.h"
 
 namespace kinome {
 namespace {
@@ -108,16 +110,17 @@ LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longe
   return left_out;
 }
 
-void warn_of_light_left_out(const Location& where, const PathSettings& requested, uint32_t longest,
-                            const Scene& scene, const Sensor& sensor, RenderContext& context) {
+void warn_of_ignored_light(const Location& where, const PathSettings& requested, uint32_t longest,
+                           const Scene& scene, const Sensor& sensor, RenderContext& context) {
   if (longest >= requested.length.max_depth || log_level() == LogLevel::kQuiet) return;
   const StageTimer timer(context.job.stats().counters.stage_seconds["light left out"]);
   const LightLeftOut found = measure_light_left_out(requested, longest, scene, sensor, context);
   if (found.share < kMinShare || found.share < kMinErrors * found.error) return;
-  log_warn(Error(where, std::string("light after ") + (longest == 3 ? "two bounces" : "a bounce") +
-                            " and more is left out: about " + percent(found.share) +
-                            " of the image ('path' renders all of it)")
-               .what());
+  const std::string message = fmt::format(
+      "light after {} or more bounces is left out: about {} of the image ('path' renders all of "
+      "it)",
+      longest == 3 ? "two" : "one", percent(found.share));
+  log_warn(Error(where, message).what());
 }
 
 }  // namespace kinome

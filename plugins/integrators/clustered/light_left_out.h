@@ -22,7 +22,7 @@ LightLeftOut measure_light_left_out(const PathSettings& settings, uint32_t longe
 
 /// Warns if paths of up to `requested` edges are enabled, those of more than `longest` edges are
 /// left out, and their light is significant. `where`: location of the integrator in the scene file.
-void warn_of_light_left_out(const Location& where, const PathSettings& requested, uint32_t longest,
-                            const Scene& scene, const Sensor& sensor, RenderContext& context);
+void warn_of_ignored_light(const Location& where, const PathSettings& requested, uint32_t longest,
+                           const Scene& scene, const Sensor& sensor, RenderContext& context);
 
 }  // namespace kinome

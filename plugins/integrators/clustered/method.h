@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,7 +15,7 @@ namespace kinome {
 /// Records that `method` renders the image, and why: "path", "the render is short".
 inline void report_method(RenderContext& context, const std::string& method,
                           const std::string& why) {
-  context.job.stats().method = method + " (" + why + ")";
+  context.job.stats().method = fmt::format("{} ({})", method, why);
 }
 
 /// Method by which the `clustered` integrator chooses light. It is prepared for one scene, which

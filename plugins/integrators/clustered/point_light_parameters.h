@@ -5,7 +5,7 @@
 #include "clustered/light_left_out.h"
 #include "clustered/points/point_lights.h"
 #include "kinome/plugin.h"
-#include "transport/path_integrator.h"
+#include "transport/paths/path_integrator.h"
 
 /// Parameters and functions that `clustered` and `groundtruth` share.
 namespace kinome {
@@ -77,13 +77,13 @@ inline bool render_without_surfaces(const PointLightSettings& settings, const Sc
   return true;
 }
 
-/// Implements Integrator::warn_of_light_left_out. Warns only if longer paths are requested than
+/// Implements Integrator::warn_of_ignored_light. Warns only if longer paths are requested than
 /// kMaxPathEdges.
-inline void warn_of_light_left_out(const PointLightSettings& settings, const Scene& scene,
-                                   const Sensor& sensor, RenderContext& context) {
+inline void warn_of_ignored_light(const PointLightSettings& settings, const Scene& scene,
+                                  const Sensor& sensor, RenderContext& context) {
   if (settings.requested.length.max_depth <= kMaxPathEdges) return;
   const uint32_t longest = settings.options.local ? kMaxPathEdges : 2;
-  warn_of_light_left_out(settings.where, settings.requested, longest, scene, sensor, context);
+  warn_of_ignored_light(settings.where, settings.requested, longest, scene, sensor, context);
 }
 
 inline ScenePointLights gather(const PointLightSettings& settings, const Scene& scene,

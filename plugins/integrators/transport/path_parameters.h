@@ -10,7 +10,7 @@
 /// Parameters and formulas that path tracing and light tracing share.
 namespace kinome {
 
-/// Rows of a parameter table.
+/// Rows of a plugin's parameter table.
 #define KINOME_PATH_PARAMETERS                                                                  \
   {"max_depth", ParameterType::kInteger, "-1",                                                  \
    "Maximum edges of a path: 1 is emission alone, 2 direct light, 3 one bounce; -1: no limit."}, \

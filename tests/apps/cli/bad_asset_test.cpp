@@ -188,7 +188,7 @@ class BadImage : public Cli {
     if (name.find(".pfm") != std::string::npos) {
       write_pfm(path, map);
     } else {
-      write_exr(path, map, ExrNumber::kFloat, {});
+      write_exr(path, map, ExrSampleType::kFloat, {});
     }
     return path;
   }

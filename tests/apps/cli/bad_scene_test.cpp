@@ -32,7 +32,7 @@ std::pair<std::string, std::string> take_mark(std::string xml) {
 
 class BadSceneTest : public Cli, public ::testing::WithParamInterface<BadScene> {};
 
-TEST_P(BadSceneTest, IsOneErrorAtItsPlace) {
+TEST_P(BadSceneTest, ReportsOneErrorWithItsPosition) {
   std::string text = GetParam().xml;
   if (text.find("<scene") == std::string::npos && text.find("<?xml") == std::string::npos) {
     text = "<scene version=\"3.0.0\">\n" + text + "\n</scene>\n";
@@ -161,7 +161,7 @@ const BadScene kScenes[] = {
 INSTANTIATE_TEST_SUITE_P(All, BadSceneTest, ::testing::ValuesIn(kScenes),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-TEST_F(Cli, MistakeInAnIncludedFileNamesThatFile) {
+TEST_F(Cli, ErrorInAnIncludedFileNamesThatFile) {
   const std::string scene = folder_.write(
       "scene.xml", "<scene version=\"3.0.0\">\n<include filename=\"part.xml\"/></scene>");
   const std::string part =
@@ -171,7 +171,7 @@ TEST_F(Cli, MistakeInAnIncludedFileNamesThatFile) {
 
 /// A render reports the first ten errors, --check all, with the same messages and in the same
 /// order.
-TEST_F(Cli, AllMistakesAreListed) {
+TEST_F(Cli, AllErrorsAreListed) {
   std::string shapes;
   for (int i = 0; i < 13; ++i) {
     shapes += "<shape type=\"sphere\"><float name=\"radius\" value=\"-1\"/></shape>\n";

@@ -49,7 +49,7 @@ TEST_F(Budget, BadNumbersAreOneErrorEach) {
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
 }
 
-TEST_F(Budget, TooLittleTimeStillMakesAPicture) {
+TEST_F(Budget, TooLittleTimeStillGivesAnImage) {
   for (const char* integrator : {"direct", "clustered", "path", "ptracer"}) {
     const json stats = render({"--time", "0.001", "-D", std::string("integrator=") + integrator});
     EXPECT_EQ(stats.at("samples"), 1) << integrator;
@@ -67,7 +67,7 @@ TEST_F(Budget, TimeIsAboutKept) {
   EXPECT_GT(stats.at("seconds").at("total").get<double>(), 0.9);
   EXPECT_LT(stats.at("seconds").at("total").get<double>(), 10);
   EXPECT_GT(stats.at("samples").get<int>(), 4);
-  EXPECT_EQ(other_files({scene_}).size(), 2u) << "nothing but the two pictures";
+  EXPECT_EQ(other_files({scene_}).size(), 2u) << "only the two images are expected";
 }
 
 TEST_F(Budget, ErrorIsReachedWithTheSameBits) {
@@ -90,7 +90,7 @@ TEST_F(Budget, ErrorIsReachedWithTheSameBits) {
 }
 
 TEST_F(Budget, PrintsTheMethodAndTheReason) {
-  const std::string reason = "path (the render is short: paths need no preparation)";
+  const std::string reason = "path (the render is short, and path needs no preparation)";
   const ProcessResult result = kinome(
       {scene_, "-D", "integrator=clustered", "--error", "0.5", "-o", "/dev/null", "--stats=json"});
   EXPECT_NE(result.err.find("method: " + reason + "\n"), std::string::npos) << result.err;
@@ -100,6 +100,25 @@ TEST_F(Budget, PrintsTheMethodAndTheReason) {
             std::string::npos);
   EXPECT_EQ(kinome({scene_, "-D", "integrator=clustered", "-o", "/dev/null"}).err.find("method"),
             std::string::npos);
+}
+
+/// Direct light of the sky: nothing can be learned from the rays of one or two samples per pixel.
+TEST_F(Budget, OneOrTwoSamplesOfDirectLightArePaths) {
+  const std::string nested = "<integrator type=\"$integrator\"/>";
+  std::string direct = small_scene();
+  direct.replace(
+      direct.find(nested), nested.size(),
+      "<integrator type=\"clustered\"><integer name=\"max_depth\" value=\"2\"/></integrator>");
+  const std::string scene = folder_.write("direct.xml", direct);
+  const auto method = [&](const std::string& samples) {
+    const ProcessResult result =
+        kinome({scene, "-D", "spp=" + samples, "-o", "/dev/null", "--stats=json"});
+    return nlohmann::json::parse(result.out).at("method").get<std::string>();
+  };
+  const std::string path = "path (there are too few rays per pixel to learn from)";
+  EXPECT_EQ(method("1"), path);
+  EXPECT_EQ(method("2"), path);
+  EXPECT_EQ(method("3"), "product sampling (its cells contain all light of this scene)");
 }
 
 TEST_F(Budget, UnreachableErrorStopsAtTheLimit) {

@@ -121,13 +121,13 @@ TEST_F(CheckpointTest, KilledAgainAndAgain) {
       EXPECT_TRUE(finished || status == 128 + SIGKILL) << status << program.log();
       resumed += program.log().find("resuming") != std::string::npos ? 1 : 0;
     }
-    EXPECT_EQ(read_text(image_), bytes) << "picture " << pictures << " after " << done << " kills";
+    EXPECT_EQ(read_text(image_), bytes) << "image " << pictures << " after " << done << " kills";
     EXPECT_FALSE(std::filesystem::exists(checkpoint_));
     // Few partial files remain, on file systems without O_TMPFILE.
     EXPECT_LE(other_files({scene_, log, image_}).size(), 1u + static_cast<size_t>(done) / 4);
   }
   EXPECT_GT(resumed, kills / 4);
-  std::printf("%d pictures, %d kills, %d resumed renders\n", pictures, done, resumed);
+  std::printf("%d images, %d kills, %d resumed renders\n", pictures, done, resumed);
 }
 
 /// The checkpoint of a long render is never older than its interval.
@@ -168,7 +168,7 @@ TEST_F(CheckpointTest, ForeignOnesAreRefused) {
   expect_one_error(with({"--variance"}), "", {whose + "--variance"});
   expect_one_error(with({"--error", "0.5"}), "", {whose + "--error"});
   const auto built = PluginRegistry({KINOME_TEST_PLUGINS}).instruction_sets(Category::kBsdf, "diffuse");
-  const std::string lowest = to_string(least_instruction_set());
+  const std::string lowest = to_string(min_instruction_set());
   if (built.size() > 1 && built[1] <= processor_instruction_set()) {
     expect_one_error(with({"--isa", lowest}), "",
                      {whose + "--isa is '", "', expected '" + lowest + "'"});
@@ -184,7 +184,7 @@ TEST_F(CheckpointTest, ForeignOnesAreRefused) {
 }
 
 /// An image under the checkpoint's name would be deleted with the checkpoint.
-TEST_F(CheckpointTest, NeverLiesWhereThePictureGoes) {
+TEST_F(CheckpointTest, MustDifferFromTheOutputFile) {
   namespace fs = std::filesystem;
   const fs::path folder = folder_.folder();
   fs::create_directory(folder / "sub");

@@ -114,7 +114,7 @@ class PicturesByTheProgram(unittest.TestCase):
         status, out = compared_with(found("wrong", "-D", "lamp=0.502"))
         self.assertEqual(status, 1, out)
 
-    def test_tiles_are_as_uncertain_as_they_are(self):
+    def test_the_stated_variance_of_tiles_is_correct(self):
         # 12 seeds as separate renders: their tiles must vary as each file states. 9 tiles of 12
         # seeds determine a variance to 15 % in one case out of three. Pixels alone would give 0.4
         # of it.

@@ -204,7 +204,7 @@ class LightThatTheReferenceHardlyFound(unittest.TestCase):
     def dense(seed, image):
         return estimate(np.random.default_rng(1000 + seed), image, 400, "gamma")
 
-    def test_a_picture_that_finds_it_is_not_wrong(self):
+    def test_an_image_that_finds_the_light_passes(self):
         failures = 0
         for seed in range(self.SEEDS):
             verdict = compare(self.dense(seed, picture()), self.reference(seed, picture()))
@@ -226,13 +226,13 @@ class LightThatTheReferenceHardlyFound(unittest.TestCase):
             verdict = compare(self.dense(seed, a_image), self.reference(seed, b_image, **options))
             self.assertFalse(next(t for t in verdict.tests if t.name == test).passed)
 
-    def test_what_is_wrong_elsewhere_is_wrong(self):
+    def test_errors_elsewhere_fail(self):
         bright = picture()
         bright[16:32, :16] *= 1.05
         self.assert_fails(bright, picture())
         self.assert_fails(picture() * 1.02, picture(), "image")
 
-    def test_a_picture_without_the_light_that_was_found_is_wrong(self):
+    def test_an_image_without_the_light_that_was_found_fails(self):
         dark = picture()
         dark[self.DIM] = 0
         self.assert_fails(dark, picture(), hits=0.8)
@@ -247,12 +247,12 @@ class LightThatTheReferenceHardlyFound(unittest.TestCase):
         black[16:32, :8] = 0
         self.assert_fails(leak, black)
 
-    def test_a_black_picture_is_right_where_the_reference_is_black(self):
+    def test_a_black_image_passes_where_the_reference_is_black(self):
         black = picture()
         black[16:] = 0
         self.assertTrue(compare(self.dense(0, black), self.reference(0, black)).passed)
 
-    def test_noise_alone_is_no_excuse(self):
+    def test_noise_alone_masks_no_difference(self):
         # 3 or 4 of 16 renders contain most of a value's light, and half of the values are 0 in each
         # render. All are known approximately, so that an error of a third is found.
         rng = np.random.default_rng(4)
@@ -267,7 +267,7 @@ class LightThatTheReferenceHardlyFound(unittest.TestCase):
         self.assertIsNone(compare(self.dense(0, picture() ** 0), b).missed)
         self.assertFalse(compare(self.dense(0, picture() ** 0 * 2), b).passed)
 
-    def test_a_picture_that_misses_what_the_reference_found_is_wrong(self):
+    def test_an_image_that_misses_light_of_the_reference_fails(self):
         b = self.dense(0, picture())
         for seed in range(3):
             verdict = compare(self.reference(seed, picture()), b)

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -132,7 +133,7 @@ class Cryptomatte(unittest.TestCase):
             self.assertEqual(matte.manifest(layer), {name: id_bits(name) for name in names})
             self.assertEqual(len(list(matte.levels(layer))), 4)
 
-    def test_coverage_is_that_of_the_shapes(self):
+    def test_coverage_equals_that_of_the_shapes(self):
         matte = self.render()
         left = matte.coverage("CryptoObject", "left")
         np.testing.assert_array_equal(left[:, 3:5], 1)
@@ -164,13 +165,39 @@ class Cryptomatte(unittest.TestCase):
         self.run_program("scene.xml", "-o", "part2.exr", "--part", "2/2")
         self.run_program("merge", "part1.exr", "part2.exr", "-o", "merged.exr")
         for other in (self.render("-t", 1), self.render("--seed", 7), self.render("-D", "spp=9"),
-                      self.render("--error", 0.001), self.render("--time", 0.3),
+                      self.render("--error", 0.001),
                       Matte(self.folder / "merged.exr")):
             for layer in ("CryptoObject", "CryptoMaterial"):
                 for (ids, cover), (other_ids, other_cover) in zip(first.levels(layer),
                                                                   other.levels(layer)):
                     np.testing.assert_array_equal(ids, other_ids)
                     np.testing.assert_array_equal(cover, other_cover)
+
+    def test_the_rays_follow_the_samples(self):
+        """With a box filter, the coverage of n rays is a multiple of 1 / n."""
+        text = SCENE.replace('<integer name="crypto_samples" value="256"/>', "")
+        (self.folder / "scene.xml").write_text(text, "utf-8")
+        for options, counts in ((["-D", "spp=1"], [4]), (["-D", "spp=9"], [9]),
+                                (["-D", "spp=100"], [16]), (["--error", 0.001], [16]),
+                                (["--time", 0.2], range(1, 17))):
+            matte = self.render(*options)
+            left = matte.coverage("CryptoObject", "left")
+            np.testing.assert_array_equal(left[:, 3:5], 1)
+            self.assertTrue(any(np.abs(left * n - np.round(left * n)).max() < 1e-4 for n in counts),
+                            options)
+
+    def test_a_time_limit_bounds_a_given_number_of_rays(self):
+        """Half a billion rays take many seconds."""
+        text = SCENE.replace('"crypto_samples" value="256"', '"crypto_samples" value="4096"')
+        for side in ("width", "height"):
+            text = text.replace(f'name="{side}" value="16"', f'name="{side}" value="352"')
+        (self.folder / "scene.xml").write_text(text, "utf-8")
+        start = time.monotonic()
+        result = subprocess.run([PROGRAM, "scene.xml", "-D", "filter=box", "--time", "0.4", "-o", "a.exr"],
+                                cwd=self.folder, check=True, capture_output=True, text=True, timeout=600)
+        self.assertLess(time.monotonic() - start, 10)
+        self.assertRegex(result.stderr, "crypto_samples=4096 takes more than half of the time limit: the mattes "
+                               r"have at most \d+ rays per pixel")
 
     def test_another_reader_decodes_it(self):
         sys.path += map(str, (BUILD / "python-env/lib").glob("python3*/site-packages"))

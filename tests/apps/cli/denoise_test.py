@@ -143,6 +143,9 @@ class Denoise(unittest.TestCase):
         self.assertEqual(list(merged), list(whole))
         for name, values in whole.items():
             np.testing.assert_array_equal(values, merged[name])
+        # The parts' noise shows that the fake's bias of 100 % is far above it.
+        noisy = colour(merged, "noisy.")
+        self.assertLess(np.abs(colour(merged) - noisy).mean(), 0.1 * noisy.mean())
         self.run_program("scene.xml", "--part", "1/1", "-o", "one.exr")
         self.refused("the parts lack albedo and normals", "merge", "one.exr", "--denoise", "-o",
                      "no.exr")
@@ -160,7 +163,7 @@ class Denoise(unittest.TestCase):
         channels, _ = self.render("--denoise", "--time", 1)
         self.assertIn("noisy.R", channels)
 
-    def test_errors_say_what_to_do(self):
+    def test_errors_suggest_what_to_do(self):
         self.refused("--denoise: Open Image Denoise can't be loaded: /nowhere: cannot open shared "
                      "object file: No such file or directory; `pip install pyoidn` into",
                      "scene.xml", "--denoise", library="/nowhere")

@@ -87,7 +87,7 @@ class Display(unittest.TestCase):
             self.assertEqual((x % 32, y % 32), (0, 0))
             self.assertTrue(x + width <= 80 and y + height <= 50)
 
-    def test_tiles_come_before_the_picture_is_done(self):
+    def test_tiles_are_sent_before_the_image_is_finished(self):
         with Receiver() as receiver:
             program = subprocess.Popen(
                 [PROGRAM, self.folder / "scene.xml", "-q", "-t", "1", "-D", "width=512", "-D",
@@ -148,7 +148,7 @@ class Display(unittest.TestCase):
                          ").*; rendering continues without it")
         self.assertTrue(self.picture.exists())
 
-    def test_what_is_no_address(self):
+    def test_invalid_addresses(self):
         for address in ["localhost", "localhost:", ":14158", "localhost:port", "localhost:0",
                         "localhost:70000", ""]:
             result = self.kinome("--display", address)

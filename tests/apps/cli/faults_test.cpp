@@ -33,7 +33,7 @@ class Faults : public Cli {
 
 /// Kills a run that takes longer to write than to render, at any moment: the image is complete, or
 /// the old one.
-TEST_F(Faults, KilledAnywhereLeavesAWholePictureOrTheOldOne) {
+TEST_F(Faults, KilledAnywhereLeavesACompleteImageOrTheOldOne) {
   const std::string log = folder_.path("log");
   const std::vector<std::string> render = {scene_,      "-o", image_,  "--png", "-D",
                                            "width=700", "-D", "spp=1", "-D",    "integrator=depth"};
@@ -202,7 +202,7 @@ TEST_F(Faults, FilesThatShrinkWhileTheyAreRead) {
   }
   Image map{1024, 512, {"R", "G", "B"}, std::vector<float>(1024 * 512 * 3)};
   for (float& value : map.data) value = static_cast<float>(random() % 100);
-  write_exr(folder_.path("map.exr"), map, ExrNumber::kFloat, {});
+  write_exr(folder_.path("map.exr"), map, ExrSampleType::kFloat, {});
   const struct {
     const char* name;
     std::string contents, xml;

@@ -163,7 +163,7 @@ TEST_F(FaultyPlugins, ThatCrashAreNamed) {
 
 /// Faulty values are never ignored silently. The image is written, the plugin named, its faults
 /// counted, and the exit status is 3 by default.
-TEST_F(FaultyPlugins, ThatSayNonsenseAreNamedAndCounted) {
+TEST_F(FaultyPlugins, WithInvalidValuesAreNamedAndCounted) {
   const auto expect_fault = [&](const std::string& bsdf, const std::string& sky,
                                 const std::string& integrator, const std::string& who,
                                 const std::string& what) {
@@ -267,7 +267,7 @@ TEST_F(FaultyPlugins, ThatContradictThemselvesAreNamed) {
 /// A library for AVX-512 is in the place of one for less, or requires features that no processor
 /// has. It is reported once, though the floor has the same BSDF.
 TEST_F(FaultyPlugins, OfABetterProcessorAreRefused) {
-  const std::string least = to_string(least_instruction_set());
+  const std::string least = to_string(min_instruction_set());
   if (least.rfind("x86-64-v", 0) != 0) GTEST_SKIP() << "the sets have no numbers to change";
   const fs::path better = fs::path(KINOME_TEST_PLUGINS) / "bsdf/x86-64-v4/diffuse.so";
   const bool has_better = fs::exists(better);

@@ -125,7 +125,18 @@ class Film(unittest.TestCase):
         self.assertGreater(np.count_nonzero(a != b), a.size / 4)
         self.assertLess(abs(a.mean() - b.mean()), 0.05 * a.mean())
 
-    def test_a_film_goes_on_with_what_is_missing(self):
+    def test_frames_can_be_cropped(self):
+        self.film("orbit", 2, "a/%d.exr")
+        self.film("orbit", 2, "b/%d.exr", "--crop", "8,4,16,12")
+        for i in range(2):
+            np.testing.assert_array_equal(bits(self.frame(f"a/{i}.exr"))[4:16, 8:24],
+                                          bits(self.frame(f"b/{i}.exr")))
+        says = self.film("orbit", 2, "b/%d.exr", status=1)
+        self.assertIn("image size: 16x12 at 8,4 instead of 32x24", says)
+        self.assertIn("--crop 8,4,30,12: must be within the film's 32x24 pixels",
+                      self.film("orbit", 2, "c/%d.exr", "--crop", "8,4,30,12", status=1))
+
+    def test_an_animation_continues_with_the_missing_frames(self):
         self.film("orbit", 4, "a/%d.exr", "--png")
         before = {p: (p.stat().st_mtime_ns, p.read_bytes()) for p in (self.folder / "a").iterdir()}
         self.frame("a/1.exr").unlink()
@@ -137,7 +148,7 @@ class Film(unittest.TestCase):
             if path.stem in ("0", "3"):
                 self.assertEqual(path.stat().st_mtime_ns, written, path)
 
-    def test_an_interrupted_film_leaves_whole_frames_and_goes_on(self):
+    def test_an_interrupted_animation_leaves_complete_frames_and_resumes(self):
         options = ["-D", "spp=4096", "-D", "size=160"]
         program = subprocess.Popen([PROGRAM, "film", "scene.xml", "-q", "--path", "orbit", "--frames",
                                     "400", "-o", "a/%d.exr", *options], cwd=self.folder)
@@ -181,7 +192,7 @@ class Film(unittest.TestCase):
 
     # ---- animated values
 
-    def test_the_camera_goes_where_its_keys_say(self):
+    def test_the_camera_follows_its_keys(self):
         keys = {"camera": [{"time": 3, "position": [0.3, 1.1, 5], "target": [0.1, 0.2, -0.1], "fov": 40},
                            {"time": 5, "position": [0.5, 2, 4], "target": [0, 0, 0], "fov": 50}]}
         self.film(self.keys(keys), 3, "%d.exr")
@@ -207,7 +218,7 @@ class Film(unittest.TestCase):
             self.assertGreater(min(dark), 0.1)
             self.assertLess(np.ptp(dark), 0.02, (path, dark))
 
-    def test_parameters_go_where_their_keys_say(self):
+    def test_parameters_follow_their_keys(self):
         keys = {"parameters": {
             "ball.bsdf.alpha": [[0, 0.3], [2, 0.5]],
             "floor.bsdf.reflectance": [[0, [0.2, 0.4, 0.6]], [2, [0.4, 0.2, 0.6]]],
@@ -219,7 +230,7 @@ class Film(unittest.TestCase):
         for i, scene in enumerate([SCENE, last]):
             path = self.frame(f"{i}.exr")
             np.testing.assert_array_equal(bits(path), self.plain(scene, seed_of(path)))
-        # With a camera that circles; and the second frame alone.
+        # Also tests an orbiting camera, and the second frame alone.
         self.film(self.keys(keys | {"camera": "orbit"}), 2, "o%d.exr")
         self.film("keys.json", 2, "p%d.exr", "--frame", 1)
         np.testing.assert_array_equal(bits(self.frame("o1.exr")), bits(self.frame("p1.exr")))
@@ -269,7 +280,7 @@ class Film(unittest.TestCase):
         says = self.film(self.keys(keys), 2, "a%d.exr", "-vv")
         self.assertRegex(says, r"(?m)frame 1: rebuilt bsdf/roughconductor$")
 
-    def test_what_other_options_say_applies_to_each_frame(self):
+    def test_other_options_apply_to_each_frame(self):
         result = self.run_program("film", "scene.xml", "-q", "--path", "orbit", "--frames", 3, "-o",
                                   "%d.exr", "--stats=json", "--variance=4")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
@@ -280,7 +291,7 @@ class Film(unittest.TestCase):
         names = oiio.ImageInput.open(str(self.frame("2.exr"))).spec().channelnames
         self.assertIn("variance.G", names)
 
-    def test_a_display_shows_one_picture_that_changes(self):
+    def test_a_display_shows_one_image_that_changes(self):
         with Receiver() as receiver:
             self.film("orbit", 3, "%d.exr", "--display", receiver.address)
             receiver.wait()
@@ -298,7 +309,7 @@ class Film(unittest.TestCase):
         self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
         self.assertRegex(result.stderr, r"^kinome: .*" + re.escape(words))
 
-    def test_mistakes_of_the_command_line(self):
+    def test_errors_of_the_command_line(self):
         orbit = ["--path", "orbit", "--frames", 2]
         for words, options in [
                 ("--path", ["--frames", 2]),
@@ -329,7 +340,7 @@ class Film(unittest.TestCase):
                 self.check_mistake(words, *options)
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.xml", "sky.pfm"])
 
-    def test_mistakes_of_keys(self):
+    def test_errors_of_keys(self):
         key = {"time": 0, "position": [0, 1, 5], "target": [0, 0, 0]}
         for words, keys in [
                 ("keys.json:2:12: syntax error", '{"camera":\n  [{"time" 0}]}'),

@@ -79,7 +79,7 @@ TEST_F(Help, TakesOptionsOnEitherSideOfAPluginsName) {
 
 /// Help is wrapped to COLUMNS, or to the width of a terminal (a test has none), without changing
 /// words.
-TEST_F(Help, WrapsWhatItSaysOfPluginsAndOptions) {
+TEST_F(Help, WrapsTextsOfPluginsAndOptions) {
   const auto words_of = [](const std::string& text) {
     std::istringstream stream(text);
     return std::vector<std::string>{std::istream_iterator<std::string>(stream), {}};

@@ -89,7 +89,7 @@ TEST_F(Inspect, ShowsEachSetOfLightPoints) {
 }
 
 /// The film has 40 x 30 pixels, too few to distinguish details.
-TEST_F(Inspect, PictureOfASmallFilmIsEnlarged) {
+TEST_F(Inspect, ImageOfASmallFilmIsEnlarged) {
   ASSERT_EQ(inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>").status, 0);
   const Png sky = read_png(folder_.path("out.png")), scene = read_png(folder_.path("out-2.png"));
   EXPECT_EQ(sky.width, 1024u);
@@ -142,7 +142,7 @@ TEST_F(Inspect, ClustersAreOutlined) {
 }
 
 /// The floor's light comes from the sky, the lamp, and the wall that the lamp lights.
-TEST_F(Inspect, ShowsWhatProductSamplingKnowsOfLocalLight) {
+TEST_F(Inspect, ShowsLearnedVisibilityOfLocalLight) {
   const ProcessResult result = inspect("20,22", "<integer name=\"max_depth\" value=\"3\"/>");
   ASSERT_EQ(result.status, 0) << result.err;
   auto sky = table("out.csv"), local = table("out-2.csv");
@@ -159,7 +159,7 @@ TEST_F(Inspect, ShowsWhatProductSamplingKnowsOfLocalLight) {
 }
 
 /// A floor under a uniform sky, half of which a wall hides.
-TEST_F(Inspect, ShowsWhatProductSamplingLearned) {
+TEST_F(Inspect, ShowsLearnedVisibility) {
   const std::string scene = folder_.write("wall.xml", R"(<scene version="3.0.0">
   <integrator type="clustered"><integer name="cut_size" value="200"/>
     <integer name="max_depth" value="2"/>
@@ -204,7 +204,7 @@ TEST_F(Inspect, ShowsWhatProductSamplingLearned) {
   EXPECT_EQ(png.width, 1024u);
 }
 
-TEST_F(Inspect, SaysWhyNot) {
+TEST_F(Inspect, ErrorsGiveTheReason) {
   EXPECT_NE(inspect("40,2").err.find("between 0,0 and 39,29"), std::string::npos);
   EXPECT_NE(inspect("-1,2").err.find("between 0,0 and 39,29"), std::string::npos);
   EXPECT_NE(inspect("3;4").err.find("X,Y"), std::string::npos);

@@ -109,13 +109,13 @@ class Interrupt : public Cli {
   std::string image_;
 };
 
-TEST_F(Interrupt, FirstSigintWritesWhatThereIs) {
+TEST_F(Interrupt, FirstSigintWritesTheImageSoFar) {
   expect_first_signal_writes(SIGINT);
 }
-TEST_F(Interrupt, FirstSigtermWritesWhatThereIs) {
+TEST_F(Interrupt, FirstSigtermWritesTheImageSoFar) {
   expect_first_signal_writes(SIGTERM);
 }
-TEST_F(Interrupt, FirstSighupWritesWhatThereIs) {
+TEST_F(Interrupt, FirstSighupWritesTheImageSoFar) {
   signal(SIGHUP, SIG_DFL);  // tests may run under nohup, which programs inherit
   expect_first_signal_writes(SIGHUP);
 }
@@ -136,7 +136,7 @@ TEST_F(Interrupt, ClusteredIsFilledInOrMarked) {
 }
 
 /// Pixels that would take too long are left out, and marked in an alpha channel.
-TEST_F(Interrupt, WhatTakesLongIsMarked) {
+TEST_F(Interrupt, PixelsThatTakeLongAreMarked) {
   std::string xml = read_text(scene_);
   const std::string integrator = "<integrator type=\"$integrator\"/>";
   xml.replace(xml.find(integrator), integrator.size(),
@@ -190,7 +190,7 @@ TEST_F(Interrupt, SecondSigtermEndsAtOnce) {
 
 /// A render with the maximum number of samples shows progress, and has a whole image soon after its
 /// start.
-TEST_F(Interrupt, EndlessRendersArePictures) {
+TEST_F(Interrupt, EndlessRendersGiveImages) {
   for (const char* integrator : {"direct", "clustered"}) {
     const std::string log = folder_.path("log");
     Background program({scene_, "-o", image_, "-t", "2", "-D", "width=8", "-D", "spp=1000000000",
@@ -208,7 +208,7 @@ TEST_F(Interrupt, EndlessRendersArePictures) {
   }
 }
 
-TEST_F(Interrupt, BudgetsEndWithWhatThereIs) {
+TEST_F(Interrupt, BudgetsEndWithTheImageSoFar) {
   const std::string log = folder_.path("log");
   for (const std::vector<std::string>& budget :
        {std::vector<std::string>{"--time", "1000"}, {"--error", "1e-12"}}) {
@@ -268,7 +268,7 @@ TEST_F(Interrupt, TooLittleMemoryIsOneError) {
 }
 
 /// Any memory limit. The error must not blame the machine.
-TEST_F(Interrupt, HardlyAnyMemoryIsOneError) {
+TEST_F(Interrupt, MemoryLimitsCauseOneError) {
   int failures = 0;
   for (int kilobytes = 60000; kilobytes < 400000; kilobytes += 20000) {
     SCOPED_TRACE(kilobytes);
@@ -293,7 +293,7 @@ TEST_F(Interrupt, FullDiskLeavesNoFile) {
   EXPECT_EQ(other_files({scene_}), std::vector<std::string>{});
 }
 
-TEST_F(Interrupt, FailedWriteKeepsTheOldPicture) {
+TEST_F(Interrupt, FailedWriteKeepsTheOldImage) {
   folder_.write("a.exr", "the old picture");
   const ProcessResult result =
       run_process({"sh", "-c", "ulimit -f 16; exec \"$@\"", "sh", KINOME_TEST_PROGRAM, "-q", scene_,

@@ -151,7 +151,7 @@ class MpiTest(unittest.TestCase):
         self.assertRegex(message, "process rank [0-2] .*Killed")
         return True
 
-    def test_an_interrupted_launcher_leaves_a_picture(self):
+    def test_an_interrupted_launcher_leaves_an_image(self):
         # The launchers run at the same time, because each waits for its whole timeout.
         with concurrent.futures.ThreadPoolExecutor() as pool:
             list(pool.map(self.check_interrupted_launcher, ("path", "clustered", "ptracer")))
@@ -186,7 +186,7 @@ class MpiTest(unittest.TestCase):
                               check=False)
         return done.returncode, done.stderr
 
-    def test_what_cannot_be_rendered_together_is_refused(self):
+    def test_differing_processes_are_refused(self):
         output = ["-o", self.folder / "a.exr"]
         missing = self.folder / "missing.xml"
         # The file is missing for one process, then for all.
@@ -195,7 +195,7 @@ class MpiTest(unittest.TestCase):
         self.assert_refused(*self.together([missing, *output], [missing, *output]),
                             "kinome: .*missing.xml")
         self.assert_refused(*self.together([CORNELL, *output], [self.scene, *output]),
-                            "rank 1 on .* would render another image: its .*'112x72'")
+                            "rank 1 on .* would render a different image: its .*'112x72'")
         self.assert_refused(*self.together([CORNELL, *output], [CORNELL, "--seed=1", *output]),
                             "rank 1 .* its seed is '1', but that of rank 0 on .* is '0'")
         # Numbers of threads may differ, but not options that determine when processes exchange

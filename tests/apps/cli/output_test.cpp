@@ -1,5 +1,8 @@
 // Tests of crops and of the formats of output files.
 
+#include <ctime>
+#include <string>
+
 #include <nlohmann/json.hpp>
 
 #include "cli.h"
@@ -64,18 +67,30 @@ TEST_F(OutputFormats, ExtensionsSelectTheFormat) {
   EXPECT_EQ(written("a.jpg", options).substr(0, 3), "\xff\xd8\xff");
   EXPECT_EQ(written("a.webp", options).substr(0, 4), "RIFF");
   EXPECT_EQ(written("a.tif", options).substr(0, 2), "II");
+  EXPECT_EQ(written("a.pgm", options).substr(0, 2), "P5");
+  EXPECT_EQ(written("a.ppm", options).substr(0, 2), "P6");
   EXPECT_EQ(written("a.0007", options), "");  // a number isn't a format
   EXPECT_EQ(read_exr(folder_.path("a.0007.exr")).width, 20);
-  EXPECT_EQ(other_files({scene_}).size(), 7u);  // nothing else is left
+  EXPECT_EQ(other_files({scene_}).size(), 9u);  // nothing else is left
 }
 
 /// Files contain neither the time nor anything else that differs between runs.
 TEST_F(OutputFormats, FilesHaveTheSameBytesAgain) {
-  for (const char* name : {"a.tif", "a.jpg", "a.tga", "a.bmp"}) {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  const std::string year = std::to_string(1900 + local.tm_year);
+  for (const char* name : {"a.tif", "a.jpg", "a.tga", "a.bmp", "a.rla", "a.dpx", "a.sgi"}) {
     const std::string first = written(name);
     EXPECT_GT(first.size(), 1000u) << name;
     EXPECT_EQ(written(name, {"-t", "2"}), first) << name;
+    EXPECT_EQ(first.find("1970"), std::string::npos) << name;
+    EXPECT_EQ(first.substr(0, 740).find(year), std::string::npos) << name;
   }
+  // These formats have a name or the time at these positions.
+  EXPECT_EQ(written("a.rla").substr(528, 20), std::string(20, '\0'));
+  EXPECT_EQ(written("a.dpx").substr(36, 100), std::string(100, '\0'));
+  EXPECT_EQ(written("a.sgi").substr(24, 80), std::string(80, '\0'));
 }
 
 /// The values of PNG files are those of --png.

@@ -21,7 +21,7 @@ class OwnFiles : public Cli {
   static void write_map(const std::string& path, const Rgb& color) {
     Image image{4, 2, {"R", "G", "B"}, {}};
     for (int i = 0; i < 8; ++i) image.data.insert(image.data.end(), {color.x, color.y, color.z});
-    write_exr(path, image, ExrNumber::kFloat, {});
+    write_exr(path, image, ExrSampleType::kFloat, {});
   }
 
   static std::string text(const std::string& map, const std::string& path = "") {

@@ -48,7 +48,7 @@ class Packages(unittest.TestCase):
     def field(self, package, name):
         return run("dpkg-deb", "-f", self.packages[package], name).strip()
 
-    def test_say_what_they_are(self):
+    def test_describe_themselves(self):
         with_mpi = (BUILD / "lib/libkinome_mpi.so").exists()
         self.assertEqual(set(self.packages),
                          {"kinome", "kinome-dev"} | ({"kinome-mpi"} if with_mpi else set()))
@@ -81,8 +81,8 @@ class Packages(unittest.TestCase):
     def test_render(self):
         scene = self.folder / "scene.xml"
         scene.write_text(SCENE, "utf-8")
-        # The program finds its library as in /usr/lib, and all other files relative to its own
-        # location.
+        # The program finds its library by the same relative path as in /usr, and all other files relative
+        # to its own location.
         run(self.usr / "bin/kinome", "-q", scene, "-o", self.folder / "picture.exr")
         self.assertGreater((self.folder / "picture.exr").stat().st_size, 0)
         self.assertIn("plugins", run(self.usr / "bin/kinome", "plugins", "bsdf") + "plugins")
@@ -103,9 +103,9 @@ class Packages(unittest.TestCase):
             "find_package(Kinome 0.1 REQUIRED)\n"
             "get_target_property(where kinome::core IMPORTED_LOCATION_RELEASE)\n"
             'message(STATUS "core: ${where}")\n', "utf-8")
-        said = run("cmake", "-G", "Ninja", "-S", project, "-B", self.folder / "configured",
-                   f"-DCMAKE_PREFIX_PATH={self.usr}")
-        self.assertIn(f"core: {self.usr}/lib/libkinome.so.", said)
+        output = run("cmake", "-G", "Ninja", "-S", project, "-B", self.folder / "configured",
+                     f"-DCMAKE_PREFIX_PATH={self.usr}")
+        self.assertIn(f"core: {self.usr}/lib/libkinome.so.", output)
         self.assertTrue((self.usr / "lib/libkinome.so").exists())
         self.assertTrue((self.usr / "share/doc/kinome-dev/tests/sdk/project/CMakeLists.txt").is_file())
 

@@ -75,7 +75,7 @@ class Parts(unittest.TestCase):
     def bytes(self, name):
         return (self.folder / name).read_bytes()
 
-    def test_merged_are_the_file_of_the_whole(self):
+    def test_merged_parts_equal_the_whole_file(self):
         for integrator in ("path", "clustered"):
             options = ["-D", f"integrator={integrator}", "--seed", 5]
             self.render("all/3", *options, "-o", "whole", "--png", "-t", 1)
@@ -90,7 +90,7 @@ class Parts(unittest.TestCase):
         self.assertEqual((found["kinome:parts"], found["kinome:samples"], found["kinome:seed"]),
                          ("3", "6", "5"))
 
-    def test_a_part_is_a_picture_that_says_what_it_is(self):
+    def test_a_part_is_an_image_that_describes_itself(self):
         says = self.render("3/12", "--png")
         self.assertIn("12 parts with 1 sample each have 12 in total, but the scene requests 6", says)
         self.assertIn("wrote scene-part03of12.exr", says)
@@ -146,7 +146,7 @@ class Parts(unittest.TestCase):
         self.refused("nowhere", "merge", "1.exr", "-o", "nowhere/a.exr")
         self.assertFalse((self.folder / "a.exr").exists())
 
-    def test_mistakes_of_the_command_line(self):
+    def test_errors_of_the_command_line(self):
         for text in ("3", "0/4", "5/4", "3/", "/4", "3/4/5", "all", "all/0", "-1/4", "1/65537",
                      "1.5/4"):
             self.refused("--part: expected I/N, such as 3/16", "scene.xml", f"--part={text}")

@@ -135,14 +135,14 @@ TEST_F(Readme, ListingsAreTheFilesThemselves) {
   EXPECT_LE(std::count(excerpts[0].begin(), excerpts[0].end(), '\n'), 20);
 }
 
-TEST_F(Readme, PluginTableIsWhatTheProgramPrints) {
+TEST_F(Readme, PluginTableMatchesTheProgram) {
   const auto tables = between(pages_["docs/plugins.md"],
                               "<!-- plugins: kinome plugins --markdown -->\n", "<!-- /plugins -->");
   ASSERT_EQ(tables.size(), 1u);
   EXPECT_EQ(kinome({"plugins", "--markdown"}).out, tables[0]);
 }
 
-TEST_F(Readme, MitsubasPluginsAreWhatTheProgramPrints) {
+TEST_F(Readme, MitsubasPluginsMatchTheProgram) {
   const auto tables =
       between(pages_["docs/mitsuba.md"], "<!-- mitsuba: kinome plugins --mitsuba --markdown -->\n",
               "<!-- /mitsuba -->");

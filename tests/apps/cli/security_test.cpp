@@ -56,7 +56,7 @@ class Security : public Cli {
   }
 };
 
-TEST_F(Security, ScenesDontSayWhereThingsAreWritten) {
+TEST_F(Security, ScenesDontSelectOutputFiles) {
   for (const char* name : {"filename", "output", "path", "checkpoint"}) {
     expect_refused(
         in_scene("<sensor type=\"perspective\"><film type=\"hdrfilm\">"
@@ -169,7 +169,7 @@ TEST_F(Security, FilesWithoutAnEnd) {
 
 /// Kernel files that are regular files of any size, or that block for ever.
 TEST_F(Security, FilesThatTheKernelMakes) {
-  // Also through a link.
+  // Links to these files are refused, too.
   const std::string link = folder_.path("link");
   fs::create_symlink("/proc/self/maps", link);
   const std::string relative = fs::relative("/proc/self/maps", folder_.folder());
@@ -190,7 +190,7 @@ TEST_F(Security, FilesThatTheKernelMakes) {
   }
 }
 
-TEST_F(Security, PipesInPlaceOfFiles) {
+TEST_F(Security, PipesInsteadOfFiles) {
   const std::string pipe = folder_.path("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   expect_refused(with_file("shape", "ply", pipe), {"not a regular file"});
@@ -259,7 +259,7 @@ std::string png_of(uint32_t side) {
   return png + std::string("\0\0\0\0IEND\xae\x42\x60\x82", 12);
 }
 
-TEST_F(Security, PicturesThatClaimToBeHuge) {
+TEST_F(Security, ImagesThatClaimToBeHuge) {
   const auto in_both = [&](const std::string& name, const std::string& contents) {
     folder_.write(name, contents);
     expect_refused(with_file("emitter", "envmap", name), {name});
@@ -275,7 +275,7 @@ TEST_F(Security, PicturesThatClaimToBeHuge) {
     in_both("a.pfm", "PF\n" + std::string(size) + "\n-1.0\n0123456789");
   }
   Image map{8, 8, {"R", "G", "B"}, std::vector<float>(8 * 8 * 3, 0.5f)};
-  write_exr(folder_.path("map.exr"), map, ExrNumber::kFloat, {});
+  write_exr(folder_.path("map.exr"), map, ExrSampleType::kFloat, {});
   const std::string exr = read_text(folder_.path("map.exr"));
   for (const int32_t last : {999999, 131071, 100000}) {
     std::string huge = exr;

@@ -46,7 +46,7 @@ class SmallForm(unittest.TestCase):
             self.assertTrue((self.output / link).is_file(), link)
         self.assertNotIn(str(ROOT), page)
 
-    def test_pictures_show_something(self):
+    def test_images_are_not_uniform(self):
         found = [*self.output.glob("*.jpg"), *self.output.glob("*.png")]
         self.assertEqual(len(found), len(SCENES) + 3)
         for path in found:
@@ -77,7 +77,7 @@ class SmallForm(unittest.TestCase):
 
 
 class Comparison(unittest.TestCase):
-    def test_relative_error_of_flat_pictures(self):
+    def test_relative_error_of_uniform_images(self):
         reference = np.full((20, 50, 3), 2.0)
         found = pictures.error(reference + 0.2, reference)
         self.assertAlmostEqual(found["relmse"], 0.04 / (4 + 0.04), places=12)

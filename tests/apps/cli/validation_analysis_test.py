@@ -43,12 +43,12 @@ class Analysis(unittest.TestCase):
         self.assertEqual(analysis.seconds_to(line([1], [0.1]), 1e-3), (None, "unknown"))
         self.assertEqual(analysis.seconds_to([], 1e-3), (None, "unknown"))
 
-    def test_what_the_reference_cannot_tell_from_perfect_is_left_out(self):
+    def test_errors_below_the_references_noise_are_left_out(self):
         points = line([1, 2, 3, 4], [1e-2, 1e-3, 4e-5, -1e-6])
         self.assertEqual(len(analysis.trusted(points, 1e-4)), 2)
         self.assertEqual(len(analysis.trusted(points, 0.0)), 3)
 
-    def test_what_it_cannot_tell_bounds_what_it_can(self):
+    def test_errors_below_the_noise_bound_the_others(self):
         points = line([1, 3, 9], [1.1e-2, 2e-3, -1e-6])
         bounded = analysis.bounded(points, 8e-3)
         self.assertEqual([p["relmse"] for p in bounded], [1.1e-2, 4e-3])
@@ -111,13 +111,13 @@ class Analysis(unittest.TestCase):
             self.assertEqual(found[1], kind)
             self.assertEqual(tables_of_results.verdict(*found), text)
 
-    def test_a_mean_of_what_was_not_measured_is_marked(self):
+    def test_a_mean_of_extrapolated_values_is_marked(self):
         mean = tables_of_results.mean_of
         self.assertEqual(mean([(2.0, "measured"), (0.5, "measured")]), (1.0, "measured"))
         self.assertEqual(mean([(2.0, "measured"), (0.5, "at most")]), (1.0, "extrapolated"))
         self.assertIsNone(mean([]))
 
-    def test_rows_of_several_programs_are_said(self):
+    def test_rows_of_several_programs_are_reported(self):
         data = {"machine": {"processor": "A", "cores": 2, "system": "L"}, "commit": "0" * 40,
                 "program": "1", "rows": [{"program": "1"}, {"program": "1"}]}
         self.assertNotIn("different versions", page.machine_text([data]))

@@ -28,7 +28,7 @@ def entry(ours, peer):
 
 
 class Bounces(unittest.TestCase):
-    def test_the_error_is_the_variance_of_one_picture(self):
+    def test_the_error_is_the_variance_of_one_image(self):
         rng = np.random.default_rng(1)
         truth = rng.uniform(0.5, 1.5, (40, 50, 3))
         images = [truth * (1 + 0.1 * rng.standard_normal(truth.shape)) for _ in range(4)]
@@ -51,14 +51,14 @@ class Bounces(unittest.TestCase):
         self.assertEqual(len(bounces_page.measurements({"one": faster}).splitlines()), 1 + 4 * 3)
         self.assertTrue(bounces_page.plot({"one": faster, "two": slower}).startswith(b"\x89PNG"))
 
-    def test_what_is_not_measured_falls_by_the_time_at_most(self):
+    def test_extrapolated_errors_fall_at_most_with_the_time(self):
         steep = bounces_page.points(curve([1, 2], [1, 1e-2]))
         flat = bounces_page.points(curve([1, 4], [4e-2, 2e-2]))
         self.assertEqual(bounces_page.reach(steep, 1e-3, "ours"), (20, "extrapolated"))
         self.assertEqual(bounces_page.reach(flat, 2e-3, "peer"), (40, "extrapolated"))
         self.assertAlmostEqual(bounces_page.reach(flat, 2e-3, "ours")[0], 400, places=6)
 
-    def test_every_scene_is_there_and_the_boxes_have_what_their_names_say(self):
+    def test_every_scene_exists_and_the_boxes_match_their_names(self):
         with tempfile.TemporaryDirectory() as folder:
             scenes = {name: bounces.scene_of(name, pathlib.Path(folder)) for name in bounces.NAMES}
             for name in scenes:

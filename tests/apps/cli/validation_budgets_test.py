@@ -89,7 +89,7 @@ class SceneFiles(InFolder):
                 one = dataclasses.replace(one, path=copies / one.path.relative_to(ROOT / "scenes"))
             budget_scenes.derived(one, self.folder / "work", "clustered", 4, (16, 12))
 
-    def test_what_is_missing_is_said(self):
+    def test_missing_rows_are_reported(self):
         with self.assertRaisesRegex(Problem, "no scene, file or folder nowhere"):
             budget_scenes.scenes_of(["nowhere"], None)
         self.path.write_text(SCENE.replace("$light", "moon"))
@@ -128,7 +128,7 @@ class EqualTime(unittest.TestCase):
         self.assertAlmostEqual(row["path_ratio"], 5)
         page = budgets_page.page({"processor": "A", "cores": 2}, {"one": one})
         self.assertIn("| one | – | **0.5**† |", page)
-        self.assertIn("1 figures, 1 below 0.9", page)
+        self.assertIn("1 values, 1 below 0.9", page)
         self.assertEqual(len(budgets_page.measurements({"one": one}).splitlines()), 1 + 3 * 3)
 
     def test_light_tracing_counts_where_it_finds_the_same(self):

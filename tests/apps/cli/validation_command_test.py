@@ -80,7 +80,7 @@ class Command(unittest.TestCase):
         self.assertIn("at least one comparison failed", said)
         self.assertIn("- failed: diffuse_area, direct", self.summary())
 
-    def test_groups_stand_for_their_scenes(self):
+    def test_groups_select_their_scenes(self):
         self.assertEqual(tables.named(["hebe", "plain"]),
                          ["hebe", "blocks", "mirror", "noon", "ball"])
         named = tables.chosen(["car", "tree"], tables.QUICK)
@@ -95,7 +95,7 @@ class Command(unittest.TestCase):
             has_parameter = 'value="$mis_compensation"' in scene.path.read_text("utf-8")
             self.assertEqual(scene.envmap, has_parameter, scene.name)
 
-    def test_bad_words(self):
+    def test_unknown_arguments(self):
         self.assertIn('unknown mode or scene "nowhere"', self.run_command("report", "nowhere")[1])
         status, said = self.run_command("report")
         self.assertEqual(status, 2)
@@ -113,7 +113,7 @@ class Command(unittest.TestCase):
         return subprocess.run(["sh", ROOT / "validation/run.sh", *words], env=environment,
                               capture_output=True, text=True, check=False, timeout=3000)
 
-    def test_nothing_is_installed_or_built_for_a_wrong_word(self):
+    def test_nothing_is_installed_or_built_for_an_unknown_argument(self):
         a_file = self.folder / "a_file"
         a_file.touch()
         for words, message in ((["correctnes"], 'unknown mode or scene "correctnes"'),
@@ -130,7 +130,7 @@ class Command(unittest.TestCase):
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertIn("usage: validation/run.sh", result.stdout)
 
-    def test_words_and_options_come_in_any_order(self):
+    def test_arguments_and_options_have_any_order(self):
         options = arguments.parse(["benchmark", "--quick", "hebe", "--output", "report"])
         self.assertEqual((options.modes, options.words), (("benchmark",), ["hebe"]))
         self.assertEqual(options.output, pathlib.Path("report"))
@@ -157,7 +157,7 @@ class Command(unittest.TestCase):
         self.run_command("report", "diffuse_area", "--quick")
         self.assertNotIn("no reference", self.summary())
 
-    def test_what_was_measured_is_kept_where_mitsuba_is_missing(self):
+    def test_measurements_are_kept_where_mitsuba_is_missing(self):
         store = Store(self.build / "validation/measurements.jsonl")
         store.put({"check": "none", "alpha": 0}, {"passed": True})
         key = {"check": "diffuse_area", "alpha": command.alpha_for(tables.QUICK, [])}
@@ -216,7 +216,7 @@ class Command(unittest.TestCase):
 
 
 class TheMachine(unittest.TestCase):
-    def test_what_others_take_is_told_from_our_own(self):
+    def test_time_of_other_processes_is_separate(self):
         with tempfile.TemporaryDirectory() as name:
             proc = pathlib.Path(name)
             # user, nice, system, idle, iowait, irq, softirq, steal, guest
@@ -239,7 +239,7 @@ class TheMachine(unittest.TestCase):
         subprocess.run(spin, check=True)  # it has ended
         self.assertGreater(others.spent()[1] - mine, 0.4)
 
-    def test_their_average_and_what_the_page_says(self):
+    def test_their_average_and_the_text_of_the_page(self):
         runs = [{"elapsed": 1.0, "others": 0.5}, {"elapsed": 3.0, "others": 0.5}]
         self.assertAlmostEqual(others.cores_of_others(runs), 0.25)
         self.assertEqual(others.cores_of_others([]), 0)

@@ -66,7 +66,7 @@ class Arithmetic(unittest.TestCase):
             self.assertAlmostEqual(analysis.rate(found, "ours", "seconds"), 60, places=6)
             self.assertAlmostEqual(analysis.rates(found, "ours")[3], 360, places=6)
 
-    def test_what_noise_has_turned_round_is_left_out(self):
+    def test_differences_reversed_by_noise_are_left_out(self):
         runs = [run("ours", 1, 16, 1, 2), run("ours", 1, 64, 0.9, 1.9)]
         self.assertIsNone(analysis.rate(row("direct", "hebe", runs), "ours"))
         self.assertIsNone(analysis.faster(row("direct", "hebe", runs + timed("Mitsuba", 50))))
@@ -81,7 +81,7 @@ class Arithmetic(unittest.TestCase):
         found["runs"] += timed("Mitsuba", 180, seeds=(4,))
         self.assertAlmostEqual(min(analysis.spread(found)), 0.75)
 
-    def test_product_by_what_is_fixed_and_by_the_ray(self):
+    def test_product_by_fixed_work_and_by_ray(self):
         runs = []
         for seed, load in ((1, 0.2), (2, 0.25), (3, 0.9)):
             runs.append(run("start", seed, 1, 0.01, load))
@@ -93,7 +93,7 @@ class Arithmetic(unittest.TestCase):
         self.assertTrue(goal([found], "product, 256x256: fixed cost").met)
         self.assertFalse(goal([found], "product, 256x256, 64 spp: processor time per ray").met)
 
-    def test_pictures_that_are_not_the_same(self):
+    def test_differing_images(self):
         found = beside("direct", "hebe", 120, 180, mean=1.04)
         for one in found["runs"]:
             one["mean"] = 1.04 if one["label"] == "ours" else 1.0
@@ -150,7 +150,7 @@ class Goals(unittest.TestCase):
             self.assertAlmostEqual(goal(rows, what).known["sponge"], nanoseconds / 100)
             self.assertEqual(goal(rows, what).met, met)
 
-    def test_what_watertight_surfaces_cost(self):
+    def test_cost_of_watertight_surfaces(self):
         rows = [row("watertight", "tree", timed("watertight", 120) + timed("not watertight", 100))]
         self.assertEqual(engine_page.watertight(rows)[1], [["tree", "120", "100", "1.2"]])
         self.assertIn("robust intersections", engine_page.page(rows, [], False))
@@ -257,7 +257,7 @@ class Turns(unittest.TestCase):
         self.assertEqual(self.engine().run(engine.units(["spot"], ["direct"], False), 1e9), rows)
         self.assertEqual(self.said, [])
 
-    def test_who_can_not_is_left_out_and_the_rest_goes_on(self):
+    def test_a_renderer_that_fails_is_left_out_and_the_others_continue(self):
         rows = self.engine("refuses").run(engine.units(["spot"], ["direct"], True), 1e9)
         self.assertEqual({one["label"] for one in rows[0]["runs"]}, {"ours"})
         self.assertRegex(self.log.problems[0], "^spot, direct: Mitsuba is left out: .*no such plug")
@@ -265,7 +265,7 @@ class Turns(unittest.TestCase):
         self.assertIn("x86-64-v4 is left out: kinome: unknown option '--isa'",
                       self.log.problems)
 
-    def test_time_that_is_up_is_said_and_what_is_known_is_shown(self):
+    def test_the_end_of_the_time_is_reported_and_results_so_far_are_shown(self):
         wanted = engine.units(["spot", "hebe"], ["direct"], True)
         self.engine().run(wanted[1:], 1e9)
         rows = self.engine().run(wanted, 0)
@@ -318,7 +318,7 @@ class Turns(unittest.TestCase):
             self.assertIn('name="embree_use_robust_intersections" value="$watertight"', text)
             self.assertIn(f'<path value="{path.parent}"/>', text)
 
-    def test_diffuse_surfaces_become_those_of_a_plugin(self):
+    def test_diffuse_surfaces_use_the_plugin(self):
         path = next(scene.path for scene in tables.SCENES if scene.name == tables.PLUGIN_SCENE)
         text = third_party.scene_with_reflector(path, self.folder).read_text("utf-8")
         self.assertEqual(text.count('type="$reflector"'), 2)

@@ -13,14 +13,21 @@ from suite import arguments, large, large_page, tables  # noqa: E402
 
 class Large(unittest.TestCase):
     def rows(self, folder):
-        """Renders take 50 bytes and a microsecond per pixel, in addition to 1,000,000 bytes and 1 s."""
+        """Renders take 50 bytes and a microsecond per pixel, in addition to 1,000,000 bytes and 1 s.
+
+        Renders of more than 32x32 pixels also trace 1000 light rays in 0.1 s.
+        """
         self.runs = []
 
         def run(_build, _scene, image, defines, _seed):
             image.touch()
             pixels = defines["width"] * defines["height"]
             self.runs.append(pixels)
-            return {"rays": {"camera": 3 * pixels, "shadow": pixels}, "processor_seconds": 1 + 1e-6 * pixels,
+            light = pixels > 32 * 32
+            return {"rays": {"camera": 3 * pixels, "light": 1000 * light, "shadow": pixels},
+                    "processor_seconds": 1 + 1e-6 * pixels + 0.1 * light,
+                    "stage_threads": [{"stage": "points", "busy": [0.06 * light, 0.04 * light]},
+                                      {"stage": "plan", "busy": [9.0]}],
                     "peak_memory_bytes": 1_000_000 + 50 * pixels}
 
         work = large.Large(unittest.mock.Mock(), large.SIZES, folder, unittest.mock.Mock())
@@ -37,7 +44,10 @@ class Large(unittest.TestCase):
                          [(way, size) for way in large.WAYS for size in large.SIZES])
         for row in rows:
             self.assertAlmostEqual(row.bytes_per_pixel, 50 - 32, delta=0.2)
-            self.assertAlmostEqual(row.rays_per_second / 4e6, 1, delta=0.01)
+            pixels = row.size[0] * row.size[1]
+            self.assertAlmostEqual(row.rays_per_second, (4 * pixels + 1000) / (1e-6 * pixels + 0.1),
+                                   delta=0.01 * 4e6)
+            self.assertAlmostEqual(row.image_rays_per_second / 4e6, 1, delta=0.01)
         # Only long renders aren't repeated.
         self.assertEqual(self.runs.count(3840 * 2160), len(large.WAYS))
         self.assertEqual(self.runs.count(512 * 512), large.REPEATS * len(large.WAYS))

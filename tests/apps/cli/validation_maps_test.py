@@ -126,7 +126,7 @@ class Patches(unittest.TestCase):
             np.testing.assert_array_equal(np.unique(patch[:, :, 6:]), [1])
             self.assertFalse(new.any())
 
-    def test_what_the_pilot_did_not_meet_is_new(self):
+    def test_surfaces_that_the_pilot_missed_are_new(self):
         points = flat()
         points.shape[2:, 5, 5] = 2
         patch, new = surfaces.patches_of(points, 2)
@@ -137,23 +137,23 @@ class Patches(unittest.TestCase):
         self.assertEqual(set(maps.classify(points, 0, glossy, visible).flat),
                          {maps.NAMES.index("dull"), maps.NAMES.index("several patches")})
 
-    def test_the_rules_are_those_of_product(self):
+    def test_the_rules_match_product(self):
         folder = ROOT / "plugins/integrators/clustered/product"
         texts = {name: (folder / name).read_text("utf-8") for name in (
-            "tiles/patches.cpp", "tiles/primaries.h", "pass/product_renderer.cpp")}
+            "tiles/patches.cpp", "tiles/primaries.h", "pass/renderer_pilot.cpp")}
         for file, name, value in (("tiles/patches.cpp", "kPatchCosine", surfaces.COSINE),
                                   ("tiles/patches.cpp", "kConeFactor", surfaces.CONE_FACTOR),
                                   ("tiles/patches.cpp", "kConeMargin", surfaces.CONE_MARGIN),
                                   ("tiles/patches.cpp", "kPlaneWidths", surfaces.PLANE_WIDTHS),
                                   ("tiles/patches.cpp", "kMaxPatches", surfaces.MAX_PATCHES),
                                   ("tiles/primaries.h", "kTileSide", surfaces.SIDE),
-                                  ("pass/product_renderer.cpp", "kMinRaysToProbeAll", surfaces.PILOT[0][0])):
+                                  ("pass/renderer_pilot.cpp", "kMinRaysToProbeAll", surfaces.PILOT[0][0])):
             found = re.search(rf"constexpr \w+ {name} = ([\d.]+)f?;", texts[file])
             self.assertIsNotNone(found, name)
             self.assertEqual(float(found[1]), value, name)
         (few, one), (some, two), (_, four) = surfaces.PILOT[1:]
         self.assertIn(f"effort.primaries = rays_per_pixel < {few} ? {one} : rays_per_pixel < "
-                      f"{some} ? {two} : {four};", texts["pass/product_renderer.cpp"])
+                      f"{some} ? {two} : {four};", texts["pass/renderer_pilot.cpp"])
 
     def test_the_pilot_grows_with_the_rays(self):
         self.assertEqual([surfaces.pilot_rays(n) for n in (9, 12, 48, 192)], [0, 1, 2, 4])
@@ -235,7 +235,7 @@ class ATinyScene(InFolder):
         self.assertRegex(text, r"\| no control variate \| \d+\.\d\d \|")
         self.assertNotIn(str(ROOT), text)
 
-    def test_a_scene_that_is_not_for_product_is_said(self):
+    def test_a_scene_without_product_is_reported(self):
         made = maps.Maps(unittest.mock.Mock(build=BUILD), lambda _scene: SIZE, 4,
                          self.folder / "work", unittest.mock.Mock())
         self.path.write_text(SCENE.replace('<emitter type="constant"/>', ""))

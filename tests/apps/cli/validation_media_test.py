@@ -31,7 +31,7 @@ class Page(unittest.TestCase):
         self.assertAlmostEqual(found["volpath"][2], 4)
         self.assertEqual(found["clustered"], (1, "at most", 8))
 
-    def test_time_of_a_sample_excludes_what_is_fixed(self):
+    def test_time_of_a_sample_excludes_fixed_work(self):
         found = media_page.nanoseconds(curve([1.25, 2], [1, 1]), (100, 100))
         self.assertAlmostEqual(found, 1e9 * 0.75 / 12 / 1e4)
 

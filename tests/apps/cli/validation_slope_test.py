@@ -31,7 +31,7 @@ class FakeKinome:
 
 
 class Slopes(unittest.TestCase):
-    def test_slopes_are_those_of_logarithms(self):
+    def test_slopes_use_logarithms(self):
         curve = [point(1, 0.1, 1e-1), point(2, 0.2, 1e-2), point(3, 0.2, 1e-3)]
         slope.set_slopes(curve)
         self.assertIsNone(curve[0].slope)

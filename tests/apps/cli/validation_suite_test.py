@@ -97,7 +97,7 @@ class OtherProcesses(InFolder):
         self.assertNotIn("mis_compensation", configurations(box)[0].defines(box, SIZE))
         self.assertEqual(found[1].defines(HEBE, SIZE)["mis_compensation"], "true")
 
-    def test_what_goes_wrong_is_one_line(self):
+    def test_errors_are_one_line(self):
         refusing = self.worker("refuses")
         with self.assertRaisesRegex(Refused, r"^Fake: .*line 3, col 7\): no such plugin$"):
             refusing.ask(command="load", file="a.xml", defines={"integrator": "direct"})
@@ -113,7 +113,7 @@ class OtherProcesses(InFolder):
         with self.assertRaisesRegex(Dead, "can't be started: No such file"):
             Worker("Fake", [self.folder / "none"])
 
-    def test_a_variant_that_does_not_start_is_said_once(self):
+    def test_a_variant_that_does_not_start_is_reported_once(self):
         missing = Mitsuba(self.folder / "none/python", self.folder / "m", self.log)
         for scene in tables.SCENES[:2]:
             with self.assertRaises(Problem):
@@ -140,7 +140,7 @@ class OtherProcesses(InFolder):
 class Explanations(unittest.TestCase):
     """Known failures are explained, and no others."""
 
-    def test_only_the_known_tests_and_no_further(self):
+    def test_only_known_failures_up_to_their_size_are_explained(self):
         def row(method="direct", t=9.8, red="tiles"):
             tests = {name: {"name": name, "passed": name != red, "t": t if name == red else 1.0}
                      for name in ("image", "tiles", "pixels")}
@@ -181,7 +181,7 @@ class FakeReferences:
                             "sampler": "MultijitterSampler", "not_finite": 5}
 
 
-EFFORT = dataclasses.replace(tables.QUICK, most_samples=64, seeds=3)
+EFFORT = dataclasses.replace(tables.QUICK, max_samples=64, seeds=3)
 
 
 class TimeAgainstError(InFolder):
@@ -272,7 +272,7 @@ class TimeAgainstError(InFolder):
         self.assertEqual(sorted(line.split(":")[0] for line in self.log.problems),
                          ["Mitsuba llvm_ad_rgb", "Mitsuba scalar_rgb"])
 
-    def test_a_variant_that_is_left_behind_is_tried_no_further(self):
+    def test_a_slow_variant_is_not_tried_with_other_samplers(self):
         seconds = {"llvm_ad_rgb": {"path": 1.0, "direct": 1.0},
                    "scalar_rgb": {"path": 1.9, "direct": 2.0}}
 
@@ -285,7 +285,7 @@ class TimeAgainstError(InFolder):
                     "name": (c.variant, c.integrator, c.sampler)}
 
         made = Benchmark(FakeKinome(), self.mitsuba("good"), self.folder / "none",
-                         FakeReferences(), dataclasses.replace(EFFORT, most_samples=256,
+                         FakeReferences(), dataclasses.replace(EFFORT, max_samples=256,
                                                                search_samples=(16, 256)),
                          Store(self.folder / "store.jsonl"), self.folder, self.log)
         with unittest.mock.patch.object(made, "trial", trial):
@@ -297,20 +297,20 @@ class TimeAgainstError(InFolder):
         self.assertIn(("scalar_rgb", "direct", "ldsampler"), long)
         self.assertEqual(len([row for row in rows if row["samples"] == 16]), 24)
 
-    def test_errors_below_the_references_noise_are_not_told(self):
+    def test_errors_below_the_references_noise_are_not_reported(self):
         entry = self.benchmark()
         entry["reference"]["own_error"] = 4e-4
         found = analysis.summary(entry)["Kinome direct"]["seconds_to"]
         self.assertEqual(found[1e-4], (None, "noise"))
         self.assertNotEqual(found[1e-3][1], "noise")
 
-    def test_what_mitsuba_refuses_is_left_out(self):
+    def test_scenes_that_mitsuba_refuses_are_left_out(self):
         entry = self.benchmark("refuses")
         self.assertEqual({row["integrator"] for row in entry["tried"]}, {"path"})
         self.assertTrue(all("no such plugin" in line for line in self.log.problems))
         self.assertEqual(len(self.log.problems), 2)  # one for each variant
 
-    def test_pictures_of_another_size_are_said(self):
+    def test_images_of_another_size_are_reported(self):
         entry = self.benchmark("other size")
         self.assertEqual(entry["tried"], [])
         self.assertIn("the image is 24x19, the reference 24x18", self.log.problems[0])

@@ -69,7 +69,7 @@ class Command(unittest.TestCase):
         with unittest.mock.patch.object(threads, "run_kinome", run):
             return work.scene(tables.SCENES[0])
 
-    def test_rows_say_what_is_simulated(self):
+    def test_simulated_rows_are_marked(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             rows = self.rows(folder, cores=2)

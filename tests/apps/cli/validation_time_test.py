@@ -14,7 +14,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT / "validation"), str(ROOT / "tests/support")]
 from suite import analysis, arguments, benchmark, tables, truth  # noqa: E402
 from suite.peers import Configuration, configurations  # noqa: E402
-from suite.schedule import USUAL, Clock, Schedule, duration  # noqa: E402
+from suite.schedule import DEFAULT_SECONDS, Clock, Schedule, duration  # noqa: E402
 from suite.store import Store  # noqa: E402
 from validation_suite_test import EFFORT, FakeKinome, FakeReferences, InFolder  # noqa: E402
 
@@ -35,7 +35,7 @@ class Search(InFolder):
             return {"seconds": seconds(c) * samples, "samples": samples, "seed": seed,
                     "relmse": e, "trimmed": e}
 
-        effort = dataclasses.replace(EFFORT, most_samples=256, search_samples=(16, 256),
+        effort = dataclasses.replace(EFFORT, max_samples=256, search_samples=(16, 256),
                                      search_seeds=2)
         made = benchmark.Benchmark(FakeKinome(), None, None, FakeReferences(), effort,
                                    Store(self.folder / "store.jsonl"), self.folder, self.log)
@@ -55,7 +55,7 @@ class Search(InFolder):
                           if samples == 256 and name == configurations(HEBE)[0].name],
                          [False, True])
 
-    def test_what_is_worse_by_few_samples_is_tried_at_these_alone_and_once(self):
+    def test_configurations_worse_at_few_samples_are_tried_once(self):
         rows, renders = self.rows(error=lambda c, n: (3.1 if c.sampler == "independent" else 1) / n)
         names = {row["name"] for row in rows if row["samples"] == 256}
         self.assertFalse(any("independent" in name for name in names))
@@ -64,7 +64,7 @@ class Search(InFolder):
         self.assertEqual(len([r for r in renders if "independent" in r[0]]),
                          len(configurations(HEBE)) / 3)
 
-    def test_what_is_worse_by_many_samples_is_no_finalist(self):
+    def test_configurations_worse_at_many_samples_are_no_finalists(self):
         def error(c, samples):
             return (2.1 if c.integrator == "path" and samples > 16 else 1) / samples
 
@@ -80,7 +80,7 @@ class Search(InFolder):
         self.assertEqual([(row["integrator"], row["samples"]) for row in scalar],
                          [("direct", 16), ("path", 16)])
 
-    def test_the_slow_start_of_who_wins_in_the_end_is_forgiven(self):
+    def test_a_winner_that_starts_slowly_is_a_finalist(self):
         def error(c, samples):
             winner = c == Configuration("llvm_ad_rgb", "path", "independent", False)
             return (2.4 / 16 if samples == 16 else 0.5 / 256) if winner else 1 / samples
@@ -116,13 +116,13 @@ class Turns(InFolder):
         self.assertEqual(first, second)
         return first
 
-    def test_no_larger_counts_of_what_is_below_the_targets(self):
+    def test_no_more_samples_below_the_targets(self):
         self.assertEqual(self.counts("peer", True, 1e-6, 2e-3), [4, 16, 64])
         self.assertEqual(self.counts("ours", True, 1e-6, 2e-3), [4, 16, 64, 256, 1024])
         # The same for errors below the reference's own.
         self.assertEqual(self.counts("ours", True, 1e-6, 2e-3, own=1e-3), [4, 16])
 
-    def test_what_is_not_claimed_to_be_fast_takes_less(self):
+    def test_slow_configurations_get_less_time(self):
         self.assertEqual(self.counts("ours", True, 0.01, 1e3), [4, 16, 64, 256])
         self.assertEqual(self.counts("ours", False, 0.01, 1e3), [4, 16, 64])
         # Three counts may take longer, to determine a slope.
@@ -146,7 +146,7 @@ class Turns(InFolder):
         nobody = {"a": curve((0.1, 9.0), (1, 9.0)), "b": curve((1, 9.0), (2, 9.0))}
         self.assertEqual(analysis.behind(entry | {"curves": nobody}), set())
 
-    def test_what_does_the_same_in_more_time_is_timed_where_everybody_looks(self):
+    def test_slower_equivalents_are_timed_at_the_shown_targets(self):
         by_name = {scene.name: scene for scene in tables.SCENES}
         for name, is_timed in (("hebe", True), ("chess", False), ("evening", True)):
             found = [method.name for method in benchmark.methods_timed(by_name[name])]
@@ -155,7 +155,7 @@ class Turns(InFolder):
 
 
 class References(InFolder):
-    def test_what_is_timed_may_do_with_less(self):
+    def test_timed_configurations_may_use_less(self):
         made = truth.References(self.folder / "none", self.folder, tables.FULL, self.log)
         for share, wanted in ((1, (512, 32)), (1 / 2, (512, 16)), (1 / 4, (256, 16))):
             scene = dataclasses.replace(HEBE, timed_share=share)
@@ -216,11 +216,11 @@ class ScenesFor(InFolder):
         return names, [scene.name for scene, _ in left]
 
     def test_the_same_command_goes_on(self):
-        usual = sum(USUAL.values())
+        usual = sum(DEFAULT_SECONDS.values())
         self.assertEqual(self.take(usual - 1), ([], ["hebe", "car", "grace"]))
         self.assertEqual(self.take(usual), (["hebe"], ["car", "grace"]))
         # The others are assumed to take as long as hebe, except for the unknown start-up.
-        needs = 190 + USUAL["startup"]
+        needs = 190 + DEFAULT_SECONDS["startup"]
         self.assertEqual(self.take(needs - 1), (["hebe"], ["car", "grace"]))
         self.assertEqual(self.take(needs), (["car"], ["grace", "hebe"]))
         self.assertEqual(self.take(needs), (["grace"], ["hebe", "car"]))
@@ -237,7 +237,7 @@ class ScenesFor(InFolder):
         self.assertEqual(self.take(80, "2"), (["hebe", "grace"], ["car"]))
         self.assertEqual(self.take(80, "2"), (["car", "hebe"], ["grace"]))
 
-    def test_what_does_not_fit_is_passed_over(self):
+    def test_scenes_that_dont_fit_are_skipped(self):
         self.take(1e4, scenes=[HEBE], turns=200)
         self.take(1e4, scenes=[CAR, GRACE])
         self.assertEqual(self.take(100, "2"), (["car", "grace"], ["hebe"]))
@@ -262,7 +262,7 @@ class ScenesFor(InFolder):
         self.assertEqual(kept("2"), [False, False, True, True, True, True])
         self.assertEqual(kept("1"), [False, False, True, True, True, True])
 
-    def test_a_run_that_finds_all_in_the_store_tells_nothing(self):
+    def test_a_run_with_everything_stored_prints_nothing(self):
         schedule = self.schedule()
         schedule.note(HEBE, {"reference": 90, "search": 9, "turns": 40, "startup": 5})
         known = schedule.seconds(HEBE)

@@ -16,6 +16,7 @@ import numpy as np
 BUILD = pathlib.Path(os.environ["KINOME_BUILD"])
 sys.path.insert(0, str(BUILD / "python"))
 import kinome as mi  # noqa: E402
+from small_box import small_box  # noqa: E402
 from kinome import Bitmap, Struct  # noqa: E402
 
 Format, Type = Bitmap.PixelFormat, Struct.Type
@@ -42,6 +43,22 @@ class BitmapTest(unittest.TestCase):
         for wrong in (3, "missing.png", np.zeros(4), np.zeros((0, 2)), np.zeros((2, 2), bool)):
             with self.subTest(wrong), self.assertRaises((TypeError, mi.Error)):
                 Bitmap(wrong)
+
+    def test_copies_are_independent(self):
+        bitmap = Bitmap(np.ones((2, 3, 4), np.float32))
+        bitmap.set_premultiplied_alpha(False)
+        for copy in (Bitmap(bitmap), bitmap.convert(), bitmap.resample([3, 2])):
+            copy.metadata()["artist"] = "somebody"
+            copy.clear()
+        self.assertEqual((bitmap.metadata(), float(np.array(bitmap).min())), ({}, 1))
+        self.assertFalse(bitmap.split()[0][1].premultiplied_alpha())
+
+    def test_names_are_only_for_arrays(self):
+        for source in ("image.png", Bitmap(self.pixels)):
+            with self.assertRaisesRegex(ValueError, "pixel_format and channel_names are only for arrays"):
+                Bitmap(source, Format.XYZ)
+        with self.assertRaisesRegex(TypeError, "a channel's name takes a string, got 1"):
+            Bitmap(self.pixels, channel_names=[1, 2, 3])
 
     def test_conversions(self):
         bitmap = Bitmap(self.pixels)
@@ -115,6 +132,19 @@ class BitmapTest(unittest.TestCase):
         self.assertNotIn(tempfile.gettempdir() + "/tmp", str(failure.exception).replace(
             str(self.folder), ""))
 
+    def test_files_have_the_same_bytes_again(self):
+        """OpenImageIO stores the file's name in DPX files, the time in RLA files, and memory that it doesn't
+        initialize in SGI files."""
+        pixels = np.full((8, 8, 3), 0.5, np.float32)
+        for extension, header in ((".dpx", slice(36, 136)), (".rla", slice(528, 548)),
+                                  (".sgi", slice(24, 104))):
+            paths = [self.folder / (name + extension) for name in ("a", "other")]
+            for path in paths:
+                Bitmap(pixels).write(path)
+            first, second = (path.read_bytes() for path in paths)
+            self.assertEqual(first, second, extension)
+            self.assertEqual(first[header].strip(b"\0"), b"", extension)
+
     def test_formats_of_bytes_store_srgb(self):
         """Floats become sRGB bytes, also in formats of which OpenImageIO would accept floats."""
         pixels = np.full((40, 40, 4), [0.2, 0.2, 0.2, 1], np.float32)
@@ -142,6 +172,38 @@ class BitmapTest(unittest.TestCase):
         image = np.array(np.random.default_rng(1).integers(0, 256, (4, 4, 4)), np.uint8)
         Bitmap(image).write(self.folder / "a.png")
         np.testing.assert_array_equal(np.array(Bitmap(str(self.folder / "a.png"))), image)
+
+    def test_files_of_bytes_have_straight_alpha(self):
+        """Floats are divided by alpha, and bytes are written as they are, as in Mitsuba."""
+        image = Bitmap(np.full((1, 1, 4), [0.1, 0.1, 0.1, 0.5], np.float32))
+        image.write(self.folder / "float.png")
+        self.assertEqual(np.array(Bitmap(str(self.folder / "float.png")))[0, 0].tolist(),
+                         [124, 124, 124, 128])  # 0.2 in sRGB
+        encoded = image.convert(component_format=Type.UInt8, srgb_gamma=True)
+        encoded.write(self.folder / "bytes.png")
+        np.testing.assert_array_equal(np.array(Bitmap(str(self.folder / "bytes.png"))),
+                                      np.array(encoded))
+        image.write(self.folder / "black.jpg")  # over black
+        self.assertAlmostEqual(int(np.array(Bitmap(str(self.folder / "black.jpg")))[0, 0, 0]), 89,
+                               delta=2)
+
+    def test_grey_files(self):
+        Bitmap(np.full((2, 2, 3), [0.2, 0.2, 0.2], np.float32)).write(self.folder / "a.pgm")
+        self.assertEqual((self.folder / "a.pgm").read_bytes()[:2], b"P5")
+        self.assertEqual(np.array(Bitmap(str(self.folder / "a.pgm")))[0, 0], 124)
+
+    def test_mattes_have_their_names(self):
+        scene = mi.load_dict({**small_box(8, 1), "integrator": {
+            "type": "aov", "aovs": "crypto:object", "nested": {"type": "direct"}}})
+        image = mi.render(scene)
+        for write in (image.write, Bitmap(image).write):
+            write(self.folder / "crypto.exr")
+            names = Bitmap(str(self.folder / "crypto.exr")).metadata()
+            manifest, = (text for key, text in names.items() if key.endswith("/manifest"))
+            self.assertIn('"red-wall":', manifest)
+        Bitmap(image.rgb).write(self.folder / "plain.exr")
+        self.assertFalse(any("cryptomatte" in key for key in
+                             Bitmap(str(self.folder / "plain.exr")).metadata()))
 
     def test_resampling(self):
         ramp = np.repeat(np.linspace(0, 1, 32, dtype=np.float32)[None, :, None], 8, axis=0)

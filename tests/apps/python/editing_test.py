@@ -126,7 +126,7 @@ def resident_bytes():
 
 
 class EditingTest(SessionTest):
-    def test_random_edits_end_in_the_picture_of_the_saved_scene(self):
+    def test_random_edits_give_the_image_of_the_saved_scene(self):
         edits = RandomEdits(self.parameters, self.folder / "parts", SEED)
         (self.folder / "elsewhere").mkdir()
         seen = 0
@@ -210,7 +210,7 @@ class EditingTest(SessionTest):
         self.parameters.save(self.folder / "back.xml")
         self.assertEqual((self.folder / "back.xml").read_text(), text)
 
-    def test_what_cannot_be_put_is_told(self):
+    def test_impossible_edits_are_errors(self):
         first = kinome.render(self.scene)
         bitmap = {"type": "bitmap", "filename": "parts/wood.ppm"}
         for path, value, message in (

@@ -1,5 +1,4 @@
-#!/usr/bin/python3
-"""Tests of the Python module: the program's images, edits, callbacks, Ctrl-C and errors.
+"""Tests of the Python module: the program's images, dicts, edits, arguments and errors.
 
 KINOME_BUILD is the build folder. With KINOME_PACKAGE, the installed module is tested.
 """
@@ -10,84 +9,18 @@ import os
 import pathlib
 import pickle
 import re
-import signal
 import subprocess
 import sys
 import tempfile
-import threading
-import time
 import unittest
 
 import numpy as np
 
-BUILD = pathlib.Path(os.environ["KINOME_BUILD"])
-if "KINOME_PACKAGE" not in os.environ:
-    sys.path.insert(0, str(BUILD / "python"))
-import kinome  # noqa: E402
-
-SCENE = """\
-<scene version="3.0.0">
-    <default name="spp" value="4"/>
-    <integrator type="path"/>
-    <sensor type="perspective">
-        <transform name="to_world">
-            <lookat origin="0, 2, 6" target="0, 0, 0" up="0, 1, 0"/>
-        </transform>
-        <sampler type="independent"><integer name="sample_count" value="$spp"/></sampler>
-        <film type="hdrfilm">
-            <integer name="width" value="40"/> <integer name="height" value="30"/>
-            <string name="component_format" value="float32"/>
-        </film>
-    </sensor>
-    <bsdf type="diffuse" id="red"><rgb name="reflectance" value="0.6, 0.2, 0.1"/></bsdf>
-    <shape type="sphere" id="ball"><ref id="red"/></shape>
-    <emitter type="constant" id="sky"><rgb name="radiance" value="0.5, 0.6, 0.7"/></emitter>
-    <emitter type="point"><point name="position" x="2" y="3" z="4"/>
-        <rgb name="intensity" value="9"/></emitter>
-</scene>
-"""
-
-# The same scene as a dict in Mitsuba's form, with the values of the text.
-DICT = {
-    "type": "scene",
-    "integrator": {"type": "path"},
-    "sensor": {
-        "type": "perspective",
-        "to_world": kinome.Transform().look_at([0, 2, 6], [0, 0, 0], [0, 1, 0]),
-        "sampler": {"type": "independent", "sample_count": 4},
-        "film": {"type": "hdrfilm", "width": 40, "height": 30, "component_format": "float32"},
-    },
-    "red": {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.6, 0.2, 0.1]}},
-    "ball": {"type": "sphere", "bsdf": {"type": "ref", "id": "red"}},
-    "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [0.5, 0.6, 0.7]}},
-    "lamp": {"type": "point", "position": [2, 3, 4],
-             "intensity": {"type": "rgb", "value": 9}},
-}
+from small_scene import DICT, SCENE, SceneTest, kinome, read_exr, with_parts
 
 
-def with_parts(scene, **parts):
-    return {**scene, **parts}
-
-
-class ModuleTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-        self.path = self.folder / "scene.xml"
-        self.path.write_text(SCENE)
-
-    def load(self, **defines):
-        return kinome.load_file(self.path, **defines)
-
-    def program(self, *arguments):
-        """Returns the colour of the program's image."""
-        output = self.folder / "program.exr"
-        subprocess.run([sys.executable, "-m", "kinome", "-q", self.path, "-o", output, *arguments],
-                       check=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
-        return read_exr(output)
-
-    def test_gives_the_programs_picture(self):
+class ModuleTest(SceneTest):
+    def test_gives_the_programs_image(self):
         ours = kinome.render(self.load(spp=9), seed=3)
         self.assertEqual((ours.shape, ours.dtype), ((30, 40, 3), np.float32))
         self.assertEqual(ours.channels, ["R", "G", "B"])
@@ -143,12 +76,14 @@ class ModuleTest(unittest.TestCase):
         self.assertEqual(aov["sn"].shape, (30, 40, 3))
         self.assertEqual(set(aov.layers), {"nested", "dd", "sn"})
         self.assertTrue(np.shares_memory(aov["sn"], aov))
+        mixed = kinome.Picture(np.arange(12.).reshape(1, 2, 6), ["a.R", "b.R", "a.G", "b.G", "a.B", "b.B"])
+        np.testing.assert_array_equal(mixed["b"], np.asarray(mixed)[..., 1::2])
         with self.assertRaises(KeyError):
             aov["albedo"]
         with self.assertRaisesRegex(kinome.Error, "no sensor '1'"):
             kinome.render(scene, sensor=1)
 
-    def test_edits_make_what_the_edited_file_makes(self):
+    def test_edits_give_the_image_of_the_edited_file(self):
         scene = self.load()
         parameters = kinome.traverse(scene)
         self.assertIn("red.reflectance.value", parameters)
@@ -231,127 +166,6 @@ class ModuleTest(unittest.TestCase):
         parameters.update({"mesh.vertex_positions": positions})
         np.testing.assert_array_equal(kinome.render(scene), before)
 
-    def test_progress_and_passes(self):
-        scene = self.load(spp=64)
-        fractions = []
-        picture = kinome.render(scene, progress=fractions.append)
-        self.assertEqual(fractions, sorted(fractions))
-        self.assertEqual(fractions[-1], 1)
-        # A callback must not change any bit.
-        for options in ({}, {"spp": 10}, {"variance": 8}, {"error": 3e-3},
-                        {"integrator": "clustered", "error": 1e-2}):
-            seen = []
-            looked_at = kinome.render(scene, on_pass=lambda p, n: seen.append((n, p)), **options)
-            np.testing.assert_array_equal(looked_at, kinome.render(scene, **options))
-            numbers = [samples for samples, _ in seen]
-            self.assertEqual(numbers, sorted(set(numbers)))
-            self.assertEqual(numbers[-1], looked_at.stats["samples"])
-            self.assertEqual(len(numbers) == 1, not options.keys() & {"variance", "error"})
-            np.testing.assert_array_equal(seen[-1][1], looked_at)
-            self.assertEqual(seen[-1][1].channels, looked_at.channels)
-            self.assertEqual([p.stats["samples"] for _, p in seen], numbers)
-            self.assertFalse(seen[-1][1].stats["complete"])
-        np.testing.assert_allclose(np.mean(looked_at), np.mean(picture), rtol=0.05)
-
-        def fail(fraction):
-            raise ZeroDivisionError("enough")
-        with self.assertRaisesRegex(ZeroDivisionError, "enough"):
-            kinome.render(scene, spp=100000, progress=fail)
-        with self.assertRaisesRegex(ZeroDivisionError, "enough"):
-            kinome.render(scene, error=1e-9, on_pass=lambda picture, samples: fail(samples))
-
-    def test_a_render_that_fails_has_no_end_to_tell(self):
-        # The memory limit is too small for this film.
-        self.path.write_text(SCENE.replace('"40"', '"16000"').replace('"30"', '"16000"'))
-        self.said_by("import resource\n"
-                     "scene = kinome.load_file(sys.argv[1]); seen = []\n"
-                     "size = int(open('/proc/self/statm').read().split()[0])\n"
-                     "limit = size * resource.getpagesize() + (512 << 20)\n"
-                     "resource.setrlimit(resource.RLIMIT_AS, (limit, limit))\n"
-                     "try:\n"
-                     "    kinome.render(scene, threads=1, progress=seen.append)\n"
-                     "    raise SystemExit('it was rendered')\n"
-                     "except (MemoryError, kinome.Error):\n"
-                     "    assert 1 not in seen, seen\n")
-
-    def test_budgets_are_kept_with_a_callback(self):
-        scene = self.load()
-        seen = []
-
-        def look(picture, samples):
-            seen.append(samples)
-            time.sleep(0.05)
-        picture = kinome.render(scene, time=0.6, on_pass=look)
-        # The number of calls depends on the machine; tests/libs/progressive_test.cpp uses a
-        # simulated clock.
-        self.assertTrue(seen)
-        self.assertGreaterEqual(picture.stats["samples"], seen[-1])
-        self.assertGreater(picture.stats["seconds"], 0.2)
-        # Any time limit gives an image, and a warning if the time was too short.
-        said = self.said_by("scene = kinome.load_file(sys.argv[1]); seen = []\n"
-                            "picture = kinome.render(scene, time=1e-6, integrator='clustered',\n"
-                            "    on_pass=lambda p, n: (seen.append(n), time.sleep(0.2)))\n"
-                            "assert picture.mean() > 0.1 and seen, (picture.mean(), seen)\n"
-                            "kinome.render(scene, error=1e-12, time=0.1)\n")
-        self.assertRegex(said, r"time=1e-06: it took 0\.\d+ s to render .* samples per pixel")
-        self.assertRegex(said, "error=1e-12 was not reached: .* when time was up")
-
-    def said_by(self, code):
-        """Runs code in its own process and returns its stderr."""
-        result = subprocess.run([sys.executable, "-c", "import sys, time, kinome\n" + code, self.path],
-                                env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-                                check=False, text=True, capture_output=True, timeout=1200)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return result.stderr
-
-    def test_samplers_that_round(self):
-        self.path.write_text(SCENE.replace('sampler type="independent"', 'sampler type="multijitter"'))
-        scene, seen = self.load(), []
-        picture = kinome.render(scene, spp=10, on_pass=lambda p, n: seen.append(n))
-        self.assertEqual((picture.stats["samples"], seen), (12, [12]))
-        np.testing.assert_array_equal(picture, kinome.render(scene, spp=12))
-        said = self.said_by("kinome.render(kinome.load_file(sys.argv[1]), spp=10)")
-        self.assertIn("spp=10 is rounded up to 12", said)
-
-    def test_a_callback_may_not_use_its_scene_but_may_ask_for_it(self):
-        scene = self.load(spp=4)
-        refused = []
-
-        def look(picture, samples):
-            for use in (lambda: kinome.render(scene, spp=1), lambda: kinome.traverse(scene).update()):
-                with self.assertRaisesRegex(kinome.Error, "is being rendered or updated"):
-                    use()
-                refused.append(samples)
-            self.assertTrue(list(kinome.traverse(scene)))
-        kinome.render(scene, on_pass=look)
-        self.assertTrue(refused)
-        kinome.render(scene, spp=1)  # it can be used again
-
-    def test_ctrl_c_gives_what_there_is(self):
-        scene = self.load()
-        threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-        start = time.monotonic()
-        picture = kinome.render(scene, spp=1000000)
-        self.assertLess(time.monotonic() - start, 60)
-        self.assertFalse(picture.stats["complete"])
-        self.assertGreater(np.mean(picture.rgb), 0)
-        self.assertTrue(kinome.render(scene).stats["complete"])
-
-    def test_other_threads_run_meanwhile(self):
-        steps, done = [0], threading.Event()
-
-        def count():
-            while not done.is_set():
-                steps[0] += 1
-                time.sleep(0.001)
-        counter = threading.Thread(target=count)
-        counter.start()
-        seconds = kinome.render(self.load(), time=0.5).stats["seconds"]
-        done.set()
-        counter.join()
-        # If the render held the lock, there would be only a handful.
-        self.assertGreater(steps[0], 50 * seconds)
-
     def test_no_file_that_a_scene_reads_is_written_over(self):
         sky, text = self.folder / "sky.exr", self.folder / "sky.xml"
         kinome.Picture(np.ones((2, 4, 3), np.float32), ["R", "G", "B"]).write(sky)
@@ -370,27 +184,6 @@ class ModuleTest(unittest.TestCase):
         self.assertEqual(sky.read_bytes(), before)
         del scene, own
         picture.write(sky)
-
-    def test_budgets_variance_and_comparison(self):
-        scene = self.load(spp=32)
-        a = kinome.render(scene, variance=16)
-        b = kinome.render(scene, variance=16, seed=1)
-        self.assertEqual(a["variance"].shape, (30, 40, 3))
-        self.assertTrue(kinome.compare(a, b, alpha=1e-6).passed)
-        darker = kinome.load_dict(with_parts(DICT, sky={"type": "constant", "radiance": 0.4}))
-        self.assertFalse(kinome.compare(kinome.render(darker, spp=32, variance=16), b,
-                                        alpha=1e-6).passed)
-        self.assertTrue(kinome.compare([kinome.render(scene, seed=i) for i in range(4)], b,
-                                       alpha=1e-6).passed)
-        by_error = kinome.render(scene, error=1e-3)
-        self.assertLess(by_error.stats["relmse"], 1e-3)
-        # `kinome-compare` reads the written files.
-        for picture, name in ((a, "a.exr"), (b, "b.exr")):
-            picture.write(self.folder / name)
-            picture.write(self.folder / name.upper())
-        compare = pathlib.Path(__file__).resolve().parents[3] / "validation/kinome-compare"
-        subprocess.run([compare, "-q", "--alpha", "1e-6", self.folder / "a.exr",
-                        self.folder / "b.exr"], check=True, stdout=subprocess.DEVNULL)
 
     def test_channels_keep_their_names(self):
         picture = kinome.render(self.load(), variance=4, integrator={
@@ -501,28 +294,6 @@ class ModuleTest(unittest.TestCase):
         for number in (np.int64(4), np.uint8(4)):
             self.assertEqual(kinome.render(scene, spp=number).stats["samples"], 4)
 
-    def test_who_waits_for_plugins_lets_others_run(self):
-        """One thread loads a scene, a second waits for plugins that the first uses, and a third
-        must keep running."""
-        balls = '<shape type="sphere"><ref id="red"/></shape>' * 10000
-        self.path.write_text(SCENE.replace("</scene>", balls + "</scene>"))
-        loads = threading.Thread(target=self.load)
-
-        def look():
-            while loads.is_alive():
-                kinome.plugins()
-        waits = threading.Thread(target=look)
-        kinome.plugins()  # opens all plugins
-        loads.start()
-        waits.start()
-        steps = 0
-        while loads.is_alive():
-            steps += 1
-            time.sleep(0.001)
-        waits.join()
-        # If the waiting thread held the lock, there would be only a handful.
-        self.assertGreater(steps, 20)
-
     def test_has_the_programs_version(self):
         said = subprocess.run([sys.executable, "-m", "kinome", "--version"], check=True, text=True,
                               env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
@@ -550,7 +321,7 @@ class ModuleTest(unittest.TestCase):
         found = kinome.inspect(self.load(), 20, 15, integrator="clustered")
         self.assertTrue(found[0]["clusters"])
 
-    def test_errors_have_their_places(self):
+    def test_errors_have_their_positions(self):
         self.path.write_text(SCENE.replace("diffuse", "difuse").replace("sphere", "spere"))
         with self.assertRaises(kinome.Error) as caught:
             self.load()
@@ -595,12 +366,6 @@ class Documentation(unittest.TestCase):
         made = names["changes"].made
         self.assertEqual(set(made),
                          {"bsdf/roughconductor", "sampler/independent", "sensor/perspective"})
-
-
-def read_exr(path):
-    """Returns the colour of an image, read by Debian's OpenImageIO."""
-    import OpenImageIO as oiio
-    return oiio.ImageBuf(str(path)).get_pixels(oiio.FLOAT)[:, :, :3]
 
 
 if __name__ == "__main__":

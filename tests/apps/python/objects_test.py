@@ -25,7 +25,7 @@ class Transforms(unittest.TestCase):
                                    np.asarray(getattr(b, "matrix", b), float), rtol=0,
                                    atol=tolerance)
 
-    def test_methods_of_the_class_are_those_of_the_identity(self):
+    def test_class_methods_equal_those_of_the_identity(self):
         for one, other in ((T.translate([1, 2, 3]), T().translate([1, 2, 3])),
                            (T.scale(2), T().scale([2, 2, 2])),
                            (T.look_at(origin=[0, 0, 4], target=[0, 0, 0], up=[0, 1, 0]),
@@ -70,6 +70,18 @@ class Transforms(unittest.TestCase):
             self.assert_close(to @ mi.Vector3f(1, 0, 0), frame.s)
             self.assert_close(to @ back, np.eye(4))
             self.assertAlmostEqual(np.linalg.det(to.matrix), 1)
+
+    def test_wrong_vectors_are_named(self):
+        box = mi.BoundingBox3f([0, 0, 0], [1, 1, 1])
+        for wrong, kind, text in (
+                (lambda: mi.Frame3f([[0, 0, 1], [0, 0, 0]]), ValueError, "n is the zero vector"),
+                (lambda: mi.Point3f(np.zeros(4), np.zeros(3), 0), ValueError, "Point3f takes three"),
+                (lambda: box.expand("x"), TypeError, "other takes three numbers"),
+                (lambda: box.expand([1, 2]), TypeError, "other takes three numbers"),
+                (lambda: box.expand(None), TypeError, "other takes three numbers")):
+            with self.assertRaisesRegex(kind, text) as raised:
+                wrong()
+            self.assertNotIn("\n", str(raised.exception))
 
 
 class Scenes(unittest.TestCase):
@@ -302,6 +314,8 @@ class Names(unittest.TestCase):
                                            "red-wall.to_world"})
         parameters.keep(None)
         self.assertGreater(len(parameters), 50)
+        with self.assertRaisesRegex(ValueError, r"keys takes paths or regular expressions, got \['\('\]"):
+            parameters.keep("(")
 
 
 class Variants(unittest.TestCase):

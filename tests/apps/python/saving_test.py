@@ -12,7 +12,7 @@ import kinome  # found by edit_sessions
 
 
 class SavingTest(SessionTest):
-    def test_what_is_saved_keeps_its_text(self):
+    def test_saved_scenes_keep_their_text(self):
         self.parameters.update({"camera.fov": 50.0, "shiny.alpha": 0.3, "sky.scale": 2.0})
         self.expect_saved(self.folder / "new.xml")
         text = (self.folder / "new.xml").read_text()
@@ -163,7 +163,7 @@ class SavingTest(SessionTest):
         self.parameters.update({"sky.filename": "parts/a$b.pfm"})
         self.expect_refused("a \\$ begins a name", self.folder / "new.xml")
 
-    def test_what_a_scene_file_takes_for_a_name_is_refused(self):
+    def test_values_that_a_scene_file_reads_as_names_are_refused(self):
         message = "can't write '.*' to a scene file, where a \\$ begins a name"
         # Paths of files relative to the saved scene.
         (self.folder / "a$b").mkdir()
@@ -186,7 +186,7 @@ class SavingTest(SessionTest):
         self.parameters = kinome.traverse(kinome.load_dict(said))
         self.expect_refused(message, self.folder / "new.xml")
 
-    def test_defines_stand_before_what_uses_them(self):
+    def test_defines_precede_their_uses(self):
         text = SCENE.replace('    <default name="spp" value="2"/>   <!-- samples -->\n', "")
         text = text.replace("    <!-- the sky -->", '    <default name="spp" value="5"/>')
         self.load(text, spp=3)

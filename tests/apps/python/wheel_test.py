@@ -30,7 +30,7 @@ class WheelTest(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         return result.stdout
 
-    def test_wheel_is_whole(self):
+    def test_wheel_is_complete(self):
         module = next((BUILD / "python/kinome").glob("_kinome*.so"))
         library = (BUILD / "lib/libkinome.so").resolve()
         # Restore the build folder for its next user.

@@ -115,6 +115,26 @@ class SessionTest(unittest.TestCase):
                          "set ball.radius 0.7", "render 3", "picture d.exr"], scene="saved.xml")
         self.assertFalse(np.array_equal(a, self.picture("d.exr")))
 
+    def test_pictures_of_nested_integrators_have_light_groups(self):
+        """Previews, which are rendered by `path`, have them, too. A moving camera shows only previews."""
+        scene = self.folder / "groups.xml"
+        scene.write_text(self.scene.read_text().replace(
+            """<integrator type="path"><integer name="max_depth" value="4"/></integrator>""",
+            """<integrator type="aov"><string name="light_groups" value="all"/>
+            <integrator type="clustered" id="nested"><integer name="max_depth" value="4"/></integrator>
+            </integrator>"""))
+        moves = ["orbit 1 0", "sleep 0.05"] * 20
+        self.run_script(["samples 1", "render 2", "picture a.exr", *moves, "picture preview.exr"], scene)
+        import OpenImageIO as oiio
+        for name in ("a.exr", "preview.exr"):
+            image = oiio.ImageBuf(str(self.folder / name))
+            names, pixels = list(image.spec().channelnames), image.get_pixels(oiio.FLOAT)
+            layers = [pixels[..., [names.index(f"lights.{group}.{c}") for c in "RGB"]]
+                      for group in ("lamp", "sky")]
+            self.assertGreater(min(layer.mean() for layer in layers), 0.01)
+            np.testing.assert_allclose(sum(layers), pixels[..., [names.index(c) for c in "RGB"]],
+                                       rtol=1e-5, atol=1e-6)
+
     def test_previews_are_denoised_on_request(self):
         """The fake library of tests/apps/cli prints its calls. The final image isn't denoised."""
         def run(*lines, library=BUILD / "tests/apps/cli/fake_oidn"):
@@ -141,7 +161,7 @@ class SessionTest(unittest.TestCase):
         # A film of 32 x 24 pixels per edit would take more than ten times as much.
         self.assertLess(after - before, 8e6, out.stderr)
 
-    def test_what_cannot_be_leaves_the_scene_as_it_was(self):
+    def test_invalid_edits_leave_the_scene_unchanged(self):
         self.run_script(["render 2", "picture a.exr"])
         out = self.run_script(["set sky.filename nowhere.exr", "wait", "set red.reflectance.value 2",
                                "set camera.fov -3", "set ball.radius nan", "integrator nonsense",
@@ -173,18 +193,30 @@ class SessionTest(unittest.TestCase):
         self.run_script(["render 2", "picture again.exr"], scene="6.xml")
         self.assertEqual((self.folder / "again.exr").read_bytes(), pictures[-1])
 
-    def test_parameters_that_said_nothing_say_nothing_again(self):
+    def test_undone_defaults_are_not_saved(self):
         text = self.scene.read_text()
         self.run_script(["set camera.near_clip 0.5", "wait", "undo", "unset sky.filename", "wait",
                          "set grey.nonlinear true", "wait", "undo", "save a.xml"], errors=1)
         self.assertEqual((self.folder / "a.xml").read_text(), text)
 
-    def test_what_is_refused_costs_no_samples(self):
+    def test_refused_edits_cost_no_samples(self):
         samples = [int(s) for s in re.findall(r"samples (\d+)", self.run_script([
             "wait", "sleep 2.5", "samples", "undo", "set red.reflectance.value 2", "wait",
             "sleep 0.3", "samples"], errors=1))]
         self.assertGreater(samples[0], 8)
         self.assertGreaterEqual(samples[1], samples[0])
+
+    def test_only_a_region_is_rendered_on(self):
+        (self.folder / "scene.xml").write_text(SCENE.format(width=64, height=48))
+        self.run_script(["samples 8", "region 30 20 6 4", "wait", "picture a.exr", "samples 80",
+                         "picture b.exr"])
+        a, b = self.picture("a.exr"), self.picture("b.exr")
+        # Tiles of small images have 16 pixels. The reconstruction filter extends them by two.
+        differs = (a != b).any(axis=2)
+        ys, xs = np.nonzero(differs)
+        self.assertTrue(differs[20:24, 30:36].all())
+        self.assertTrue(14 <= xs.min() and xs.max() < 50 and 14 <= ys.min() and ys.max() < 34)
+        self.run_script(["region 1 2 3", "region 0 0 0 4", "region"], errors=2)
 
     def lookats(self, lines):
         out = self.run_script(lines)
@@ -202,7 +234,7 @@ class SessionTest(unittest.TestCase):
         self.assertNotIn("0.61", (self.folder / "b.xml").read_text())
         self.assertNotIn("0.2 0.1 0.1", (self.folder / "b.xml").read_text())
 
-    def test_cameras_move_as_they_are_told(self):
+    def test_cameras_follow_the_commands(self):
         start, right, up, pole, panned, near, home = self.lookats([
             "lookat", "orbit 90 0", "lookat", "home", "orbit 0 30", "lookat", "orbit 0 170",
             "lookat", "home", "move 1 2 0", "lookat", "home", "dolly 0.5", "lookat", "home",
@@ -219,7 +251,7 @@ class SessionTest(unittest.TestCase):
         np.testing.assert_allclose(near[0], [0, 1, 0.8 + 2.1], atol=1e-3)
         np.testing.assert_allclose(home, start, atol=1e-5)
 
-    def test_a_moved_camera_is_that_of_its_lookat(self):
+    def test_the_printed_lookat_gives_the_moved_camera(self):
         line = self.run_script(["orbit 40 20", "move 0.2 0.1 -0.5", "lookat", "render 2",
                                 "picture a.exr"]).strip()
         text = SCENE.format(width=32, height=24)
@@ -245,7 +277,7 @@ class SessionTest(unittest.TestCase):
                 (installed / "lib").symlink_to(BUILD.resolve() / "lib")
         self.assertRegex(result.stdout, r"^kinome-view \d")
 
-    def test_cameras_are_saved_as_they_were_given(self):
+    def test_cameras_are_saved_in_their_original_form(self):
         text = self.scene.read_text()
         self.run_script(["orbit 30 10", "dolly 0.9", "render 2", "picture a.exr", "save a.xml",
                          "home", "wait", "save home.xml"])
@@ -256,7 +288,7 @@ class SessionTest(unittest.TestCase):
         self.assertEqual((self.folder / "a.exr").read_bytes(), (self.folder / "b.exr").read_bytes())
         self.assertEqual((self.folder / "home.xml").read_text(), text)
 
-    def test_what_is_seen_is_picked(self):
+    def test_picks_return_the_visible_surface(self):
         ball, sky = self.run_script(["pick 16 12", "pick 16 0.5"]).splitlines()
         *point, material = ball.split()
         np.testing.assert_allclose(np.array(point, float), [0, 1, 0.8], atol=1e-3)

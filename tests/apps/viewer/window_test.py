@@ -35,6 +35,16 @@ def click(x, y):
     xdotool("mousemove", x, y, "sleep", 0.5, "mousedown", 1, "sleep", 0.5, "mouseup", 1)
 
 
+def places(shot, colour):
+    """Returns (x, y) of the pixels of a colour in the image, without dots, which noise may cause."""
+    mask = (abs(shot[:, :890] - colour) < 12).all(axis=2)
+    height, width = mask.shape
+    padded = np.pad(mask, 2).astype(int)
+    near = sum(padded[y:y + height, x:x + width] for y in range(5) for x in range(5))
+    ys, xs = np.nonzero(mask & (near > 3))
+    return np.stack([xs, ys], axis=1)
+
+
 class Viewer:
     """A running viewer and the lines of its trace."""
 
@@ -83,7 +93,7 @@ class Viewer:
         old = self.edition(after)
         end = time.monotonic() + patience
         while time.monotonic() < end and self.process.poll() is None:
-            passes = re.findall(r" edition (\d+) \S+ (?:pass [2-9]|final)", "\n".join(self.lines[after:]))
+            passes = re.findall(r" edition (\d+) \S+ (?:pass (?!1 )|final)", "\n".join(self.lines[after:]))
             if passes and int(passes[-1]) > old and int(passes[-1]) == self.edition():
                 return
             time.sleep(0.01)
@@ -94,6 +104,20 @@ class Viewer:
         xdotool("key", "F12")
         self.wait_for("note wrote", before)
         return np.asarray(Image.open(self.shot).convert("RGB")).astype(float)
+
+    def see(self, condition, act=lambda: None):
+        """Returns the first screenshot that meets the condition, after calling act(). A busy window
+        may miss keys and clicks, so that act() is repeated."""
+        end = time.monotonic() + PATIENCE
+        again = 0
+        while time.monotonic() < end:
+            if time.monotonic() > again:
+                act()
+                again = time.monotonic() + 10
+            shot = self.screenshot()
+            if condition(shot):
+                return shot
+        raise AssertionError("not seen")
 
     def drag(self, x, y, dx, dy, steps=10, button=1):
         xdotool("mousemove", x, y, "mousedown", button)
@@ -142,7 +166,7 @@ class WindowTest(unittest.TestCase):
     def open(self, width=160, height=120, *arguments):
         scene = write_scene(self.folder, width, height)
         viewer = Viewer(self, scene, *arguments)
-        viewer.wait_for("pass [2-9]")
+        viewer.wait_for("pass (?!1 )")
         return viewer
 
     def middle(self, shot):
@@ -164,7 +188,7 @@ class WindowTest(unittest.TestCase):
         x, y = 900 + int(np.median(xs)) - 150, int(np.median(ys))
         before = len(viewer.lines)
         # A busy window doesn't notice a drag between two frames. Drag again in that case.
-        for patience in (PATIENCE / 4, PATIENCE / 4, PATIENCE):
+        for patience in (10, 10, 20, 40, PATIENCE):
             try:
                 viewer.drag(x, y, -300, 0)
                 viewer.wait_for_change(before, patience)
@@ -180,10 +204,17 @@ class WindowTest(unittest.TestCase):
         viewer.wait_for_change(before)
         np.testing.assert_allclose(self.middle(viewer.screenshot()), self.middle(shot), atol=12)
         # The menu at the left end of the row replaces the colour by a checkerboard.
-        for place in ((921, y), (960, y + 31)):
-            before = len(viewer.lines)
-            click(*place)
-        viewer.wait_for_change(before)
+        # A busy window may miss a click, too.
+        before = len(viewer.lines)
+        for patience in (10, 10, 20, 40, PATIENCE):
+            for place in ((921, y), (960, y + 31)):
+                click(*place)
+            try:
+                viewer.wait_for_change(before, patience)
+                break
+            except AssertionError:
+                if patience == PATIENCE:
+                    raise
         red, green, _ = self.middle(viewer.screenshot())
         self.assertLess(red, 1.5 * green)
 
@@ -233,7 +264,7 @@ class WindowTest(unittest.TestCase):
                          (self.folder / "scene.xml").read_text())
         return seconds
 
-    def test_the_first_picture_comes_soon(self):
+    def test_the_first_picture_appears_within_a_second(self):
         viewer = self.open(640, 480)
         at = [float(viewer.wait_for(f"^([0-9.]+) {what}")[1]) for what in ("window", "picture 1 ")]
         # Takes 0.2 s on an idle machine.
@@ -252,7 +283,7 @@ class WindowTest(unittest.TestCase):
             '<film type="hdrfilm">', '<film type="hdrfilm"><boolean name="compensate" value="true"/>'))
         before = len(viewer.lines)
         xdotool("key", "ctrl+r")
-        viewer.wait_for("pass [2-9]", before)
+        viewer.wait_for("pass (?!1 )", before)
         viewer.wait_for("note warning: .*'compensate' is ignored", before)
         viewer.close()
 

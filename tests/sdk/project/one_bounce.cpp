@@ -1,5 +1,5 @@
-// Direct light at the surfaces that the camera sees, by emitter samples and BSDF samples, in blocks of
-// samples. Mitsuba's `direct` with default parameters.
+// Direct light at the surfaces that the camera sees, by emitter samples and BSDF samples, in blocks
+// of samples. Mitsuba's `direct` with default parameters.
 //
 //     <integrator type="one_bounce"/>
 
@@ -9,8 +9,8 @@
 
 #include <kinome/integrator.h>
 #include <kinome/plugin.h>
-#include <transport/camera_block.h>
-#include <transport/direct_light.h>
+#include <transport/direct/direct_light.h>
+#include <transport/paths/camera_block.h>
 #include <transport/stages.h>
 
 namespace {

@@ -1,5 +1,5 @@
-// The reflector of minnaert.cpp, faster: its formulas are written once, for numbers F, which are
-// float for one point and wide::Float for a vector of points.
+// The reflector of minnaert.cpp as a wide plugin, which is faster. Its formulas are templates of a
+// number type F: float for one point, and wide::Float for a vector of points.
 
 #include <kinome/plugin.h>
 #include <kinome/warp.h>
@@ -56,5 +56,5 @@ class WideMinnaert final : public wide::FormulaBsdf<WideMinnaert> {
 
 }  // namespace
 
-KINOME_PLUGIN(WideMinnaert, Category::kBsdf, "wide_minnaert", "Minnaert's, for " KINOME_ABI_ISA,
-              kParameters);
+KINOME_PLUGIN(WideMinnaert, Category::kBsdf, "wide_minnaert",
+              "Minnaert's reflector, for " KINOME_ABI_ISA, kParameters);

@@ -59,8 +59,8 @@ struct FormOf {
   F alpha_u, alpha_v;
 };
 
-/// Returns if_true() in lanes where m is true, and if_false() elsewhere. Calls neither without
-/// need.
+/// Returns if_true() in lanes where m is true, and if_false() elsewhere. Calls each function only
+/// if some lane needs it.
 template <class A, class B>
 KINOME_WIDE auto choose(bool m, const A& if_true, const B& if_false) {
   return m ? if_true() : if_false();
@@ -93,17 +93,17 @@ F bump_shadowing(const F& cosine, const F& alpha2) {
   const F cos2 = clamp(cosine * cosine, F(1e-12f), F(1.f));
   return 2.f / (1.f + sqrt(1.f + alpha2 * (1.f - cos2) / cos2));
 }
-/// Factor of lobes around a perturbed normal; see BsdfForm::is_turned.
+/// Factor of lobes around a perturbed normal; see BsdfForm::has_perturbed_normal.
 template <class F>
-F turned_factor(const F& cosine, const F& alpha2) {
+F perturbed_normal_factor(const F& cosine, const F& alpha2) {
   return select(cosine > 0.f, bump_shadowing(cosine, alpha2), F(0.f));
 }
 
 }  // namespace formulas
 
-/// Base of BSDFs written as formulas over a number type F, float or Float. Implements the functions
-/// for points and for blocks. The BSDF reflects on its front side only, unless Self declares
-/// `static constexpr bool kSeenFromBehind = true`. Self has
+/// Base class of BSDFs written as formulas over a number type F, float or Float. Implements the
+/// functions for points and for blocks. The BSDF reflects on its front side only, unless Self
+/// declares `static constexpr bool kSeenFromBehind = true`. Self has
 ///
 ///     /// Returns the textures that the formulas read: a tuple of ColorInput and NumberInput.
 ///     auto inputs() const { return std::tie(reflectance_, alpha_); }

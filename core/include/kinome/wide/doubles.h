@@ -1,9 +1,9 @@
 #pragma once
 
 // Double precision with as many lanes as wide::Float, for shapes that need more accuracy than float
-// has. Formulas over D are for double and wide::Double and give the same bits for both, because
-// nothing is contracted. FloatOf<D> is the single-precision number of D, DoubleOf<F> the reverse;
-// comparisons return Float's masks.
+// has. Formulas are templates over D, which is double or wide::Double. Both give the same bits,
+// because operations are never contracted. FloatOf<D> is the single-precision number of D,
+// DoubleOf<F> the reverse; comparisons return Float's masks.
 
 #include "kinome/wide/functions.h"
 
@@ -131,8 +131,8 @@ KINOME_WIDE Double round(Double a) {
   return (a + rounder) - rounder;
 }
 
-/// For wide numbers, the following functions have only float's accuracy: 2^-23, and 4 ulp of a
-/// float.
+/// For wide numbers, sincos() and atan2() have only float's accuracy: errors up to 2^-23 (sincos)
+/// and 4 ulp of a float (atan2).
 inline void sincos(Double x, Double& s, Double& c) {
   const Double n = round(x * (2 * std::numbers::inv_pi));
   const Float r = to_float(x - n * (std::numbers::pi / 2));

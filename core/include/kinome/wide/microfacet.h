@@ -48,9 +48,9 @@ F beckmann_visible_slope_x(F cos_theta, F sin_theta, F u) {
   constexpr float kHalfInvSqrtPi = 0.5f * std::numbers::inv_sqrtpi_v<float>;
   constexpr float kFar = 5;  // the probability beyond is less than 2e-12
   const F most = select(cos_theta < kFar * sin_theta, cos_theta / sin_theta, F(kFar));
-  const F above_most = exp(-most * most);
-  const F top = 2.f - above_most * scaled_erfc(most);  // 1 + erf
-  const F target = u * (cos_theta * 0.5f * top + sin_theta * (kHalfInvSqrtPi * above_most));
+  const F above_max = exp(-most * most);
+  const F top = 2.f - above_max * scaled_erfc(most);  // 1 + erf
+  const F target = u * (cos_theta * 0.5f * top + sin_theta * (kHalfInvSqrtPi * above_max));
   // Initial guess: 1 + erf x is about top u along the normal, and top erfc(sqrt(-log u)) at grazing
   // angles (Jakob 2014). Interpolated by the sine, F has an error below 0.03.
   const F v = max(u, F(1e-7f));
@@ -170,17 +170,17 @@ class Microfacet {
     MaskOf<F> is_valid;
   };
   /// Factor of dg that depends only on wi.
-  F viewers_part(const F& times_alpha2, const F& cos_i) const {
+  F viewer_g1(const F& times_alpha2, const F& cos_i) const {
     return smith_g1(times_alpha2, cos_i) / (4.f * cos_i);
   }
   /// Evaluates reflection between wi and wo; times_alpha2 and cos_o belong to wo. Not valid if wo
   /// is below the horizon, or if both lie in the surface and are opposite; d may then overflow or
   /// be NaN.
   Reflected reflect(const HalfVector& h, const F& times_alpha2, const F& cos_o,
-                    const F& viewers_part) const {
+                    const F& viewer_g1) const {
     const F d = d_along(h.over_alpha2, h.z) * sqr(h.length2);
     const auto is_valid = cos_o > 0.f && h.length2 > 1e-12f && d * h.z > 1e-20f;
-    const F dg = d * smith_g1(times_alpha2, cos_o) * viewers_part;
+    const F dg = d * smith_g1(times_alpha2, cos_o) * viewer_g1;
     return {select(is_valid, dg, F(0.f)), d, min(0.5f * sqrt(h.length2), F(1.f)), is_valid};
   }
 
@@ -237,7 +237,7 @@ class RoughReflection {
       : microfacet_(alpha_u, alpha_v),
         wi_(wi),
         visible_(sample_visible),
-        viewers_part_(microfacet_.viewers_part(microfacet_.times_alpha2(wi), wi.z)),
+        viewer_g1_(microfacet_.viewer_g1(microfacet_.times_alpha2(wi), wi.z)),
         pdf_scale_(microfacet_.smith_g1_exact(wi) / (4.f * wi.z)) {}
 
   struct Value {
@@ -250,7 +250,7 @@ class RoughReflection {
     const Vector sum = wi_ + wo;
     const typename Microfacet<kType, F>::HalfVector h{microfacet_.over_alpha2(sum), sum.z,
                                                       dot(sum, sum)};
-    const auto r = microfacet_.reflect(h, microfacet_.times_alpha2(wo), wo.z, viewers_part_);
+    const auto r = microfacet_.reflect(h, microfacet_.times_alpha2(wo), wo.z, viewer_g1_);
     const F pdf = visible_ ? r.d * pdf_scale_
                            : microfacet_.mirrored_density(h.over_alpha2, h.z, h.length2);
     return {r.dg, select(r.is_valid, min(pdf, F(1e18f)), F(0.f)), r.cos_half};
@@ -267,7 +267,7 @@ class RoughReflection {
   Microfacet<kType, F> microfacet_;
   Vector wi_;
   bool visible_;
-  F viewers_part_;
+  F viewer_g1_;
   F pdf_scale_;
 };
 

@@ -18,7 +18,8 @@
 // don't convert arguments: sqrt(2.0) and max(x, 0) for a float x don't compile. In formulas, use
 // `&&` and `||` for masks, since `&` of two bools is an int; masks evaluate both sides.
 //
-// Only mul_add() and its variants are contracted, if the instruction set can; never for float.
+// Only mul_add() and its variants are contracted (rounded once), if the instruction set supports
+// it. They are never contracted for float.
 //
 // Highway doesn't support SSE2. For the x86-64 baseline, numbers have one lane with GCC, and four
 // emulated lanes with clang.

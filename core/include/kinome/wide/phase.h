@@ -1,7 +1,7 @@
 #pragma once
 
-// Phase functions of the angle of deflection alone, with formulas that are written once, for single
-// points and for blocks.
+// Phase functions that depend only on the angle of deflection. Their formulas are written once, for
+// single points and for blocks.
 
 #include "kinome/phase.h"
 #include "kinome/wide/functions.h"
@@ -36,7 +36,7 @@ struct Deflection {
 
 inline namespace formulas {
 
-/// Henyey-Greenstein function for |g| < 1 [1/sr]. Positive g scatter forward.
+/// Henyey-Greenstein function for |g| < 1 [1/sr]. Light is scattered forward if g is positive.
 template <class F>
 F henyey_greenstein(const F& g, const Deflection<F>& at) {
   using plain::select, std::abs, std::sqrt;
@@ -63,8 +63,8 @@ Deflection<F> sample_henyey_greenstein(const F& g, const F& u) {
 
 }  // namespace formulas
 
-/// Base of phase functions of the deflection alone, written as formulas over a number type F, float
-/// or Float. Self has
+/// Base class of phase functions that depend only on the deflection, written as formulas over a
+/// number type F, float or Float. Self has
 ///
 ///     template <class F>
 ///     F value(const Deflection<F>& at) const;      // [1/sr]

@@ -1,7 +1,7 @@
 #pragma once
 
-// Surface points as formulas over F compute them, and their conversion to a SurfaceInteraction or
-// to values of a SurfaceBlock.
+// Surface points computed by formulas over F, and their conversion to a SurfaceInteraction or to
+// values of a SurfaceBlock.
 
 #include "kinome/blocks.h"
 #include "kinome/interaction.h"
@@ -19,12 +19,12 @@ KINOME_WIDE V safe_normalize(const V& v, const V& fallback) {
   using F = NumberOf<V>;
   // Common case, which avoids the latency of a first division.
   const F length2 = dot(v, v);
-  const MaskOf<F> is_ordinary = length2 > 1e-20f && length2 < 1e20f;
+  const MaskOf<F> is_normal_number = length2 > 1e-20f && length2 < 1e20f;
   const V unit = v / sqrt(length2);
-  if (all(is_ordinary)) return unit;
+  if (all(is_normal_number)) return unit;
   const F scale = max_component(abs(v));
   const MaskOf<F> is_direction = scale > 0.f && scale < HUGE_VALF;
-  return select(is_ordinary, unit, select(is_direction, normalize(v / scale), fallback));
+  return select(is_normal_number, unit, select(is_direction, normalize(v / scale), fallback));
 }
 
 /// Density per solid angle of a surface point sampled uniformly by area. `to` is the vector from

@@ -61,8 +61,9 @@ class ScratchColumns {
   std::vector<Lanes> memory_;
 };
 
-/// Texture of which some of Texture's functions are called, for values of type V and their Block.
-/// Uniform textures are evaluated only once.
+/// Texture whose values of type V are read by the given functions of Texture: `eval` and `eval_at`
+/// for single points, `eval_block` and `eval_block_at` for columns of type Block. Uniform textures
+/// are evaluated only once.
 template <class V, class Block, auto eval, auto eval_at, auto eval_block, auto eval_block_at>
 class TextureInput {
   static constexpr bool kIsColor = std::is_same_v<Block, Columns3>;

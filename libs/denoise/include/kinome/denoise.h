@@ -49,8 +49,8 @@ KINOME_EXPORT Denoiser open_image_denoise(unsigned threads, const std::string& l
 /// where v is the variance of r, and b² estimates the squared bias of d: an average over 11 x 11
 /// pixels and the channels, relative to the pixel's brightness. `a` minimises the expected squared
 /// error if r and d are uncorrelated. v is the larger one of the pixel's own variance and the mean,
-/// so that a single bright sample doesn't return. As the number of samples grows, v approaches 0:
-/// then either `a` approaches 1, or d has no bias.
+/// so that single bright samples (fireflies) stay removed. As the number of samples grows, v
+/// approaches 0: then either `a` approaches 1, or d has no bias.
 KINOME_EXPORT std::vector<float> combine_with_noisy(std::span<const float> noisy,
                                                     std::span<const float> variance,
                                                     std::span<const float> denoised, int width,
@@ -64,8 +64,8 @@ KINOME_EXPORT std::vector<float> filter_weights(const ReconstructionFilter& filt
 /// with "variance.", "tile_variance." or "Crypto" are left as they are.
 KINOME_EXPORT void filter_pixels(Image& image, std::span<const float> weights);
 
-/// Returns the name that a channel of a scene for denoising (DenoisingSetup) has in the scene
-/// itself; "" for a channel that only the former has.
+/// Returns the original scene's name of a channel of a scene that was loaded with DenoisingSetup;
+/// "" if the original scene lacks the channel.
 KINOME_EXPORT std::string scene_channel(const std::string& channel);
 
 struct DenoiseOptions {

@@ -18,10 +18,10 @@ namespace kinome {
 struct Unset {};
 /// Edit that restores the value of the scene's file.
 struct AsWritten {};
-/// Transform that is set in the form of the scene's file if possible, by changing only the file's
-/// last step: a `<lookat>` or a `<translate>`; if the last step is neither, a `<translate>` is
-/// added. The transform is then rounded to the file's precision (some millionths). Otherwise it is
-/// set unchanged.
+/// Transform that keeps the form of the scene's file if possible. Only the last step in the file is
+/// changed, if it is a `<lookat>` or a `<translate>`; otherwise a `<translate>` is added. The
+/// transform is then rounded to the file's precision (some millionths). If that isn't possible, the
+/// transform is set as it is.
 struct Placed {
   Transform transform;
 };
@@ -66,7 +66,7 @@ struct SceneObject {
   const Object* object = nullptr;  ///< the object itself, valid until the next update; not nullptr
 };
 
-/// Objects that an update created anew; all others are unchanged.
+/// Changes by an update. All objects that are not listed are unchanged.
 struct SceneChanges {
   /// "category/name" of each new object, in order of creation.
   std::vector<std::string> made;
@@ -79,8 +79,8 @@ struct SceneChanges {
 /// Scene whose parameters can be edited by path, named as in Mitsuba's traverse(): ids or names of
 /// objects, then the parameter, as in "red.reflectance.value". An object without an id is called by
 /// its name in the enclosing object, or by its category: "sensor.film", "shape_1.bsdf". Objects
-/// with an id may be called by either. Values that a texture could replace end in ".value", which
-/// may be omitted.
+/// with an id may also be called in this way. Values that a texture could replace end in ".value",
+/// which may be omitted.
 ///
 /// set() records edits; update() applies them and recreates only the objects that depend on them:
 /// the edited objects and those that contain them. Shapes are kept if only their material, emitter
@@ -117,7 +117,11 @@ class KINOME_EXPORT SceneEditor {
   std::vector<SceneParameter> textured_parameters() const;
   /// All objects with paths, in scene order.
   std::vector<SceneObject> objects() const;
-  /// Prefix of the paths of an object's parameters; "" if it has none, like objects that are
+  /// Returns the object with a path that objects() lists; nullopt if there is none. This function
+  /// and path_of() take logarithmic time.
+  std::optional<SceneObject> object_at(const std::string& path) const;
+  /// Prefix of the paths of an object's parameters. A part of a shape, such as an instance's copy
+  /// of a shape, has that of the whole shape. Returns "" if there is none, as for objects that are
   /// defaults of the loader.
   std::string path_of(const Object& object) const;
   /// Returns the edit, the scene's value, or the default; nullopt if there is none. Throws Error if

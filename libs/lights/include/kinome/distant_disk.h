@@ -23,8 +23,8 @@ class DistantDisk {
               1e-6f * max_component(glm::max(glm::abs(bounds.lo), glm::abs(bounds.hi)));
   }
 
-  /// Samples a ray along `d` that starts uniformly over the disk, and its pdf_position. Returns
-  /// nullopt if the scene is empty.
+  /// Samples a ray along `d` whose origin is uniform over the disk, and sets its pdf_position.
+  /// Returns nullopt if the scene is empty.
   std::optional<EmissionSample> sample(const Vec3& d, const Vec2& u) const {
     if (!(radius_ > 0)) return std::nullopt;
     EmissionSample sample;

@@ -22,8 +22,8 @@ struct EnvironmentGrid {
   /// True if radiance is the bilinear interpolation in phi and theta of its values at the quad's
   /// corners. Integrals over cells are then exact and fast. Implies smooth_quads.
   bool bilinear_quads = false;
-  /// True if nothing is known of the radiance between evaluated positions. A quad then gets a part
-  /// of its neighbours' importance: it may hold the edge of a bright disk.
+  /// True if the radiance between evaluated positions is unknown. Each quad then gets part of its
+  /// neighbours' importance, because it may contain the edge of a bright disk.
   bool is_probed = false;
 };
 

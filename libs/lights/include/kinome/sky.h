@@ -7,11 +7,11 @@
 
 namespace kinome {
 
-/// Base of environments of which only the radiance is known. A table of the radiance, with probes
-/// 0.35 degrees apart, makes them importance-sampled, and all integrators support them. The density
-/// is positive everywhere: light that all probes miss is not lost, but so noisy that images of few
-/// samples don't show it. An environment with sources smaller than the sun needs functions of its
-/// own. Where the radiance isn't finite, it counts as 0 in the table.
+/// Base class of environments that define only their radiance. All integrators support them, with
+/// importance sampling by a table of the radiance at directions 0.35 degrees apart. The density is
+/// positive everywhere: light between the directions of the table is not lost, but so noisy that
+/// images of few samples don't show it. An environment with sources smaller than the sun needs
+/// functions of its own. Where the radiance isn't finite, it counts as 0 in the table.
 ///
 ///     class Dawn final : public kinome::Sky {
 ///       kinome::Rgb radiance(const kinome::Vec3& d) const override { … }

@@ -48,17 +48,17 @@ class KINOME_EXPORT MeshShape : public Shape {
   ///
   /// Computes angle-weighted normals if the mesh has none, and for vertices whose normal is 0 or
   /// not finite. `face_normals` drops all normals instead. `flip_normals` inverts normals;
-  /// mirroring transforms keep the winding consistent. A mesh without faces is valid; scenes leave
-  /// it out.
+  /// mirroring transforms keep the winding consistent. A mesh without faces is valid; scenes omit
+  /// it.
   void finish(const Properties& props, const Transform& to_world, bool face_normals,
               bool flip_normals);
   /// Returns the surface point at a hit's triangle and barycentric coordinates, as sample_surface()
   /// does.
   SurfaceInteraction sampled_at(const Hit& hit) const;
   /// Distribution over triangles by area: a grid with a single row.
-  const GridDistribution& by_area() const;
-  /// True if replace_mesh() replaced the mesh of the constructor. Shapes with formulas for their own
-  /// mesh must not use them then.
+  const GridDistribution& area_distribution() const;
+  /// True if replace_mesh() replaced the mesh of the constructor. Shapes that compute surface
+  /// points by formulas of their own must then use the mesh instead.
   bool is_replaced() const { return is_replaced_; }
   /// View of the mesh; valid after finish().
   MeshArrays arrays() const;
@@ -71,12 +71,12 @@ class KINOME_EXPORT MeshShape : public Shape {
   bool flip_normals_ = false;
   bool flip_geometric_normal_ = false;
   bool is_replaced_ = false;
-  /// Built when first sampled, because few meshes are.
-  struct ByArea {
+  /// Built on first use, because few meshes are sampled.
+  struct AreaDistribution {
     std::once_flag made;
     GridDistribution triangles;
   };
-  std::unique_ptr<ByArea> by_area_ = std::make_unique<ByArea>();
+  std::unique_ptr<AreaDistribution> by_area_ = std::make_unique<AreaDistribution>();
 };
 
 }  // namespace kinome

@@ -6,9 +6,9 @@
 
 namespace kinome {
 
-/// Writes a text file. Like all writers of Kinome, it writes a temporary file in the same folder and
-/// renames it, so that `path` is either complete or unchanged. Throws Error if the folder is not
-/// writable or the disk is full.
+/// Writes a text file. Like all of Kinome's writers, it writes a temporary file in the same folder
+/// and renames it, so that `path` is either complete or unchanged. Throws Error if the folder is
+/// not writable or the disk is full.
 KINOME_EXPORT void write_text(const std::string& path, const std::string& text);
 /// Waits until a written file and its folder entry are on the disk. Throws Error.
 KINOME_EXPORT void sync_file(const std::string& path);

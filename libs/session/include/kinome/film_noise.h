@@ -24,4 +24,7 @@ struct FilmNoise {
 /// Estimates the variance of the colours of Film::develop() from the differences between lanes.
 KINOME_EXPORT FilmNoise film_noise(const Film& film);
 
+/// Returns the image with the channels of another one of the same size after its own.
+KINOME_EXPORT Image with_channels_of(const Image& image, const Image& other);
+
 }  // namespace kinome

@@ -21,7 +21,7 @@
 namespace kinome {
 
 /// Part of an image. Counts from 0 in code, and from 1 in everything that users read.
-struct PicturePart {
+struct ImagePart {
   static constexpr uint32_t kMaxParts = 65536;
   uint32_t index = 0;
   uint32_t count = 1;
@@ -32,7 +32,7 @@ class KINOME_EXPORT PartRender {
  public:
   /// Scene and sensor must outlive this object. Throws Error if the sensor's film can't write files
   /// of parts.
-  PartRender(const Scene& scene, const Sensor& sensor, const PicturePart& part);
+  PartRender(const Scene& scene, const Sensor& sensor, const ImagePart& part);
   /// Renders into the sensor's film, as kinome::render() does with a sample count; the context's
   /// budget must be empty. If the render is interrupted, pixels without samples stay empty;
   /// RenderStats::missing is their share.
@@ -45,11 +45,11 @@ class KINOME_EXPORT PartRender {
  private:
   const Scene& scene_;
   const Sensor& sensor_;
-  PicturePart part_;
+  ImagePart part_;
 };
 
-/// Renders all parts, one after another, and adds them, with the result of merge_parts() on their
-/// files. Needs memory for `count` films. Otherwise like PartRender::render().
+/// Renders all parts, one after another, and adds them. The result is that of merge_parts() on
+/// their files. Needs memory for `count` films. Otherwise like PartRender::render().
 KINOME_EXPORT Image render_all_parts(const Scene& scene, const Sensor& sensor,
                                      RenderContext& context, uint32_t count);
 
@@ -73,7 +73,11 @@ struct MergedParts {
 /// Merges files of parts, in any order. Throws Error with the names of files if they are not parts
 /// of the same image, one occurs twice, or one can't be read. Unless `allows_missing`, also throws
 /// if a part is missing or was interrupted. Needs memory for one film, for any number of files.
+///
+/// If `estimates_noise` is true and there are at least two parts, adds the channels of film_noise()
+/// to the image; parts are independent renders. This reads the parts twice, and needs memory for
+/// one further film per part, at most eight.
 KINOME_EXPORT MergedParts merge_parts(const std::vector<std::string>& paths, bool allows_missing,
-                                      PluginRegistry& registry);
+                                      PluginRegistry& registry, bool estimates_noise = false);
 
 }  // namespace kinome

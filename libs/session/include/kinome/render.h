@@ -20,11 +20,11 @@ KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderConte
 /// `variance_of_mean` if variances were requested. Neither the image nor the number of samples for
 /// an error target depends on the callback; its time counts toward a time budget. render() rethrows
 /// its exceptions.
-using PassCallback = std::function<void(Image picture, const RenderStats& stats)>;
+using PassCallback = std::function<void(Image image, const RenderStats& stats)>;
 
-/// Renders as above, and calls `on_pass` (may be empty) with
-/// intermediate images: once for a fixed sample count; after each of RenderBudget::lanes; or, for a
-/// budget of time or error, after passes of growing size (from one sample per pixel for an error).
+/// Renders as above, and calls `on_pass` (may be empty) with intermediate images: once for a fixed
+/// sample count; after each of RenderBudget::lanes; or, for a budget of time or error, after passes
+/// of growing size. For an error, the first pass has one sample per pixel.
 KINOME_EXPORT Image render(const Scene& scene, const Sensor& sensor, RenderContext& context,
                            const PassCallback& on_pass);
 

@@ -36,7 +36,7 @@ std::vector<OrderedPoint> ordered_points(uint32_t count) {
 
 }  // namespace
 
-uint32_t HilbertPoints::log2_near(double count) {
+uint32_t HilbertPoints::nearest_log2(double count) {
   uint32_t log2 = kMinLog2;
   while (log2 < kMaxLog2 && (1u << log2) * std::numbers::sqrt2 < count) ++log2;
   return log2;

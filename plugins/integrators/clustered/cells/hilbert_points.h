@@ -41,7 +41,7 @@ class HilbertPoints {
   }
   /// Returns the log2, from kMinLog2 to kMaxLog2, whose power of two is nearest to a number of
   /// points, by ratio.
-  static uint32_t log2_near(double count);
+  static uint32_t nearest_log2(double count);
   /// The first `count` points, 1 <= count <= kMaxCount.
   std::span<const IntegerPoint> first(uint32_t count) const { return firsts_[count]; }
 

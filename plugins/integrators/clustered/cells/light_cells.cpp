@@ -4,11 +4,9 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <queue>
 
 #include "clustered/cells/grid_integrals.h"
 #include "clustered/cells/channel_mean.h"
-#include "clustered/cells/hilbert_points.h"
 #include "clustered/cells/quad_importance.h"
 #include "kinome/clustered_light.h"
 #include "kinome/scheduler.h"
@@ -23,24 +21,8 @@ constexpr double kGauss[2] = {0.5 - 0.28867513459481288, 0.5 + 0.288675134594812
 constexpr double kFloor = 1e-3;
 /// Importance of a quad of a probed grid, relative to that of its best neighbour.
 constexpr float kShareOfNeighbour = 0.25f;
-/// Cells are no wider than a turn divided by this value. The horizon test needs less than half.
-constexpr int kMaxWidthShare = 8;
 /// Number of rows of quads that are tabulated together.
 constexpr int kBand = 16;
-/// Priority of dividing a cell that is too wide.
-constexpr double kTooWide = 1e300;
-
-/// A rectangle of quads that may be divided.
-struct Candidate {
-  int x0, y0, x1, y1;
-  double priority;
-  uint32_t age;  ///< breaks ties, so that the result is deterministic
-};
-struct LessUrgent {
-  bool operator()(const Candidate& a, const Candidate& b) const {
-    return a.priority != b.priority ? a.priority < b.priority : a.age > b.age;
-  }
-};
 
 }  // namespace
 
@@ -214,72 +196,6 @@ double DistantCells::tabulate(const Scheduler& scheduler) {
   return total;
 }
 
-void DistantCells::divide(uint32_t count) {
-  const int columns = grid_.columns, rows = grid_.rows;
-  const double turn = 2 * std::numbers::pi / columns;
-  const auto solid_angle = [&](const Candidate& c) {
-    return (row_cosines_[c.y0] - row_cosines_[c.y1]) * turn * (c.x1 - c.x0);
-  };
-  const int widest = std::max(1, columns / kMaxWidthShare);
-  const auto urgency = [&](const Candidate& c) {
-    if (c.x1 - c.x0 <= 1 && c.y1 - c.y0 <= 1) return -1.;
-    if (c.x1 - c.x0 > widest) return kTooWide;
-    double flux = 0, squares = 0;
-    for (int y = c.y0; y < c.y1; ++y) {
-      const QuadImportance::Sums sums = importance_->sum(y, c.x0, c.x1);
-      flux += sums.values * quad_solid_angle(y);
-      squares += sums.squares * quad_solid_angle(y);
-    }
-    const double angle = solid_angle(c);
-    const double variance = std::max(0., squares - flux * flux / angle);
-    return std::sqrt(variance * angle) + 0.02 * flux * std::sqrt(angle);
-  };
-  std::priority_queue<Candidate, std::vector<Candidate>, LessUrgent> queue;
-  uint32_t age = 0;
-  const auto push = [&](Candidate c) {
-    c.priority = urgency(c);
-    c.age = age++;
-    queue.push(c);
-  };
-  // No cell straddles the map's horizon, so that few straddle that of a floor.
-  const int upper = rows / 2, lower = (rows + 1) / 2;
-  if (upper > 0) push({0, 0, columns, upper, 0, 0});
-  if (lower > upper) push({0, upper, columns, lower, 0, 0});
-  if (rows > lower) push({0, lower, columns, rows, 0, 0});
-  while (queue.top().priority >= (queue.size() < count ? 0 : kTooWide)) {
-    const Candidate c = queue.top();
-    queue.pop();
-    const int width = c.x1 - c.x0, height = c.y1 - c.y0;
-    const double middle = (c.y0 + c.y1) * 0.5 * std::numbers::pi / rows;
-    const double wide = width * turn * std::max(0.05, std::sin(middle));
-    const double high = height * std::numbers::pi / rows;
-    Candidate a = c, b = c;
-    if (height <= 1 || width > widest || (width > 1 && wide >= high)) {
-      a.x1 = b.x0 = c.x0 + width / 2;
-    } else {
-      a.y1 = b.y0 = c.y0 + height / 2;
-    }
-    push(a);
-    push(b);
-  }
-  std::vector<std::pair<uint32_t, Rectangle>> cells;
-  for (; !queue.empty(); queue.pop()) {
-    const Candidate& c = queue.top();
-    const auto place = [](double share) { return static_cast<uint32_t>(share * 65535); };
-    cells.emplace_back(
-        hilbert_index(place((c.x0 + c.x1) * 0.5 / columns), place((c.y0 + c.y1) * 0.25 / rows)),
-        Rectangle{c.x0, c.y0, c.x1, c.y1});
-  }
-  std::sort(cells.begin(), cells.end(), [](const auto& a, const auto& b) {
-    return a.first != b.first
-               ? a.first < b.first
-               : std::pair(a.second.y0, a.second.x0) < std::pair(b.second.y0, b.second.x0);
-  });
-  size_ = static_cast<uint32_t>(cells.size());
-  cell_of_quad_ = std::make_unique_for_overwrite<uint16_t[]>(static_cast<size_t>(columns) * rows);
-  for (const auto& cell : cells) rectangles_.push_back(cell.second);
-}
-
 void DistantCells::add_smooth_flux(const Rectangle& r, double flux[9]) const {
   thread_local GaussPoints tls_points;
   GaussPoints& points = tls_points;
@@ -367,8 +283,8 @@ void DistantCells::describe(uint32_t cell, const GridIntegrals& integrals) {
   const glm::dmat3 to_world(grid_.to_world);
   const glm::dvec3 mean = to_world * mean_local, importance = to_world * importance_local;
   const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
-  Vec3 centre(static_cast<float>(mean[0] / length), static_cast<float>(mean[1] / length),
-              static_cast<float>(mean[2] / length));
+  const Vec3 centre(static_cast<float>(mean[0] / length), static_cast<float>(mean[1] / length),
+                    static_cast<float>(mean[2] / length));
   for (int axis = 0; axis < 3; ++axis) {
     axis_[axis][cell] = centre[axis];
     importance_flux_[axis][cell] = static_cast<float>(importance[axis]);
@@ -376,14 +292,20 @@ void DistantCells::describe(uint32_t cell, const GridIntegrals& integrals) {
       vector_flux_[c * 3 + axis][cell] = static_cast<float>(flux[c * 3 + axis]);
     }
   }
-  float least = 1;
+  set_extent(cell, centre);
+}
+
+/// Sets the cone around `centre`, and the edges of a cell.
+void DistantCells::set_extent(uint32_t cell, const Vec3& centre) {
+  const Rectangle& r = rectangles_[cell];
+  float min_cosine = 1;
   for (int i = 0; i <= 4; ++i) {
     for (int j = 0; j <= 4; ++j) {
       const Vec3 d = direction(r.x0 + (r.x1 - r.x0) * i / 4., r.y0 + (r.y1 - r.y0) * j / 4.);
-      least = std::min(least, glm::dot(centre, d));
+      min_cosine = std::min(min_cosine, glm::dot(centre, d));
     }
   }
-  radius_[cell] = std::acos(std::clamp(least, -1.f, 1.f));
+  radius_[cell] = std::acos(std::clamp(min_cosine, -1.f, 1.f));
   const double turn = 2 * std::numbers::pi / grid_.columns;
   const double phi[2] = {(r.x0 + grid_.first_column) * turn, (r.x1 + grid_.first_column) * turn};
   const double theta[2] = {r.y0 * std::numbers::pi / grid_.rows,

@@ -104,8 +104,13 @@ class DistantCells {
   double tabulate(const Scheduler& scheduler);
   void tabulate_row(int row, float* importance) const;
   void tabulate_band(int y0, int y1);
+  struct Candidate;
+  double urgency(const Candidate& c) const;
+  std::pair<Candidate, Candidate> halves(const Candidate& c) const;
+  int max_width() const;
   void divide(uint32_t count);
   void describe(uint32_t cell, const GridIntegrals& integrals);
+  void set_extent(uint32_t cell, const Vec3& centre);
   void add_smooth_flux(const Rectangle& r, double flux[9]) const;
   void add_bilinear_flux(const Rectangle& r, const GridIntegrals& integrals, double flux[9]) const;
   CellPoints count_points(uint32_t count) const;
@@ -121,8 +126,8 @@ class DistantCells {
     double weights[2];
   };
   void find_gauss_points(int row, int x0, int x1, GaussPoints& points) const;
-  /// Calls ClusteredLight::eval_grid_batch. `places` are positions in grid_; they are converted to the
-  /// emitter's grid.
+  /// Calls ClusteredLight::eval_grid_batch. `places` are positions in grid_; they are converted to
+  /// the emitter's grid.
   bool eval_grid(std::span<Vec2> places, std::span<Rgb> radiance) const;
   /// Corners of quads on the upper edge of a row, columns x0 to x1.
   struct Nodes {

@@ -109,7 +109,7 @@ void classify_cells(const CellColumns& cells, std::span<const uint32_t> blocks,
       for (int axis = 0; axis < 3; ++axis) {
         put(PatchCells::kSigmaX + axis, sigma * of(cells.importance_flux[axis]));
       }
-      put(PatchCells::kLeast, sigma * kMinShare * flux);
+      put(PatchCells::kMinFlux, sigma * kMinShare * flux);
       above += store_selected(is_above, id, ids + above);
     }
     if (any(is_mixed)) {
@@ -151,7 +151,7 @@ float diffuse_strata(const PatchCells& patch, const GroupNormal& normal, float s
     const float* const sigma_x = patch.above_column(PatchCells::kSigmaX);
     const float* const sigma_y = patch.above_column(PatchCells::kSigmaY);
     const float* const sigma_z = patch.above_column(PatchCells::kSigmaZ);
-    const float* const least = patch.above_column(PatchCells::kLeast);
+    const float* const least = patch.above_column(PatchCells::kMinFlux);
     for (size_t i = 0; i < patch.above; i += kCellLanes) {
       total += * block_sums++ = sum_block(i, [&](size_t k) {
         const Float mean = dot(n, load(sigma_x, sigma_y, sigma_z, k));

@@ -40,7 +40,7 @@ class PatchCells {
   const uint32_t* ids() const { return ids_.data(); }
   uint32_t* ids() { return ids_.data(); }
   /// Columns of cells above: sigma x importance flux (x, y, z), and the minimum of their stratum.
-  enum Above { kSigmaX, kSigmaY, kSigmaZ, kLeast, kAboveColumns };
+  enum Above { kSigmaX, kSigmaY, kSigmaZ, kMinFlux, kAboveColumns };
   /// Columns of mixed cells: edges, importance flux, flux, sigma if the cell is above a group's
   /// horizon, sigma if it straddles it, visibility, visibility x vector flux.
   enum Mixed {

@@ -86,7 +86,7 @@ struct LocalImportance {
       box_above = mul_add(F(std::abs(n)), load_number<F>(l.half[axis] + i), box_above);
       toward = neg_mul_add(load_number<F>(l.normal[axis] + i), to, toward);
     }
-    const F softened = max(distance2, load_number<F>(l.least_distance2 + i));
+    const F softened = max(distance2, load_number<F>(l.min_distance2 + i));
     const F inverse = 1.f / sqrt(min(softened, F(1e36f)));
     const F distance = softened * inverse;  // at least that of the mean
     // Rounding must not hide points just above the horizon.

@@ -33,7 +33,7 @@ struct LocalColumns {
   /// Maximum additional distance, over that of the mean, of a point of the box along a normal of
   /// the cone: |normal| . half + sine |half|.
   const float* reach;
-  const float* least_distance2;  ///< minimum of squared distances; positive
+  const float* min_distance2;  ///< minimum of squared distances; positive
 };
 
 struct ImportanceQuery {

@@ -142,8 +142,8 @@ void sent_to_patch(const ReflectingPatch& patch, float size2, const SendingPoint
   });
 }
 
-void believed_visibility(const float* v, const float* sigma, float least, size_t count,
-                         float* visibility) {
+void assumed_visibility(const float* v, const float* sigma, float least, size_t count,
+                        float* visibility) {
   wide::for_lanes(count, [&](size_t i) {
     max(max(Float::load(v + i), Float::load(sigma + i)), Float(least)).store(visibility + i);
   });

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Kernels that estimate how much of the light of cells or light points a patch of surface reflects.
-/// Arrays are padded to kLobeLanes values (lobe_kernels.h), which are read and written.
+/// Kernels that estimate how much of the light of cells or light points a patch of surface
+/// reflects. Arrays are padded to kLobeLanes values (lobe_kernels.h), which are read and written.
 namespace kinome::simd {
 
 /// A patch of surface.
@@ -78,8 +78,8 @@ void sent_to_patch(const ReflectingPatch& patch, float size2, const SendingPoint
                    size_t count, float* fraction);
 
 /// Sets each visibility[i] to max(v[i], sigma[i], least).
-void believed_visibility(const float* v, const float* sigma, float least, size_t count,
-                         float* visibility);
+void assumed_visibility(const float* v, const float* sigma, float least, size_t count,
+                        float* visibility);
 
 /// Adds `values`, scaled so that their sum is 1, to `sums`; adds nothing if their sum is 0 or isn't
 /// finite.

@@ -186,8 +186,8 @@ void sample_lobe_of(const HalfVectorLobe& lobe, const PointFrames& frames,
 }
 
 KINOME_WIDE Float factor_at(const TurnedPoints& turned, Int point, Vec3 d) {
-  return turned_factor(dot(gather(turned.normal, point), d),
-                       wide::gather(turned.bump_alpha2.data(), point));
+  return perturbed_normal_factor(dot(gather(turned.normal, point), d),
+                                 wide::gather(turned.bump_alpha2.data(), point));
 }
 
 /// Arguments of evaluate_microfacets that describe its points.
@@ -238,13 +238,13 @@ void evaluate_microfacets_of(const Surface& surface, const HalfVectorLobe& lobe,
   Distribution distribution(first.alpha_u, first.alpha_v);
   Vec3 specular(first.specular[0], first.specular[1], first.specular[2]);
 
-  const MemberColumn<kPicking> viewers_part(members, [&](size_t i) {
+  const MemberColumn<kPicking> viewer_g1(members, [&](size_t i) {
     const Vec3 n = normal.vector(i), w = viewer.vector(i);
     if (varying) distribution = {varying->alpha_u.vector(i), varying->alpha_v.vector(i)};
     const auto w_xy = tangential<is_isotropic>(
         n, [&] { return tangent->vector(i); }, w);
     const Float cos_i = dot(n, w);
-    return select(cos_i > 0.f, distribution.viewers_part(distribution.times_alpha2(w_xy), cos_i));
+    return select(cos_i > 0.f, distribution.viewer_g1(distribution.times_alpha2(w_xy), cos_i));
   });
 
   const Ggx drawn(lobe.alpha_u, lobe.alpha_v);
@@ -261,10 +261,10 @@ void evaluate_microfacets_of(const Surface& surface, const HalfVectorLobe& lobe,
     const auto h_xy = tangential<is_isotropic>(n, tangent_at, h);
     density_of(drawn, h_xy, h_z, length2).store(out.density + i);
 
-    const auto reflected = distribution.reflect(
-        {distribution.over_alpha2(h_xy), h_z, length2},
-        distribution.times_alpha2(tangential<is_isotropic>(n, tangent_at, o)), dot(n, o),
-        viewers_part[at]);
+    const auto reflected =
+        distribution.reflect({distribution.over_alpha2(h_xy), h_z, length2},
+                             distribution.times_alpha2(tangential<is_isotropic>(n, tangent_at, o)),
+                             dot(n, o), viewer_g1[at]);
     const Vec3 f = reflected.dg * surface.fresnel(reflected.cos_half) * specular;
     f.store({out.f[0], out.f[1], out.f[2]}, i);
   });

@@ -7,7 +7,7 @@
 #include "clustered/kernels/aligned.h"
 
 /// Kernels over directions at the points of a group. Arrays of directions are padded to kLobeLanes
-/// values; the padding, which has directions at member 0, is read and written.
+/// values. The padding must have directions at member 0; kernels read and write it.
 namespace kinome::simd {
 
 inline constexpr size_t kLobeLanes = kBlockLanes;
@@ -89,8 +89,8 @@ void evaluate_microfacets(const MicrofacetKind& kind, const FirstMicrofacet& fir
                           const float* dy, const float* dz, size_t count,
                           const MicrofacetValues& out);
 
-/// Surface normals of points whose shading normal differs from them, and the roughness of bumps:
-/// see wide::turned_factor.
+/// Surface normals of points with other shading normals, and the roughness of bumps; see
+/// wide::perturbed_normal_factor.
 struct TurnedPoints {
   Column<float> normal[3];
   Column<float> bump_alpha2;
@@ -99,7 +99,7 @@ struct TurnedPoints {
     bump_alpha2.resize(points);
   }
 };
-/// Multiplies the three channels of f by wide::turned_factor.
+/// Multiplies the three channels of f by wide::perturbed_normal_factor.
 void multiply_turned_factors(const TurnedPoints& points, const PointGroup& group,
                              const uint32_t* member, const float* dx, const float* dy,
                              const float* dz, size_t count, float* const f[3]);

@@ -1,11 +1,12 @@
 #include "clustered/media/fog_block.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "clustered/media/segment_distances.h"
 #include "kinome/stats.h"
-#include "transport/blocks_of_tile.h"
+#include "transport/blocks/blocks_of_tile.h"
 
 namespace kinome {
 namespace {
@@ -21,8 +22,13 @@ constexpr uint32_t kFogDimension = kCollisionDimension + kCollisionDimensions;
 /// Number of paths per ray that continue from a collision, divided by the part of the light that is
 /// scattered; at most one per ray. With 1, as many as in `volpath`.
 constexpr float kPathsPerCollision = 2;
-/// Use of random numbers for directions in the sky (RandomSeeds).
-constexpr uint32_t kSkyUse = 0x666f6764;
+/// Uses of random numbers for directions in the sky and for rays of sunlight (RandomSeeds).
+constexpr uint32_t kSkyUse = 0x666f6764, kSunRaysUse = 0x73756e72;
+/// Number of rays of sunlight of a block (SunPoints), relative to the samples of a pixel, and its
+/// bounds. The error that all samples of a pixel share must fall with their number.
+constexpr size_t kSunRaysPerSample = 32, kMinSunRays = 256, kMaxSunRays = kBlockSamples;
+/// Number of distances from which that of a collision is chosen.
+constexpr size_t kDistances = 4;
 /// Number of candidates for each part of a ray in a medium.
 constexpr uint32_t kCandidates = 1;
 
@@ -49,7 +55,8 @@ bool are_open(const transport::MediaTable& media) {
 }  // namespace
 
 FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTable& media,
-                   const FogSources& sources, const Sensor& sensor, const PathSettings& settings)
+                   const FogSources& sources, const Sensor& sensor, const PathSettings& settings,
+                   float paths)
     : scene_(scene),
       media_(media),
       sampler_(sensor.sampler()),
@@ -57,12 +64,17 @@ FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTab
                         !are_open(media)),
       sees_sky_(scene.scene().environment() && !settings.hide_emitters),
       share_(needs_collisions_ ? FogLight::kShare : kInfinity),
+      relative_paths_(paths),
       finds_later_(needs_collisions_ && !sources.have_suns() && are_open(media)),
       max_depth_(static_cast<float>(settings.length.max_depth)),
       camera_(scene, sensor, kBlockSamples, false),
       segments_(scene, media, settings.hide_emitters, 2 * kBlockSamples),
       sources_(sources),
-      light_choice_(sources, directions_, media),
+      sun_points_(sources.beams() && max_depth_ > 2
+                      ? std::make_unique<SunPoints>(scene, media, *sources.beams(), kMaxSunRays)
+                      : nullptr),
+      light_choice_(sources, directions_, media, sun_points_.get(), max_depth_,
+                    scene.scene().emitters().size()),
       paths_(scene, media, sensor.sampler(), settings, 2 * kBlockSamples, &light_choice_),
       fog_(scene, media, sources, directions_, sensor.sampler(), share_, kBlockSamples),
       film_(sensor.film().filter(), sensor.film().value_count(0), kBlockSamples,
@@ -79,6 +91,7 @@ FogBlock::FogBlock(const transport::SceneTable& scene, const transport::MediaTab
       left_(per_path_.floats()),
       reference_(per_path_.floats()),
       values_{radiance_.x, radiance_.y, radiance_.z} {
+  paths_.set_survival_gain(paths * transport::VolumePaths::kSurvivalGain);
   if (sensor.film().has_alpha()) values_.push_back(alpha_);
 }
 
@@ -91,6 +104,11 @@ void FogBlock::render(const PixelSamples& samples, Tile& tile) {
 void FogBlock::trace(const PixelSamples& samples, RenderCounters& counters) {
   const size_t count = samples.count();
   directions_.draw(sources_, transport::RandomSeeds(samples, kSkyUse).of(0));
+  if (sun_points_) {
+    const StageTimer timer(counters.stage_seconds["light points"]);
+    const size_t rays = std::clamp(kSunRaysPerSample * samples.samples, kMinSunRays, kMaxSunRays);
+    sun_points_->draw(rays, transport::RandomSeeds(samples, kSunRaysUse).of(0), counters);
+  }
   FirstEdges first;
   {
     const StageTimer timer(counters.stage_seconds["primary"]);
@@ -187,7 +205,7 @@ size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& f
   // throughputs begin with 1.
   for (size_t i = 0; i < count; ++i) {
     reference_[i] = total_[i] / 3;
-    total_[i] = std::max(total_[i], 3 / kPathsPerCollision);
+    total_[i] = std::max(total_[i], 3 / (kPathsPerCollision * relative_paths_));
     left_[i] = total_[i] * u_[i];
   }
   size_t added = 0;
@@ -207,15 +225,16 @@ size_t FogBlock::add_collisions(const PixelSamples& samples, const FirstEdges& f
 
 /// Makes a collision on leg k. `at`: uniform between 0 and the leg's weight; it selects the channel
 /// that the distance is sampled for.
-void FogBlock::add_collision(const FirstEdges& first, size_t path, size_t k, float at,
-                             float u) const {
+void FogBlock::add_collision(const FirstEdges& first, size_t path, size_t k, float at, float u) {
   const MediumLeg& leg = legs_[k];
   const Rgb extinction = media_.extinction().at(leg.medium);
   const Rgb weight = scattered_[k];
   int channel = at < weight.x ? 0 : at < weight.x + weight.y ? 1 : 2;
   if (!(weight[channel] > 0)) channel = weight.y > 0 ? 1 : 0;
   const AttenuatedDistances distances(extinction[channel], leg.length);
-  const float t = distances.at(u);
+  float before = 0;
+  for (int c = 0; c < channel; ++c) before += weight[c];
+  const auto [t, factor] = choose_distance(leg, distances, u, (at - before) / weight[channel]);
   Rgb throughput(0.f);
   if (media_.is_coloured()) {
     float density = 0;
@@ -233,7 +252,29 @@ void FogBlock::add_collision(const FirstEdges& first, size_t path, size_t k, flo
   set_ray(rays.ray, lane, Ray(leg.o, leg.d, 0, t));
   rays.shape[lane] = media_.collision_shape(leg.medium);
   first.medium[path] = leg.medium;
-  first.throughput.set(path, throughput);
+  first.throughput.set(path, factor * throughput);
+}
+
+/// Chooses one of several distances in proportion to the light that lamps scatter there: resampling
+/// (Talbot et al. 2005), which needs no density. Returns its weight, too. `u`: uniform, for the
+/// distances; `v`: uniform, for the choice.
+std::pair<float, float> FogBlock::choose_distance(const MediumLeg& leg,
+                                                  const AttenuatedDistances& distances, float u,
+                                                  float v) {
+  LampGuide& guide = light_choice_.guide();
+  if (guide.is_empty()) return {distances.at(u), 1.f};
+  std::array<float, kDistances> t, light;
+  float sum = 0;
+  for (size_t k = 0; k < kDistances; ++k) {
+    t[k] = distances.at((static_cast<float>(k) + u) / kDistances);
+    light[k] = guide.light_at(leg.o + t[k] * leg.d);
+    sum += light[k];
+  }
+  if (!(sum > 0) || !(sum < kInfinity)) return {distances.at(u), 1.f};
+  float left = v * sum;
+  size_t chosen = 0;
+  for (; chosen + 1 < kDistances && left >= light[chosen]; ++chosen) left -= light[chosen];
+  return {t[chosen], sum / (kDistances * light[chosen])};
 }
 
 }  // namespace kinome

@@ -1,24 +1,32 @@
 #pragma once
 
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "clustered/media/fog_light.h"
 #include "clustered/media/point_light_choice.h"
+#include "clustered/media/segment_distances.h"
 #include "kinome/render_context.h"
-#include "transport/camera.h"
-#include "transport/film_samples.h"
-#include "transport/media/volume_paths.h"
+#include "transport/camera/camera.h"
+#include "transport/camera/film_samples.h"
+#include "transport/media/paths/volume_paths.h"
 
 namespace kinome {
 
-/// Renders blocks of camera rays through uniform media. A camera ray is split: it shows the first
-/// surface, attenuated, and all light that is scattered in front of it. FogLight finds the light
-/// that is scattered once. A second path continues from a random collision; it gets no emitter
-/// samples there. One per thread.
+/// Renders blocks of camera rays through uniform media. A camera ray is split: one path continues
+/// from the first surface, with its transmittance as weight, and another one from a random
+/// collision before the surface. FogLight finds the light that is scattered once before the
+/// surface, so that the second path gets no emitter samples at its collision. Not thread-safe: use
+/// one per thread.
+///
+/// `paths` is the relative number of paths that continue after the first points, at most 1. Fewer
+/// paths are useful if light that is scattered once dominates the noise.
 class FogBlock : private transport::VolumePaths::EdgeTracer {
  public:
   FogBlock(const transport::SceneTable& scene, const transport::MediaTable& media,
-           const FogSources& sources, const Sensor& sensor, const PathSettings& settings);
+           const FogSources& sources, const Sensor& sensor, const PathSettings& settings,
+           float paths);
 
   void render(const PixelSamples& samples, Tile& tile);
   /// Sets radiance() without changing a film.
@@ -34,7 +42,9 @@ class FogBlock : private transport::VolumePaths::EdgeTracer {
   size_t add_collisions(const PixelSamples& samples,
                         const transport::VolumePaths::FirstEdges& first);
   void add_collision(const transport::VolumePaths::FirstEdges& first, size_t path, size_t k,
-                     float at, float u) const;
+                     float at, float u);
+  std::pair<float, float> choose_distance(const transport::MediumLeg& leg,
+                                          const AttenuatedDistances& distances, float u, float v);
 
   const transport::SceneTable& scene_;
   const transport::MediaTable& media_;
@@ -43,6 +53,7 @@ class FogBlock : private transport::VolumePaths::EdgeTracer {
   const bool needs_collisions_;
   const bool sees_sky_;
   const float share_;  ///< see FogLight
+  const float relative_paths_;
   /// True if FogLight finds the light of all collisions, not only on camera rays. For distant
   /// emitters, emitter samples at collisions are faster.
   const bool finds_later_;
@@ -51,6 +62,7 @@ class FogBlock : private transport::VolumePaths::EdgeTracer {
   transport::Segments segments_;
   const FogSources& sources_;
   SkyDirections directions_;
+  std::unique_ptr<SunPoints> sun_points_;  ///< nullptr: none
   PointLightChoice light_choice_;
   transport::VolumePaths paths_;
   FogLight fog_;
@@ -61,11 +73,11 @@ class FogBlock : private transport::VolumePaths::EdgeTracer {
   Columns3 radiance_;
   float *alpha_, *u_, *u_distance_;
   float* before_;         ///< sum of the channels of a path's throughput before its edge
-  float *total_, *left_;  ///< weights of the legs of a sample; see add_collisions()
-  float* reference_;      ///< of each sample: argument of VolumePaths::trace_from()
+  float *total_, *left_;  ///< leg weights of a sample; see add_collisions()
+  float* reference_;      ///< argument of VolumePaths::trace_from(), for each sample
   std::vector<float*> values_;
   std::vector<transport::MediumLeg> legs_, lit_legs_;
-  std::vector<Rgb> scattered_;  ///< of each leg; see add_collisions()
+  std::vector<Rgb> scattered_;  ///< scattered throughput of each leg; see add_collisions()
 };
 
 }  // namespace kinome

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kinome/wide/vectors.h"
-#include "transport/rays.h"
+#include "transport/shadows/rays.h"
 
 namespace kinome {
 namespace {
@@ -20,10 +20,6 @@ constexpr float kCandidateGain = 2, kMinCandidates = 0.1f;
 constexpr size_t kReferenceRays = 32;
 /// Uses of random numbers of the pilot (RandomSeeds), and of the transmittance of shadow rays.
 constexpr uint32_t kPilotUse = 0x666f6770, kShadowUse = 0x666f6773;
-
-kinome::Rgb exp_of(const kinome::Rgb& x) {
-  return {std::exp(x.x), std::exp(x.y), std::exp(x.z)};
-}
 
 }  // namespace
 
@@ -129,8 +125,8 @@ void FogLight::render(const PixelSamples& samples, std::span<const uint32_t> leg
     for (size_t i = 0; i < count; ++i) make_candidate(i, legs_[part[i]]);
     for (size_t i = count; i < padded(count); ++i) on_[i] = 0, medium_[i] = 0;
     for_lanes(count, [&](size_t i) {
-      transport::put_shadow_rays(points_, i, wide::Vec3::load(d_, i), Float::load(distance_ + i),
-                                 Float::load(on_ + i) > 0.f, true, rays_);
+      transport::write_shadow_rays(points_, i, wide::Vec3::load(d_, i), Float::load(distance_ + i),
+                                   Float::load(on_ + i) > 0.f, true, rays_);
     });
     const transport::RandomSeeds seeds(samples, kShadowUse + dimension);
     shadows_.trace(rays_, count, medium_, distance_, owner_, seeds, counters);
@@ -191,7 +187,7 @@ void FogLight::make_candidate(size_t i, const MediumLeg& leg) {
   const kinome::Rgb extinction = media_.extinction().at(leg.medium);
   const kinome::Rgb scattering = extinction * media_.albedo().at(leg.medium);
   const kinome::Rgb transmittance = media_.is_coloured()
-                                        ? exp_of(-extinction * choice.t)
+                                        ? glm::exp(-extinction * choice.t)
                                         : kinome::Rgb(std::exp(-extinction.x * choice.t));
   const kinome::Rgb value = leg.throughput * transmittance * scattering * light.weight * factor;
   if (is_black(value)) return;

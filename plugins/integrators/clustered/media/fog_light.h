@@ -4,42 +4,42 @@
 #include <vector>
 
 #include "clustered/media/fog_table.h"
-#include "transport/media/medium_shadows.h"
-#include "transport/numbers.h"
+#include "transport/blocks/numbers.h"
+#include "transport/media/tracking/medium_shadows.h"
 
 namespace kinome {
 
 /// Light that media scatter once, along camera rays: the integral over each ray's parts in media of
 /// transmittance x scattering x phase function x radiance. Each part gets candidates, which are
 /// pairs of a distance and a source, chosen by FogTable. A shadow ray finds the visibility of each.
-/// One per thread.
+/// Not thread-safe: use one per thread.
 class FogLight {
  public:
-  /// Dimensions of the sampler for each candidate.
+  /// Number of sampler dimensions of each candidate.
   static constexpr uint32_t kDimensions = 4;
   /// Recommended `share`.
   static constexpr float kShare = 8;
 
-  /// For blocks of at most `rays` camera rays. `share`: samples of a phase function p and of an
-  /// emitter (density q) find the same light of emitters with area. Their weights are those of the
-  /// power heuristic for the densities p and `share` q. With infinity, candidates find all light.
-  /// `directions` may change between calls of add().
+  /// Allocates memory for blocks of at most `rays` camera rays. Samples of a phase function
+  /// (density p) and of an emitter (density q) find the same light of emitters with area. Their
+  /// weights are those of the power heuristic for the densities p and `share` q. If `share` is
+  /// infinite, candidates find all light. `directions` may change between calls of add().
   FogLight(const transport::SceneTable& scene, const transport::MediaTable& media,
            const FogSources& sources, const SkyDirections& directions, const Sampler& sampler,
            float share, size_t rays);
 
   /// Adds the light of `legs` to the radiance of their samples. Some of the samples are used for
-  /// learning; their random numbers are independent of the sampler's, so that no estimate depends
-  /// on the numbers that its importances were learned with.
+  /// learning. Their random numbers are independent of the sampler's, so that no estimate depends
+  /// on the random numbers with which its importances were learned.
   void add(const PixelSamples& samples, std::span<const transport::MediumLeg> legs,
            uint32_t dimension, uint32_t candidates, const Columns3& radiance,
            RenderCounters& counters);
   /// Adds the light of legs of paths, without learning. Importances of near sources are those of
-  /// point lights without attenuation. `owner`: sample of each path.
+  /// point lights without attenuation. `owner` is the sample of each path.
   void add_later(const PixelSamples& samples, std::span<const transport::MediumLeg> legs,
                  const uint32_t* owner, uint32_t dimension, const Columns3& radiance,
                  RenderCounters& counters);
-  /// FogTable::visibility() after the last add(); empty if it had nothing to learn from.
+  /// FogTable::visibility() after the last add(); empty if nothing was learned.
   std::span<const float> visibility() const { return visibility_; }
 
  private:
@@ -57,17 +57,17 @@ class FogLight {
   const float share_;
   FogTable table_, later_table_;
   FogTable* current_ = &table_;
-  const uint32_t* owners_ = nullptr;  ///< of the paths; nullptr if paths are samples
+  const uint32_t* owners_ = nullptr;  ///< samples of the paths; nullptr: paths are samples
   transport::Numbers numbers_;
   transport::MediumShadows shadows_;
   std::span<const transport::MediumLeg> legs_;
   std::span<const float> visibility_;
   float reference_ = 1;                 ///< mean expected light of camera rays
-  float weight_ = 1;                    ///< of each candidate
+  float weight_ = 1;                    ///< weight of each candidate
   std::vector<uint32_t> pilot_, rest_;  ///< indices into legs_
   std::vector<FogTable::Choice> choices_;
   transport::Arena arena_;
-  SurfaceBlock points_;  ///< only p, n and p_error
+  SurfaceBlock points_;  ///< only p, n and p_error are set
   Columns3 d_, light_;
   float *distance_, *on_, *u_source_, *u_distance_;
   Columns2 u_;

@@ -53,7 +53,7 @@ FogTable::FogTable(const FogSources& sources, const transport::MediaTable& media
       near_p_(arena_.three()),
       nearest_(arena_.floats()),
       near_weight_(arena_.floats()),
-      near_importance_(arena_.floats()),
+      near_importance_(arena_),
       expected_(sources.near().size()),
       near_bins_(sources.near().size()),
       distant_bins_(sources.groups()),
@@ -67,9 +67,10 @@ FogTable::FogTable(const FogSources& sources, const transport::MediaTable& media
       sky_d_(sky_arena_.three()),
       sky_mean_cosine_(sky_arena_.floats()),
       sky_flux_(sky_arena_.floats()),
-      sky_weight_(sky_arena_.floats()),
+      sky_weight_(sky_arena_),
       sun_importance_(sources.suns().size()),
       sun_parts_(sources.suns().size()) {
+  std::fill_n(nearest_, arena_.capacity(), 1.f);
   for (size_t s = 0; s < sources.near().size(); ++s) {
     near_p_.set(s, sources.near()[s].p);
     nearest_[s] = std::max(0.5f * sources.near()[s].radius, 1e-12f);
@@ -148,9 +149,9 @@ void FogTable::begin_unrelated(std::span<const float> visibility) {
 /// Sets the importances of distant sources for the ray.
 void FogTable::weigh_sky() {
   using namespace wide;
-  Float sum(0.f);
   const auto lobes = media_.medium(leg_.medium)->phase().lobes();
-  for_lanes(sources_.distant().size(), [&](size_t i) {
+  sky_weight_.clear();
+  sky_weight_.add(0, sources_.distant().size(), [&](size_t i) {
     const Float cosine = dot(wide::Vec3::load(sky_d_, i), wide::Vec3(leg_.d));
     Float phase(kEvenShare);
     for (const HgLobe& lobe : lobes) {
@@ -159,22 +160,16 @@ void FogTable::weigh_sky() {
       const Float base = max(1.f + g * g - 2.f * g * cosine, Float(1e-6f));
       phase = phase + Float(lobe.weight) * (1.f - g * g) / (base * sqrt(base));
     }
-    const Float weight = Float::load(sky_flux_ + i) * phase;
-    weight.store(sky_weight_ + i);
-    sum = sum + weight;
+    return Float::load(sky_flux_ + i) * phase;
   });
-  alignas(kColumnAlignment) float sums[kLanes];
-  sum.store(sums);
-  distant_total_ = 0;
-  for (const float s : sums) distant_total_ += s;
-  distant_total_ *= absorbed_ * albedo_ / (4 * kPi);
+  distant_total_ = sky_weight_.total() * absorbed_ * albedo_ / (4 * kPi);
 }
 
 /// Adds the light of a near source that a ray's bins scatter, relative to the integral of 1/r².
 void FogTable::add_expected(const MediumLeg& leg, uint32_t near) {
   const FogSources::Near& source = sources_.near()[near];
   const Rgb coefficients = media_.extinction().at(leg.medium);
-  const float extinction = least_extinction(coefficients);
+  const float extinction = min_extinction(coefficients);
   const float reach = std::min(leg.length, kReach / extinction);
   const EquiangularDistances distances(leg.o, leg.d, reach, source.p, nearest_[near]);
   const float scattering = mean_of(coefficients * media_.albedo().at(leg.medium));
@@ -244,25 +239,26 @@ void FogTable::set_leg(const MediumLeg& leg) {
   using namespace wide;
   leg_ = leg;
   const kinome::Rgb extinction = media_.extinction().at(leg.medium);
-  extinction_ = least_extinction(extinction);
+  extinction_ = min_extinction(extinction);
   length_ = leg.length;
   reach_ = std::min(length_, kReach / extinction_);
   attenuated_ = AttenuatedDistances(extinction_, length_);
   absorbed_ = attenuated_.absorbed();
   albedo_ = mean_of(media_.albedo().at(leg.medium));
-  near_total_ = 0;
+  near_total_ = 0, near_scale_ = 1;
   const size_t count = expected_.size();
   if (count > 0) {
-    for_lanes(count, [&](size_t i) {
+    near_importance_.clear();
+    near_importance_.add(0, count, [&](size_t i) {
       const wide::Vec3 to = wide::Vec3::load(near_p_, i) - wide::Vec3(leg.o), d(leg.d);
       const Float centre = dot(to, d);
       const wide::Vec3 beside = to - d * centre;
       const Float distance = max(sqrt(dot(beside, beside)), Float::load(nearest_ + i));
       const Float angle =
           atan2(distance * Float(reach_), distance * distance - centre * (Float(reach_) - centre));
-      (Float::load(near_weight_ + i) * angle / distance).store(near_importance_ + i);
+      return Float::load(near_weight_ + i) * angle / distance;
     });
-    for (size_t s = 0; s < count; ++s) near_total_ += near_importance_[s];
+    near_total_ = near_importance_.total();
   }
   sun_total_ = 0;
   for (size_t s = 0; s < sun_importance_.size(); ++s) {
@@ -274,9 +270,8 @@ void FogTable::set_leg(const MediumLeg& leg) {
   }
   if (!is_related_) {
     // Near sources as if the medium were isotropic.
-    const float scattering = extinction_ * albedo_ / (4 * kPi);
-    for (size_t s = 0; s < count; ++s) near_importance_[s] *= scattering;
-    near_total_ *= scattering;
+    near_scale_ = extinction_ * albedo_ / (4 * kPi);
+    near_total_ *= near_scale_;
     return weigh_sky();
   }
   distant_total_ = distant_sum_.empty() ? 0 : distant_sum_.back() * absorbed_ * albedo_;
@@ -295,10 +290,9 @@ FogTable::Choice FogTable::choose(float u_source, float u_distance) const {
     return choose_sun(s, sun_importance_[s] / total, u_distance);
   }
   if (at < near_total_ || !has_distant) {
-    uint32_t s = 0;
-    const auto last = static_cast<uint32_t>(expected_.size()) - 1;
-    for (; s < last && at >= near_importance_[s]; ++s) at -= near_importance_[s];
-    return choose_near(s, near_importance_[s] / total, u_distance);
+    const size_t s = near_importance_.at(at / near_scale_);
+    const float importance = near_importance_[s] * near_scale_;
+    return choose_near(static_cast<uint32_t>(s), importance / total, u_distance);
   }
   if (!is_related_) return choose_from_sky(at - near_total_ - sun_total_, total, u_distance);
   at = (at - near_total_ - sun_total_) / distant_total_ * distant_sum_.back();
@@ -311,14 +305,7 @@ FogTable::Choice FogTable::choose(float u_source, float u_distance) const {
 
 FogTable::Choice FogTable::choose_from_sky(float at, float total, float u) const {
   const float scale = absorbed_ * albedo_ / (4 * kPi);
-  at /= scale;
-  size_t chosen = 0;
-  for (size_t s = 0; s < sources_.distant().size(); ++s) {
-    if (!(sky_weight_[s] > 0)) continue;
-    chosen = s;
-    if (at < sky_weight_[s]) break;
-    at -= sky_weight_[s];
-  }
+  const size_t chosen = sky_weight_.at(at / scale);
   return choose_distant(static_cast<uint32_t>(chosen), sky_weight_[chosen] * scale / total, u);
 }
 

@@ -4,11 +4,10 @@
 #include <cmath>
 
 #include "clustered/media/fog_block.h"
-#include "clustered/media/media_trial.h"
 #include "clustered/method.h"
 #include "kinome/stats.h"
-#include "transport/blocks_of_tile.h"
-#include "transport/media/volume_block.h"
+#include "transport/blocks/blocks_of_tile.h"
+#include "transport/media/paths/volume_block.h"
 
 namespace kinome {
 namespace {
@@ -23,7 +22,7 @@ constexpr double kMaxSlowdown = 4;
 bool has_alpha_behind_surfaces(const Scene& scene, const Sensor& sensor, bool hide_emitters) {
   if (!sensor.film().has_alpha() || (scene.environment() && !hide_emitters)) return false;
   return std::any_of(scene.shapes().begin(), scene.shapes().end(), [](const auto& shape) {
-    return shape->bsdf().passes_straight() && !shape->bsdf().is_invisible();
+    return shape->bsdf().has_null_lobe() && !shape->bsdf().is_invisible();
   });
 }
 
@@ -31,9 +30,8 @@ bool has_alpha_behind_surfaces(const Scene& scene, const Sensor& sensor, bool hi
 
 const char* MediaRender::why_paths(const Scene& scene, const Sensor& sensor,
                                    const PathSettings& settings) {
-  const bool has_grids =
-      std::any_of(scene.media().begin(), scene.media().end(),
-                  [](const Medium* medium) { return !medium->is_uniform(); });
+  const bool has_grids = std::any_of(scene.media().begin(), scene.media().end(),
+                                     [](const Medium* medium) { return !medium->is_uniform(); });
   if (has_grids) return "the scene has media that vary in space";
   if (settings.length.max_depth < 2 || scene.emitters().empty() ||
       has_alpha_behind_surfaces(scene, sensor, settings.hide_emitters)) {
@@ -54,22 +52,26 @@ MediaRender::MediaRender(const Scene& scene, const Sensor& sensor, const PathSet
       table_(scene, media_.phases()) {
   const StageTimer timer(context.job.stats().counters.stage_seconds["cells"]);
   auto sources = std::make_unique<FogSources>(scene, context.scheduler);
-  const double pixels = sensor.film().crop().area();
-  sources->find_suns(table_, media_, pixels * sensor.sampler().sample_count(), context);
+  const double samples =
+      static_cast<double>(sensor.film().crop().area()) * sensor.sampler().sample_count();
+  sources->find_suns(table_, media_, samples, context);
+  if (settings.length.max_depth > 2) {
+    sources->find_beams(table_, media_, sensor, samples, context);
+  }
   sources_ = std::move(sources);
 }
 
 void MediaRender::choose(const Sensor& sensor) {
   if (!has_trial_) return;
   const size_t blocks = blocks_of_trial(sensor);
-  if (blocks == 0 && tried_ == 0) uses_paths_ = prefers_paths_untried(settings_);
+  if (blocks == 0 && tried_ == 0) choice_ = choose_untried(settings_, *sources_);
   if (blocks == 0 || blocks < kMinTrialGrowth * tried_) return;
-  uses_paths_ = prefers_paths(table_, media_, *sources_, sensor, settings_, blocks, context_);
+  choice_ = try_methods(table_, media_, *sources_, sensor, settings_, blocks, context_);
   tried_ = blocks;
 }
 
 void MediaRender::render(const Sensor& sensor) const {
-  if (uses_paths_) {
+  if (choice_.uses_paths) {
     const char* const reason = "paths from the camera alone do as well in the media for less";
     context_.job.skip("product", reason);
     report_method(context_, kVolpath, reason);
@@ -80,7 +82,10 @@ void MediaRender::render(const Sensor& sensor) const {
                            : "the parameter 'trial' is false");
   transport::render_tiles<FogBlock>(
       sensor, context_, 0,
-      [&] { return std::make_unique<FogBlock>(table_, media_, *sources_, sensor, settings_); },
+      [&] {
+        return std::make_unique<FogBlock>(table_, media_, *sources_, sensor, settings_,
+                                          choice_.paths);
+      },
       [](FogBlock& block, const PixelSamples& samples, Tile& tile) {
         block.render(samples, tile);
       });
@@ -100,11 +105,11 @@ class MediaPasses final : public Passes {
   double samples() const override { return passes_->samples(); }
 
   double render(double samples) override {
-    const bool used_paths = render_.uses_paths();
+    const MediaChoice before = render_.choice();
     constexpr double kMaxCount = 1 << 30;
     const auto count = static_cast<uint32_t>(std::clamp(samples, 1., kMaxCount));
     render_.choose(*sensor_.with_sample_count(count));
-    const bool changes = rendered_ > 0 && render_.uses_paths() != used_paths;
+    const bool changes = rendered_ > 0 && render_.choice() != before;
     const double most = changes ? std::min(samples / kMaxSlowdown, rendered_) : samples;
     const double rendered = passes_->render(std::max(1., most));
     rendered_ += rendered;

@@ -2,12 +2,13 @@
 
 #include <memory>
 
-#include "clustered/media/fog_sources.h"
+#include "clustered/media/media_trial.h"
+#include "clustered/media/sources/fog_sources.h"
 #include "kinome/integrator.h"
 #include "kinome/render_context.h"
-#include "transport/media/media_table.h"
+#include "transport/media/bodies/media_table.h"
 #include "transport/path_parameters.h"
-#include "transport/scene_table.h"
+#include "transport/surfaces/scene_table.h"
 
 namespace kinome {
 
@@ -22,14 +23,15 @@ class MediaRender {
   static const char* why_paths(const Scene& scene, const Sensor& sensor,
                                const PathSettings& settings);
 
-  /// `has_trial`: choose between both methods. The scene and the context must outlive the object.
+  /// With `has_trial`, a trial chooses between both methods. The scene and the context must outlive
+  /// the object.
   MediaRender(const Scene& scene, const Sensor& sensor, const PathSettings& settings,
               bool has_trial, RenderContext& context);
 
   /// Chooses the method for a pass of the sensor's samples. A trial is repeated only for a pass
   /// whose trial is twice as large. The choice is the same for any number of threads.
   void choose(const Sensor& sensor);
-  bool uses_paths() const { return uses_paths_; }
+  const MediaChoice& choice() const { return choice_; }
   /// Renders the image of a sensor by the chosen method.
   void render(const Sensor& sensor) const;
 
@@ -40,7 +42,7 @@ class MediaRender {
   const transport::MediaTable media_;
   const transport::SceneTable table_;
   std::unique_ptr<const FogSources> sources_;
-  bool uses_paths_ = false;
+  MediaChoice choice_;
   size_t tried_ = 0;  ///< number of blocks of the last trial
 };
 

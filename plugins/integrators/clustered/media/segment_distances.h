@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinome/color.h"
 #include "kinome/math.h"
 
 namespace kinome {
 
 /// Distances along a ray, 0 <= t <= length, whose density is proportional to 1/r², where r is the
-/// distance to a point p (Kulla and Fajardo 2012). Nearer than `nearest`, p is moved away from the
-/// ray, so that the density is finite.
+/// distance to a point p (Kulla and Fajardo 2012). If p is nearer to the ray than `nearest`, it is
+/// moved to this distance, so that the density is finite.
 class EquiangularDistances {
  public:
   EquiangularDistances(const Vec3& o, const Vec3& d, float length, const Vec3& p, float nearest)
@@ -29,7 +30,7 @@ class EquiangularDistances {
     const float tangent = std::tan(u * angle_);
     const float r2 = distance_ * distance_ + centre_ * centre_;
     const float t = tangent * r2 / (distance_ + centre_ * tangent);
-    // The tangent changes its sign at a right angle, beyond which t keeps growing.
+    // If rounding moves the angle beyond that of an infinite distance, t is negative.
     return t >= 0 ? std::min(t, length_) : length_;
   }
   /// Density of at(u) for uniform u, per unit of length.
@@ -57,5 +58,16 @@ class AttenuatedDistances {
  private:
   float extinction_, length_, absorbed_;
 };
+
+/// Returns the smallest positive extinction of the channels. Densities of distances in proportion
+/// to its transmittance decrease no faster than the transmittance of any other channel with
+/// extinction.
+inline float min_extinction(const Rgb& extinction) {
+  float least = kInfinity;
+  for (int c = 0; c < 3; ++c) {
+    if (extinction[c] > 0) least = std::min(least, extinction[c]);
+  }
+  return least;
+}
 
 }  // namespace kinome

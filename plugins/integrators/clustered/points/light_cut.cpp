@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "clustered/kernels/cluster_kernels.h"
-#include "transport/arena.h"
+#include "transport/blocks/arena.h"
 
 namespace kinome {
 namespace {
@@ -47,9 +47,9 @@ uint32_t offset_in(const LightCell& cell, float u) {
 /// Adds a point to the selection's last group, which begins at `group`. Merges it with an equal
 /// point. Searches only the last few, so that merging in a large cluster costs less than it saves.
 void add_merged(uint32_t point, float weight, size_t group, PointSelection& selection) {
-  constexpr size_t kLookBack = 16;
+  constexpr size_t kMaxSearchedPoints = 16;
   const size_t size = selection.points.size();
-  for (size_t i = std::max(group, size - std::min(size, kLookBack)); i < size; ++i) {
+  for (size_t i = std::max(group, size - std::min(size, kMaxSearchedPoints)); i < size; ++i) {
     if (selection.points[i] == point) {
       selection.weights[i] += weight;
       return;
@@ -101,7 +101,7 @@ struct LightCut::Arrays {
   float *light, *extent, *inverse_extent;
   /// Columns of local light; the padding has harmless values.
   Columns3 half, normal;
-  float *sine, *inverse_one_plus_sine, *reach, *least_distance2;
+  float *sine, *inverse_one_plus_sine, *reach, *min_distance2;
   float unit_area = 1;
   simd::BoxTree boxes;
   std::vector<uint32_t> position;  ///< position of each cluster in the columns' layout
@@ -139,7 +139,7 @@ struct LightCut::Arrays {
 
   void add_local(const std::vector<LightCell>& cells, const std::vector<Vec3>& normals) {
     half = arena.three(), normal = arena.three();
-    for (float** const column : {&sine, &inverse_one_plus_sine, &reach, &least_distance2}) {
+    for (float** const column : {&sine, &inverse_one_plus_sine, &reach, &min_distance2}) {
       *column = arena.floats();
       std::fill_n(*column, arena.capacity(), 1.f);
     }
@@ -158,7 +158,7 @@ struct LightCut::Arrays {
       sine[i] = cone_sine(cell, normals);
       inverse_one_plus_sine[i] = 1 / (1 + sine[i]);
       reach[i] = glm::dot(glm::abs(cell.normal), around) + sine[i] * glm::length(around);
-      least_distance2[i] = 0.25f * radius * radius;
+      min_distance2[i] = 0.25f * radius * radius;
       inverse_extent[i] *= unit_area;
     }
   }
@@ -230,7 +230,7 @@ void LightCut::weigh_reflected(std::span<const float> weights, const Point& poin
                                    a.sine,
                                    a.inverse_one_plus_sine,
                                    a.reach,
-                                   a.least_distance2};
+                                   a.min_distance2};
     for (int axis = 0; axis < 3; ++axis) query.position[axis] = point.position[axis];
     query.unit_area = a.unit_area;
     simd::local_cluster_importance(clusters, local, query, pmf.columns_.data(), lane_sums.data());

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "kinome/wide/surface_point.h"
-#include "transport/rays.h"
-#include "transport/shading.h"
+#include "transport/shadows/rays.h"
+#include "transport/surfaces/shading.h"
 
 namespace kinome {
 
@@ -132,7 +132,8 @@ void LightPairs::find_intensities(const LightPoints& lights, size_t first, size_
   }
 }
 
-/// Sets directions and distances to the origins of their light, which are off the surface.
+/// Sets the directions and distances to the origins of such points' light, which may be off the
+/// surface.
 void LightPairs::find_origins(const LightPoints& lights, size_t first, size_t count) {
   for (size_t k = first; k < first + count; ++k) {
     const uint32_t i = light_[k];
@@ -158,8 +159,8 @@ void LightPairs::finish(const Columns3& radiance, RenderCounters& counters) {
       live += wide::count(is_live);
       rays += wide::count(on);
       reflected.store(arriving_, k);
-      transport::put_shadow_rays(points, k, wide::Vec3::load(d_, k), Float::load(distance_ + k),
-                                 on, true, rays_);
+      transport::write_shadow_rays(points, k, wide::Vec3::load(d_, k), Float::load(distance_ + k),
+                                   on, true, rays_);
     });
     counters[RayKind::kShadow] += rays;
     counters.skipped_shadow_rays += live - rays;
@@ -167,7 +168,7 @@ void LightPairs::finish(const Columns3& radiance, RenderCounters& counters) {
   const StageTimer timer(counters.stage_seconds["shadow"]);
   occlusion_.trace(scene_, rays_, count, counters);
   for (size_t k = 0; k < count; ++k) {
-    // Neither off nor occluded.
+    // Inactive and occluded rays have a negative tmax.
     if (!(rays_[k / kBlockLanes].tmax[k % kBlockLanes] >= 0)) continue;
     radiance.set(owner_[k], radiance.at(owner_[k]) + arriving_.at(k));
   }

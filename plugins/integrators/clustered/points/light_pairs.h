@@ -4,13 +4,13 @@
 #include "clustered/points/repeated_points.h"
 #include "kinome/light_points.h"
 #include "kinome/scene.h"
-#include "transport/occlusion.h"
+#include "transport/shadows/occlusion.h"
 
 namespace kinome {
 
 /// Pairs of surface points and light points: the light that each surface point reflects from its
 /// light points, and a shadow ray for each pair with light. Processes about 2000 pairs at a time.
-/// One per thread.
+/// Not thread-safe: use one per thread.
 class LightPairs {
  public:
   /// `max_geometry_term`: see PointLightOptions.

@@ -4,13 +4,13 @@
 #include "clustered/points/point_lights.h"
 #include "clustered/points/repeated_points.h"
 #include "kinome/sampler.h"
-#include "transport/numbers.h"
-#include "transport/shading.h"
+#include "transport/blocks/numbers.h"
+#include "transport/surfaces/shading.h"
 
 namespace kinome {
 
 /// Directions sampled from the glossy lobes of points, for several points at a time. Each point
-/// gets as many as the sampler has samples. One per thread.
+/// gets as many as the sampler has samples. Not thread-safe: use one per thread.
 class LobeSamples {
  public:
   /// Dimensions of the sampler that the directions of a point take.

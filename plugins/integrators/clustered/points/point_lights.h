@@ -6,7 +6,7 @@
 #include "clustered/points/point_selection.h"
 #include "kinome/light_points.h"
 #include "kinome/render_context.h"
-#include "transport/surfaces.h"
+#include "transport/surfaces/surfaces.h"
 
 namespace kinome {
 

@@ -6,9 +6,9 @@
 #include "clustered/points/light_pairs.h"
 #include "clustered/points/point_lights.h"
 #include "kinome/wide/surface_point.h"
-#include "transport/camera_block.h"
-#include "transport/direct_light.h"
-#include "transport/rays.h"
+#include "transport/direct/direct_light.h"
+#include "transport/paths/camera_block.h"
+#include "transport/shadows/rays.h"
 
 namespace kinome {
 
@@ -24,12 +24,12 @@ constexpr uint32_t kMirrorDimensions = 4;
 /// Light of emitters without light points: one sample of each, for each point. One per thread.
 class SingleLights {
  public:
-  /// For points of blocks of at most `rays` rays.
+  /// Allocates memory for the points of blocks of at most `rays` rays.
   SingleLights(const transport::SceneTable& scene, const Sampler& sampler, size_t rays)
       : scene_(scene.scene()),
         sampler_(sampler),
         numbers_(rays),
-        arena_(Surfaces::most_points(scene, rays)),
+        arena_(Surfaces::max_points(scene, rays)),
         all_(arena_.indices()),
         u_(arena_.two()),
         light_{arena_.three(), arena_.floats(), arena_.floats(), arena_.three(), arena_.floats()},
@@ -56,7 +56,7 @@ class SingleLights {
       const StageTimer timer(counters.stage_seconds["shadow"]);
       occlusion_.trace(scene_, rays_, count, counters);
       for (size_t i = 0; i < count; ++i) {
-        // Neither off nor occluded.
+        // Neither inactive nor occluded.
         if (!(rays_[i / kBlockLanes].tmax[i % kBlockLanes] >= 0)) continue;
         const uint32_t k = vertices.owner[i];
         radiance.set(k, radiance.at(k) + reflected_.at(i));
@@ -74,7 +74,7 @@ class SingleLights {
       numbers_.fill_2d(sampler_, samples, dimension, vertices.owner, count, u_);
     }
     emitter.sample_direct_block(points.p, u_, count, light_);
-    transport::leave_out_own_rounding(emitter, points, all_, count, light_);
+    transport::drop_self_occlusion(emitter, points, all_, count, light_);
     for_lanes(count, [&](size_t i) {
       frame_at(points, i).to_local(wide::Vec3::load(light_.d, i)).store(wo_, i);
     });
@@ -88,8 +88,8 @@ class SingleLights {
       counters[RayKind::kShadow] += wide::count(on);
       counters.skipped_shadow_rays += wide::count(is_sample && !on);
       value.store(reflected_, i);
-      transport::put_shadow_rays(points, i, wide::Vec3::load(light_.d, i),
-                                 Float::load(light_.distance + i), on, true, rays_);
+      transport::write_shadow_rays(points, i, wide::Vec3::load(light_.d, i),
+                                   Float::load(light_.distance + i), on, true, rays_);
     });
   }
 
@@ -110,19 +110,19 @@ class SingleLights {
 /// Shades the surfaces that the camera rays of a block hit. One per thread.
 class PointLightShader {
  public:
-  /// For blocks of at most `rays` samples.
+  /// Allocates memory for blocks of at most `rays` samples.
   PointLightShader(const transport::SceneTable& scene, const ScenePointLights& lights,
                    const PointLightOptions& options, const Sampler& sampler, size_t rays)
       : lights_(lights),
         options_(options),
-        has_mirrors_(std::any_of(
-            scene.rows().begin(), scene.rows().end(),
-            [](const auto& row) { return any(row.bsdf->lobes() & Lobe::kDelta); })),
+        has_mirrors_(
+            std::any_of(scene.rows().begin(), scene.rows().end(),
+                        [](const auto& row) { return any(row.bsdf->lobes() & Lobe::kDelta); })),
         pairs_(scene.scene(), options.max_geometry_term),
         single_lights_(scene, sampler, rays),
         mirrors_(scene, sampler, {0, 1, Lobe::kDelta}, rays),
         arena_(rays),
-        per_point_(Surfaces::most_points(scene, rays)),
+        per_point_(Surfaces::max_points(scene, rays)),
         owner_{per_point_.indices(), per_point_.indices()},
         throughput_{per_point_.three(), per_point_.three()} {
     if (options.hide_emitters && scene.scene().environment()) straight_ = arena_.floats();
@@ -200,7 +200,8 @@ class PointLightShader {
   transport::DirectLight mirrors_;
   transport::Arena arena_;
   transport::Arena per_point_;
-  /// State at the points that mirrors reflect: of the last call of reflect(), and of the one before.
+  /// State at the points that mirrors reflect: of the last call of reflect(), and of the one
+  /// before.
   uint32_t* owner_[2];
   Columns3 throughput_[2];
   int current_ = 0;

@@ -3,12 +3,12 @@
 #include <vector>
 
 #include "kinome/bsdf.h"
-#include "transport/arena.h"
+#include "transport/blocks/arena.h"
 
 namespace kinome {
 
-/// Points of surfaces, each repeated for as many directions as its BSDF is evaluated for. One per
-/// thread.
+/// Surface points, each repeated once for each direction for which its BSDF is evaluated. Not
+/// thread-safe: use one per thread.
 class RepeatedPoints {
  public:
   /// `arena`: its capacity is the maximum number of points.
@@ -23,7 +23,7 @@ class RepeatedPoints {
 
   /// All points; count is a multiple of 16.
   const SurfaceBlock& points() const { return points_; }
-  /// Calls each material once for consecutive points on it.
+  /// Evaluates the BSDFs, with one call for each run of points on one material.
   void shade(const BsdfQuery& query, const BsdfAnswer& answer) const;
 
  private:

@@ -8,8 +8,8 @@
 
 #include "clustered/points/lobe_samples.h"
 #include "kinome/block_points.h"
-#include "transport/blocks_of_tile.h"
-#include "transport/camera.h"
+#include "transport/blocks/blocks_of_tile.h"
+#include "transport/camera/camera.h"
 
 namespace kinome {
 
@@ -216,7 +216,7 @@ std::deque<ClusterChooser> ThesisMethod::make_choosers(ScenePointLights& lights,
                                                        RenderContext& context) const {
   std::deque<ClusterChooser> choosers;
   if (lights.sets.empty()) {
-    context.job.skip("light tree", "no emitter offers light points");
+    context.job.skip("light tree", "no emitter has light points");
     return choosers;
   }
   const auto light_sampler = sensor.sampler().with_sample_count(settings_.emitter_samples);

@@ -23,8 +23,8 @@ KINOME_WIDE void copy_rows(const float* from, Int i, float* values) {
     std::memcpy(values + n * lane, from + at[lane], n * sizeof(float));
   }
 }
-/// Loads three (or two) consecutive values in each lane; with three, the fourth is read, too. Loads
-/// and a transposition are faster than a gather per value.
+/// Loads three (or two) consecutive values in each lane. The version for three also reads a fourth
+/// value. Loads and a transposition are faster than a gather per value.
 KINOME_WIDE Vec3 gather3(const float* from, Int i) {
   if (kIsPlain) return {gather(from, i), gather(from + 1, i), gather(from + 2, i)};
   alignas(kColumnAlignment) float values[4 * kLanes];
@@ -63,10 +63,10 @@ template <class V>
 KINOME_WIDE V face_normal(const V& e1, const V& e2, const V& fallback) {
   const V normal = cross(e1, e2);
   const auto length2 = dot(normal, normal);
-  const auto is_ordinary = length2 > 1e-20f && length2 < 1e20f;
+  const auto is_normal_number = length2 > 1e-20f && length2 < 1e20f;
   const V unit = normal / sqrt(length2);
-  if (all(is_ordinary)) return unit;
-  return select(is_ordinary, unit, safe_normalize(face_direction(e1, e2), fallback));
+  if (all(is_normal_number)) return unit;
+  return select(is_normal_number, unit, safe_normalize(face_direction(e1, e2), fallback));
 }
 
 /// Bound on the distance of a computed point, and of the origins of rays that leave it, from the
@@ -251,7 +251,7 @@ class Mesh : public MeshShape {
     });
   }
   void sample_surface_block(const Columns2& u, const SurfaceBlock& out) const override {
-    const GridDistribution& triangles = by_area();
+    const GridDistribution& triangles = area_distribution();
     const GridDistribution::Tables tables = triangles.tables();
     const bool has_area = triangles.total() > 0;
     const MeshArrays mesh = arrays();

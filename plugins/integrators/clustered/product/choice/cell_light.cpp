@@ -32,4 +32,9 @@ CellLight::CellLight(const DistantCells& distant, const Emitter* sky, CellPoints
   columns.flux = cells.flux().data();
 }
 
+void CellLight::divide_by(const LightGroups& by) {
+  groups = &by;
+  sky_group = environment ? by.group_of(*environment) : 0;
+}
+
 }  // namespace kinome

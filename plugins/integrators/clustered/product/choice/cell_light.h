@@ -25,6 +25,22 @@ struct CellLight {
   /// True if cells at the horizon of a flat surface have control terms.
   bool horizon_terms = true;
   PathSettings paths{{2, 5}, false};  ///< for camera rays that continue as paths
+  /// Groups by which light is divided; nullptr if it isn't, as in pilots and trials.
+  const LightGroups* groups = nullptr;
+  uint32_t sky_group = 0;  ///< of the environment; 0 if light isn't divided
+
+  /// Divides light by group. The groups must outlive this object.
+  void divide_by(const LightGroups& by);
+  uint32_t group_count() const {
+    return groups ? static_cast<uint32_t>(groups->names().size()) : 1;
+  }
+  /// Returns the light group of an emitter; 0 if it is nullptr or light isn't divided.
+  uint32_t group_of(const Emitter* emitter) const {
+    if (!groups || !emitter) return 0;
+    return emitter == environment ? sky_group : local->group_of(*emitter);
+  }
+  /// Returns 0 if light isn't divided, else `group`.
+  uint32_t divided(uint32_t group) const { return groups ? group : 0; }
   /// The scene; nullptr if it has no surfaces that light passes straight.
   const transport::SceneTable* passing() const { return local ? local->passing() : nullptr; }
   CellLight(const DistantCells& cells, const Emitter* environment, CellPoints points,

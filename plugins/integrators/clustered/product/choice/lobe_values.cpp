@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "transport/shading.h"
+#include "transport/surfaces/shading.h"
 
 namespace kinome {
 namespace {
@@ -80,7 +80,7 @@ void LobeValues::glossy(const GroupView& group, const Directions& to, const Lobe
   simd::evaluate_microfacets(kind_of(form), microfacet_of(form),
                              patch.is_uniform ? nullptr : &primaries.microfacets(), patch.lobe,
                              group.points(), to.member, to.dx, to.dy, to.dz, to.count, out);
-  if (form.is_turned) {
+  if (form.has_perturbed_normal) {
     simd::multiply_turned_factors(primaries.turned(), group.points(), to.member, to.dx, to.dy, to.dz,
                                   to.count, out.f);
   }
@@ -100,7 +100,7 @@ void LobeValues::all(const GroupView& group, const Directions& to, const LobeCol
     if (group.has(Lobe::kDiffuse)) {
       const TilePrimaries& primaries = group.primaries;
       simd::add_diffuse({primaries.diffuse_columns(), patch.form.transmittance,
-                         patch.form.is_turned ? &primaries.turned() : nullptr},
+                         patch.form.has_perturbed_normal ? &primaries.turned() : nullptr},
                         group.points(), to.member, to.dx, to.dy, to.dz, to.count, out.f);
     }
   } else {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "clustered/product/tiles/groups.h"
-#include "transport/arena.h"
+#include "transport/blocks/arena.h"
 
 namespace kinome {
 
@@ -18,13 +18,14 @@ using LobeColumns = simd::MicrofacetValues;
 /// from the glossy lobe.
 float diffuse_share(const Patch& patch);
 
-/// wide::turned_factor at a primary whose form is_turned.
-inline float turned_factor_at(const TilePrimaries& primaries, uint32_t primary, const Vec3& d) {
+/// wide::perturbed_normal_factor at a primary whose form has_perturbed_normal.
+inline float perturbed_normal_factor_at(const TilePrimaries& primaries, uint32_t primary,
+                                        const Vec3& d) {
   const simd::TurnedPoints& turned = primaries.turned();
   const auto i = static_cast<size_t>(primaries.point(primary));
   const float cosine =
       turned.normal[0][i] * d.x + turned.normal[1][i] * d.y + turned.normal[2][i] * d.z;
-  return wide::turned_factor(cosine, turned.bump_alpha2[i]);
+  return wide::perturbed_normal_factor(cosine, turned.bump_alpha2[i]);
 }
 
 /// Evaluates BSDFs for directions at members of a group. Uses kernels if the patch is_described,

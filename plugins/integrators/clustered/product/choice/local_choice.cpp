@@ -25,7 +25,7 @@ constexpr int kRateRounds = 4;
 /// Roughness below which every primary with a glossy lobe sends an eye ray.
 constexpr float kSharpAlpha = 0.1f;
 /// Number of points that are tried, relative to the number that is taken.
-constexpr double kTries = 1;
+constexpr double kTriedPerTaken = 1;
 
 simd::ReflectingPatch reflecting(const Patch& patch, const LocalLight& light) {
   simd::ReflectingPatch out;
@@ -160,9 +160,9 @@ void LocalChoice::choose(const LocalLight& light, const LocalPoints& points,
   // Calls fn for each patch after computing assumed_visibility_ for its cells.
   const auto for_each_patch = [&](const auto& fn) {
     for (size_t p = 0; p < patches.size(); ++p) {
-      simd::believed_visibility(visibility[p].v.data() + first_cell,
-                                visibility[p].sigma.data() + first_cell, kMinVisibility, count,
-                                assumed_visibility_.data());
+      simd::assumed_visibility(visibility[p].v.data() + first_cell,
+                               visibility[p].sigma.data() + first_cell, kMinVisibility, count,
+                               assumed_visibility_.data());
       fn(patches[p], reflecting(patches[p], light));
     }
   };
@@ -215,7 +215,9 @@ void LocalChoice::pick_lamps(const LocalLight& light, double offset) {
       0, light.lamp_cells(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
       [&](uint32_t c) { return static_cast<double>(rates_[c]) * lamp_blocks_; },
       [&](uint32_t c, uint32_t k) {
-        picked_lamps_.push_back({light.lamps()[first[c] + k], c, 1 / rates_[c]});
+        const uint32_t lamp = first[c] + k;
+        picked_lamps_.push_back(
+            {light.lamps()[lamp], c, 1 / rates_[c], light.lamp_groups()[lamp]});
       });
   for (uint32_t b = 0; b < lamp_blocks_; ++b) {
     lamp_first_.push_back(static_cast<uint32_t>(lamps_.size()));
@@ -231,7 +233,7 @@ void LocalChoice::try_points(const LocalLight& light, const LocalPoints& points,
   const auto& first = points.first;
   const double scale = blocks_ / static_cast<double>(points.share);
   const auto rate = [&](uint32_t c) { return static_cast<double>(rates_[c]) * scale; };
-  const auto probability = [&](uint32_t c) { return std::min(1., kTries * rate(c)); };
+  const auto probability = [&](uint32_t c) { return std::min(1., kTriedPerTaken * rate(c)); };
   comb_cells(
       light.lamp_cells(), light.size(), offset, [&](uint32_t c) { return first[c + 1] - first[c]; },
       probability,

@@ -58,6 +58,7 @@ class LocalChoice {
     const Emitter* emitter;
     uint32_t cell;
     float weight;  ///< 1 / probability that a primary uses the lamp
+    uint32_t group;  ///< LocalLight::group_of
   };
   std::span<const Lamp> lamps(uint32_t index) const;
 

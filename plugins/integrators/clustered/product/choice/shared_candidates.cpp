@@ -76,7 +76,7 @@ void SharedCandidates::choose_counts(const PointNode& node, Set& set) const {
   uint32_t blocks = 1;
   while (blocks < kMaxBlocks && blocks * 2 * of_pixel < kMaxDrawnShare * node.wanted) blocks *= 2;
   const uint32_t from_lobe =
-      1u << HilbertPoints::log2_near(of_pixel * (1 - patch.cell_share) * blocks);
+      1u << HilbertPoints::nearest_log2(of_pixel * (1 - patch.cell_share) * blocks);
   while (blocks > 1 && from_lobe / blocks < kMinFromLobe) blocks /= 2;
   set.blocks = blocks;
   set.from_lobe = from_lobe / blocks;

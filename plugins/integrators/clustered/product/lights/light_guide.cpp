@@ -14,7 +14,7 @@ constexpr double kDefensive = 0.25;
 /// useful light in a half, most likely beside useful light.
 constexpr double kBlur = 0.1;
 /// Minimum effective sample size of the draws in a box that is halved.
-constexpr double kMinEffective = 6;
+constexpr double kMinEffectiveDrawsOfBox = 6;
 /// Number of parts of a box along each axis that are compared.
 constexpr int kParts = 8;
 /// Minimum difference between the parts of a box that is halved, in units of the sum of squared
@@ -60,7 +60,7 @@ struct LightGuide::Builder {
         parts[a][std::clamp(part, 0, kParts - 1)] += use.use;
       }
     }
-    if (!(sum > 0) || sum * sum < kMinEffective * squares) return -1;
+    if (!(sum > 0) || sum * sum < kMinEffectiveDrawsOfBox * squares) return -1;
     int best = -1;
     double most = kMinDifference * squares;
     for (int a = 0; a < kAxes; ++a) {

@@ -100,11 +100,23 @@ bool LocalLight::serves(const Scene& scene, uint32_t max_depth) {
   return flux < kMaxFlux;
 }
 
+bool LocalLight::has_mirrors(const Scene& scene) {
+  return std::ranges::any_of(
+      scene.shapes(), [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
+}
+
+bool LocalLight::may_have_lamp_caustics(const Scene& scene) {
+  const bool has_lamps = std::ranges::any_of(scene.emitters(), [](const Emitter* emitter) {
+    return !emitter->is_surface() && !emitter->is_environment();
+  });
+  return has_lamps && has_mirrors(scene);
+}
+
 LocalLight::LocalLight(const Scene& scene, const Settings& settings,
                        std::span<const SurfaceInteraction> seen, uint64_t seed,
                        RenderContext& context)
     : scene_(scene), table_(scene), length_(settings.length), finds_caustics_(settings.caustics) {
-  find_sources(seed);
+  find_sources(settings.groups, seed);
   if (!bounce_ends_.empty()) aim_sources(seen, seed, context);
   const bool has_lamps = std::any_of(sources_.begin(), sources_.end(),
                                      [](const Source& s) { return s.kind == Kind::kLamp; });
@@ -140,9 +152,7 @@ LocalLight::LocalLight(const Scene& scene, const Settings& settings,
     }
     make_cells(true, settings.bounce_cells, drawn,
                static_cast<double>(bounce_count_) / settings.points, context.scheduler);
-    const bool mirrors =
-        std::any_of(scene.shapes().begin(), scene.shapes().end(),
-                    [](const auto& shape) { return any(shape->bsdf().lobes() & Lobe::kDelta); });
+    const bool mirrors = has_mirrors(scene);
     needs_eye_rays_ = needs_eye_rays_ || (mirrors && has_extended_);
     has_lamp_caustics_ = has_glossy_caustics_ || (mirrors && finds_caustics_ && !lamps_.empty());
     has_extended_caustics_ = mirrors && finds_caustics_ && has_extended_;
@@ -162,13 +172,14 @@ uint32_t LocalLight::draws_of_flux() const {
   return scene_.emitters().size() > kManySources ? kFluxDrawsOfMany : kFluxDraws;
 }
 
-void LocalLight::find_sources(uint64_t seed) {
+void LocalLight::find_sources(const LightGroups& groups, uint64_t seed) {
   double total = 0;
   const uint32_t draws = draws_of_flux();
   for (const Emitter* const emitter : scene_.emitters()) {
     Source source{emitter, Kind::kLamp};
     if (emitter->is_surface()) source.kind = Kind::kSurface;
     if (emitter->is_environment()) source.kind = Kind::kEnvironment;
+    if (!groups.is_empty()) source.group = static_cast<uint8_t>(groups.group_of(*emitter));
     // The flux of a sky may overflow, and is needed only if light bounces.
     if (max_depth() >= kBounceDepth || !emitter->is_environment()) {
       source.flux =
@@ -235,6 +246,7 @@ void LocalLight::make_lamp_cells() {
     CellSums sums;
     for (const uint32_t k : cell) {
       lamps_.push_back(sources_[lamps[k]].emitter);
+      lamp_groups_.push_back(sources_[lamps[k]].group);
       sums.add(places[k], flux[k]);
     }
     add_column(sums, 1);

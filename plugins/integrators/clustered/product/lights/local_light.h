@@ -12,10 +12,10 @@
 #include "clustered/product/lights/source_choice.h"
 #include "clustered/product/rays/straight_rays.h"
 #include "kinome/emitter.h"
-#include "kinome/large_array.h"
 #include "kinome/scene.h"
+#include "transport/blocks/large_array.h"
 #include "transport/path_parameters.h"
-#include "transport/scene_table.h"
+#include "transport/surfaces/scene_table.h"
 
 namespace kinome {
 
@@ -46,6 +46,7 @@ struct LightPoint {
   /// True if the light came from an emitting surface or the sky, and the first surface sent it on
   /// by a delta lobe. The odds of paths from the eye are multiplied by LocalLight::kShownEyeShare.
   bool is_shown = false;
+  uint8_t group = 0;  ///< light group of the source; 0 if light isn't divided
 
   /// Returns the end of a shadow ray along d to this point, just before the surface. The ray may
   /// come from the other side than the light did, because reflection depends on shading normals.
@@ -139,6 +140,11 @@ class LocalLight {
   /// True if all emitters support paths of `max_depth` edges, and their flux doesn't overflow
   /// single precision.
   static bool serves(const Scene& scene, uint32_t max_depth);
+  /// True if a surface has a delta lobe: a mirror or smooth glass.
+  static bool has_mirrors(const Scene& scene);
+  /// True if a mirror may send light of a lamp without an area to other surfaces. Only paths from
+  /// the emitters find this light.
+  static bool may_have_lamp_caustics(const Scene& scene);
 
   struct Settings {
     PathLength length{2, 5};
@@ -155,6 +161,7 @@ class LocalLight {
     /// If aimed_share() is below this value and there are no lamps, no cells are made, and
     /// is_complete() is false.
     double min_aimed_share = 0;
+    LightGroups groups{};  ///< groups of the sources, if any
   };
   static constexpr uint32_t kMinPoints = 1u << 10, kMaxPoints = 1u << 14;
   static constexpr uint32_t kMaxExtendedPoints = 1u << 17;
@@ -176,7 +183,7 @@ class LocalLight {
   /// passes them as if they weren't there, but each counts as an edge of its path. Light of lamps
   /// stops at them, unless Caustics finds it behind one of them.
   const transport::SceneTable* passing() const {
-    return table_.passes_straight() && max_depth() > 2 ? &table_ : nullptr;
+    return table_.has_null_lobe() && max_depth() > 2 ? &table_ : nullptr;
   }
   const LocalCellColumns& columns() const { return columns_; }
   /// Bounds of the points from which each cell was made, with a margin.
@@ -205,9 +212,12 @@ class LocalLight {
   /// Index of an emitter of the scene.
   uint32_t source_of(const Emitter& emitter) const { return source_of_.at(&emitter); }
   bool is_lamp(uint32_t source) const { return sources_[source].kind == Kind::kLamp; }
+  /// Returns the light group of an emitter of the scene; 0 if there are no groups.
+  uint32_t group_of(const Emitter& emitter) const { return sources_[source_of(emitter)].group; }
 
   /// Lamps of all cells. Cell c has [lamp_first()[c], lamp_first()[c + 1]).
   const std::vector<const Emitter*>& lamps() const { return lamps_; }
+  const std::vector<uint8_t>& lamp_groups() const { return lamp_groups_; }  ///< group_of() of each
   const std::vector<uint32_t>& lamp_first() const { return lamp_first_; }
 
   /// Draws about points_of_pass() x `share` points.
@@ -229,6 +239,7 @@ class LocalLight {
     Rgb radiance{0.f};  ///< radiance / density; to be multiplied by BSDF x cosine
     Place place;
     float density = 0;  ///< of d, per solid angle; 0 for a lamp, which no ray can hit
+    uint32_t group = 0;  ///< light group of the source
   };
   /// Samples an arrival: u1 selects the source, u the position on it. Returns nullopt if no light
   /// arrives.
@@ -245,8 +256,7 @@ class LocalLight {
     const uint32_t cell = bounce_cell(si, cos_light >= 0 ? 1.f : -1.f);
     return {cell, deep_ratios_[cell]};
   }
-  /// Returns the place of the third surface point of a path from the eye, for points of any light
-  /// on the side of si.wi.
+  /// Returns the place of a path's third surface point, for any light on the side of si.wi.
   Place third_place(const SurfaceInteraction& si) const {
     const uint32_t cell = bounce_cell(si, si.wi.z >= 0 ? 1.f : -1.f);
     return {cell, third_ratios_[cell]};
@@ -265,13 +275,16 @@ class LocalLight {
     double flux = 0;
     float surface_share = 0;  ///< probability for points on its surface
     float bounce_share = 0;   ///< probability for points that it lights
+    uint8_t group = 0;        ///< light group
     float aimed_part = 1;     ///< estimated fraction of its flux that is emitted toward the spheres
     AimDisks disks{};         ///< if its light is parallel for each direction
     AimCones cones{};         ///< if it emits from one position
   };
   struct Drawn;
+  struct ChunkRange;
   struct Walker;
-  void find_sources(uint64_t seed);
+  struct Landing;
+  void find_sources(const LightGroups& groups, uint64_t seed);
   void make_lamp_cells();
   /// Finds the spheres of aim, and sets the bounce_share of each source by them.
   void aim_sources(std::span<const SurfaceInteraction> seen, uint64_t seed, RenderContext& context);
@@ -321,7 +334,13 @@ class LocalLight {
                     uint64_t seed, RenderContext& context);
   /// Number of parts into which a walk is split at a light point.
   uint32_t parts_at(const LightPoint& point) const;
+  Rgb reflect(Landing& at, Reflection& reflection, Drawn& out) const;
   void land(const LightWalk& walk, const SurfaceInteraction& si, float distance, Drawn& out) const;
+  /// Counts the points and bounds of each cell in ranges of chunks.
+  std::vector<ChunkRange> count_points(std::vector<Drawn>& chunks,
+                                       const Scheduler& scheduler) const;
+  /// Sorts points by cell, and along a Morton curve within a cell, so that every nth point is
+  /// spread over the cell.
   LocalPoints sort_by_cell(std::vector<Drawn>& chunks, const Scheduler& scheduler) const;
   uint32_t surface_cell(const SurfaceInteraction& si) const {
     return lamp_cells_ + surface_partition_.cell_of({si.p, si.frame.n});
@@ -349,6 +368,7 @@ class LocalLight {
   SourceChoice arrivals_;                           ///< if light bounces
   std::unordered_map<const Emitter*, uint32_t> source_of_;
   std::vector<const Emitter*> lamps_;
+  std::vector<uint8_t> lamp_groups_;
   std::vector<uint32_t> lamp_first_;
   std::vector<AimSphere> aims_;  ///< empty if light isn't aimed
   double aimed_share_ = 1;

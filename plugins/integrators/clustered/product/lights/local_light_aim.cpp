@@ -12,13 +12,13 @@ namespace {
 
 /// Share of the probability of sources that depends on their total flux. The rest depends on the
 /// part that is emitted toward the spheres.
-constexpr double kByAllFlux = 0.5;
+constexpr double kTotalFluxShare = 0.5;
 /// Lower limit of estimates of this part.
 constexpr double kMinPart = 1e-12;
 /// Minimum number of lit points for weights to depend on light.
 constexpr size_t kMinLit = 16;
 /// Number of seen positions whose surroundings a thread explores together.
-constexpr size_t kPlacesOfPart = 64;
+constexpr size_t kPositionsOfPart = 64;
 /// Random numbers of an eye point, after those of its rays.
 enum AimNumber : uint32_t { kSource = 16, kPlace };
 enum AimSeed : uint64_t { kSeedOfRegion = 0x72656769, kSeedOfAimedFlux = 0x61696d66 };
@@ -66,7 +66,7 @@ void LocalLight::aim_sources(std::span<const SurfaceInteraction> seen, uint64_t 
   double end = 0;
   for (size_t s = 0; s < sources_.size(); ++s) {
     const double plain = sources_[s].flux / all;
-    const double share = std::lerp(aimed[s] / all_aimed, plain, kByAllFlux);
+    const double share = std::lerp(aimed[s] / all_aimed, plain, kTotalFluxShare);
     sources_[s].bounce_share = static_cast<float>(share);
     sources_[s].aimed_part =
         static_cast<float>(std::clamp(aimed[s] / sources_[s].flux, kMinPart, 1.));
@@ -82,10 +82,10 @@ std::vector<WeightedPosition> LocalLight::lit_positions(std::span<const SurfaceI
     std::vector<float> light;
     RenderCounters counters;
   };
-  std::vector<Part> parts((seen.size() + kPlacesOfPart - 1) / kPlacesOfPart);
+  std::vector<Part> parts((seen.size() + kPositionsOfPart - 1) / kPositionsOfPart);
   context.scheduler.parallel_for(parts.size(), [&](size_t k) {
-    const size_t first = k * kPlacesOfPart;
-    const auto own = seen.subspan(first, std::min(kPlacesOfPart, seen.size() - first));
+    const size_t first = k * kPositionsOfPart;
+    const auto own = seen.subspan(first, std::min(kPositionsOfPart, seen.size() - first));
     Part& part = parts[k];
     const std::vector<EyePoint> points = points_around(scene_, own, first, seed, part.counters);
     for (const EyePoint& point : points) part.positions.push_back({point.si.p, point.weight});

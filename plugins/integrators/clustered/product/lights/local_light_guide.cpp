@@ -25,13 +25,13 @@ constexpr double kMaxEffectiveDraws = 1024;
 /// more useful light.
 constexpr uint64_t kMaxRounds = 5;
 /// Number of points that each seen position evaluates, and number of rays that it sends to them.
-constexpr uint32_t kLooks = 64, kRays = 4;
+constexpr uint32_t kEvaluatedPoints = 64, kRaysPerPosition = 4;
 constexpr size_t kViewsOfChunk = 64;
 constexpr uint32_t kViewsOfPart = 256;
 enum GuideSeed : uint64_t {
-  kSeedOfPlaces = 0x7365656e,
+  kSeedOfPositions = 0x7365656e,
   kSeedOfRounds = 0x726f756e,
-  kSeedOfLooks = 0x6c6f6f6b
+  kSeedOfUses = 0x6c6f6f6b
 };
 
 struct FlatPoint {
@@ -100,21 +100,21 @@ class UsePilot {
   /// Makes rays from one position to points, selected by light_of().
   void aim(const SurfaceInteraction& si, uint64_t seed, uint32_t view) {
     const auto count = static_cast<uint32_t>(points_.size());
-    const uint32_t looks = std::min(kLooks, count);
+    const uint32_t evaluated = std::min(kEvaluatedPoints, count);
     const float offset = random_float(seed, 0);
-    float lights[kLooks], sum = 0;
-    uint32_t which[kLooks];
-    for (uint32_t k = 0; k < looks; ++k) {
-      const float at = (static_cast<float>(k) + offset) / static_cast<float>(looks);
+    float lights[kEvaluatedPoints], sum = 0;
+    uint32_t which[kEvaluatedPoints];
+    for (uint32_t k = 0; k < evaluated; ++k) {
+      const float at = (static_cast<float>(k) + offset) / static_cast<float>(evaluated);
       which[k] = std::min(static_cast<uint32_t>(at * static_cast<float>(count)), count - 1);
       lights[k] = light_of(si, points_[which[k]]);
       sum += lights[k];
     }
-    const float step = sum / kRays;
+    const float step = sum / kRaysPerPosition;
     if (!(step > 0) || !std::isfinite(step)) return;
     const Bsdf& bsdf = si.shape->bsdf();
     float next = step * random_float(seed, 1), so_far = 0;
-    for (uint32_t k = 0; k < looks; ++k) {
+    for (uint32_t k = 0; k < evaluated; ++k) {
       so_far += lights[k];
       if (!(next < so_far)) continue;
       float parts = 0;
@@ -154,7 +154,8 @@ double effective_number(std::span<const LightGuide::Use> uses) {
 std::vector<SurfaceInteraction> places_seen(const Scene& scene, const Sensor& sensor,
                                             uint32_t count, uint64_t seed, RenderContext& context) {
   const Rect& crop = sensor.film().crop();
-  const uint64_t x = hash_words(seed, kSeedOfPlaces, 1), y = hash_words(seed, kSeedOfPlaces, 2);
+  const uint64_t x = hash_words(seed, kSeedOfPositions, 1),
+                 y = hash_words(seed, kSeedOfPositions, 2);
   struct Part {
     std::vector<SurfaceInteraction> places;
     RenderCounters counters;
@@ -240,7 +241,7 @@ std::vector<LocalLight::Drawn> LocalLight::learn_guide(bool bounce, uint32_t cou
       has_glossy_caustics_ = has_glossy_caustics_ || chunk.lamp_meets_mirroring;
     }
     if (seen.empty() || round == kMaxRounds) return drawn;
-    auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfLooks), context);
+    auto uses = find_uses(drawn, seen, hash_words(own, kSeedOfUses), context);
     const double number = effective_number(uses);
     if (guide.empty() ? number >= kMaxEffectiveDraws
                       : number >= kMinEffectiveDrawsOfRound && known >= kMaxEffectiveDraws) {

@@ -51,22 +51,51 @@ simd::LightPointRow row_of(const LightPoint& p) {
   return row;
 }
 
+/// A point, and its position along the Morton curve through its cell.
+struct PointKey {
+  uint32_t code;
+  const LightPoint* point;
+  bool operator<(const PointKey& other) const { return code < other.code; }
+};
+
+/// Sorts the keys of each cell, and copies the points in this order.
+void fill_cells(LargeArray<PointKey>& keys, const Scheduler& scheduler, LocalPoints& all) {
+  all.points.resize(keys.size());
+  all.rows.resize(keys.size());
+  all.reflection.resize(keys.size());
+  const auto cells = static_cast<uint32_t>(all.first.size() - 1);
+  const uint32_t parts = (cells + kCellsOfPart - 1) / kCellsOfPart;
+  scheduler.parallel_for(parts, [&](size_t part) {
+    const auto first_cell = static_cast<uint32_t>(part) * kCellsOfPart;
+    const uint32_t last_cell = std::min(first_cell + kCellsOfPart, cells);
+    for (uint32_t c = first_cell; c < last_cell; ++c) {
+      // A stable sort is used so that the result doesn't depend on the standard library.
+      std::stable_sort(keys.begin() + all.first[c], keys.begin() + all.first[c + 1]);
+    }
+    for (uint32_t i = all.first[first_cell]; i < all.first[last_cell]; ++i) {
+      all.points[i] = *keys[i].point;
+      all.rows[i] = row_of(all.points[i]);
+      all.reflection[i] = all.points[i].reflection;
+    }
+  });
+}
+
 }  // namespace
 
-/// Sorts points by cell, and along a Morton curve within a cell, so that every nth point is spread
-/// over the cell.
-LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, const Scheduler& scheduler) const {
-  /// Chunks that a thread distributes to the cells.
-  struct Range {
-    std::span<Drawn> chunks;
-    std::vector<Aabb> boxes;     ///< of its points in each cell
-    std::vector<uint32_t> next;  ///< number of points in each cell, and later the next one's index
-    size_t reflections = 0;      ///< number, and later index of the first one
-    bool has_bent_normals = false;
-  };
-  std::vector<Range> ranges(std::clamp<size_t>(chunks.size() / kChunksOfRange, 1, kMaxRanges));
+/// Chunks of points that a thread distributes to the cells.
+struct LocalLight::ChunkRange {
+  std::span<Drawn> chunks;
+  std::vector<Aabb> boxes;     ///< of its points in each cell
+  std::vector<uint32_t> next;  ///< number of points in each cell, and later the next one's index
+  size_t reflections = 0;      ///< number, and later index of the first one
+  bool has_bent_normals = false;
+};
+
+std::vector<LocalLight::ChunkRange> LocalLight::count_points(std::vector<Drawn>& chunks,
+                                                             const Scheduler& scheduler) const {
+  std::vector<ChunkRange> ranges(std::clamp<size_t>(chunks.size() / kChunksOfRange, 1, kMaxRanges));
   scheduler.parallel_for(ranges.size(), [&](size_t r) {
-    Range& range = ranges[r];
+    ChunkRange& range = ranges[r];
     const size_t first = r * chunks.size() / ranges.size();
     const size_t end = (r + 1) * chunks.size() / ranges.size();
     range = {{chunks.data() + first, end - first},
@@ -80,31 +109,31 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, const Scheduler
       }
     }
   });
+  return ranges;
+}
+
+LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, const Scheduler& scheduler) const {
+  std::vector<ChunkRange> ranges = count_points(chunks, scheduler);
   LocalPoints all;
   std::vector<Aabb> boxes(size_);
   all.first.assign(size_ + 1, 0);
   for (uint32_t c = 0; c < size_; ++c) {
     uint32_t next = all.first[c];
-    for (Range& range : ranges) {
+    for (ChunkRange& range : ranges) {
       boxes[c].expand(range.boxes[c]);
       next += std::exchange(range.next[c], next);
     }
     all.first[c + 1] = next;
   }
   size_t reflections = 0;
-  for (Range& range : ranges) {
+  for (ChunkRange& range : ranges) {
     reflections += std::exchange(range.reflections, reflections);
     all.has_bent_normals |= range.has_bent_normals;
   }
-  struct Key {
-    uint32_t code;
-    const LightPoint* point;
-    bool operator<(const Key& other) const { return code < other.code; }
-  };
-  LargeArray<Key> keys(all.first.back());
+  LargeArray<PointKey> keys(all.first.back());
   all.reflections.resize(reflections);
   scheduler.parallel_for(ranges.size(), [&](size_t r) {
-    Range& range = ranges[r];
+    ChunkRange& range = ranges[r];
     for (Drawn& chunk : range.chunks) {
       const auto first = static_cast<uint32_t>(range.reflections);
       std::copy(chunk.reflections.begin(), chunk.reflections.end(),
@@ -118,23 +147,7 @@ LocalPoints LocalLight::sort_by_cell(std::vector<Drawn>& chunks, const Scheduler
       }
     }
   });
-  all.points.resize(keys.size());
-  all.rows.resize(keys.size());
-  all.reflection.resize(keys.size());
-  const uint32_t parts = (size_ + kCellsOfPart - 1) / kCellsOfPart;
-  scheduler.parallel_for(parts, [&](size_t part) {
-    const auto first_cell = static_cast<uint32_t>(part) * kCellsOfPart;
-    const uint32_t last_cell = std::min(first_cell + kCellsOfPart, size_);
-    for (uint32_t c = first_cell; c < last_cell; ++c) {
-      // A stable sort is used so that the result doesn't depend on the standard library.
-      std::stable_sort(keys.begin() + all.first[c], keys.begin() + all.first[c + 1]);
-    }
-    for (uint32_t i = all.first[first_cell]; i < all.first[last_cell]; ++i) {
-      all.points[i] = *keys[i].point;
-      all.rows[i] = row_of(all.points[i]);
-      all.reflection[i] = all.points[i].reflection;
-    }
-  });
+  fill_cells(keys, scheduler, all);
   return all;
 }
 
@@ -207,6 +220,7 @@ std::optional<LocalLight::Arrival> LocalLight::sample_arrival(const SurfaceInter
   const float probability = asked.probability(index);
   const Source& source = sources_[index];
   Arrival arrival;
+  arrival.group = source.group;
   std::optional<SurfaceInteraction> x;
   if (source.kind == Kind::kSurface) {
     auto surface = source.emitter->shape()->sample_solid_angle(si.p, u);

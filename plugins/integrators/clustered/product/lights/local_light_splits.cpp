@@ -15,12 +15,12 @@ namespace {
 /// the points that a walk leaves after the current one.
 constexpr uint32_t kSplitCells = 256;
 /// Weight of power in the partition into these cells; the rest is later use.
-constexpr double kByPower = 0.01;
+constexpr double kPowerWeight = 0.01;
 constexpr float kMaxParts = 32;
 /// Walks are not split if their later use is below this quantile of all later use.
-constexpr double kTypical = 0.5;
+constexpr double kMinSplitQuantile = 0.5;
 /// Maximum number of additional parts, relative to the number of light points.
-constexpr double kMaxExtra = 0.25;
+constexpr double kMaxExtraParts = 0.25;
 /// Walks are split only if at least kMinShare of the later use belongs to walks with at least
 /// kMinParts parts. Otherwise, the use of walks is even enough.
 constexpr double kMinShare = 0.1;
@@ -44,7 +44,7 @@ float use_of_part(std::span<const float> expected, double max_extra) {
   float unit = expected.back();
   for (const float value : expected) {
     below += value;
-    if (below < kTypical * all) continue;
+    if (below < kMinSplitQuantile * all) continue;
     unit = value;
     break;
   }
@@ -103,7 +103,7 @@ bool LocalLight::learn_splits(const std::vector<Drawn>& drawn,
   if (!(all_later > 0) || !(all_power > 0)) return false;
   std::vector<float> weights(count);
   for (size_t i = 0; i < count; ++i) {
-    weights[i] = static_cast<float>(later[i] / all_later + kByPower * powers[i] / all_power);
+    weights[i] = static_cast<float>(later[i] / all_later + kPowerWeight * powers[i] / all_power);
   }
   std::vector<uint32_t> cells;
   split_partition_ = PointPartition(places, weights, kSplitCells, &context.scheduler, &cells);
@@ -118,7 +118,7 @@ bool LocalLight::learn_splits(const std::vector<Drawn>& drawn,
     if (use[c] > 0) expected.push_back(static_cast<float>(powers[i] * (use[c] / power[c])));
   }
   std::sort(expected.begin(), expected.end());
-  const float unit = use_of_part(expected, kMaxExtra * static_cast<double>(places.size()));
+  const float unit = use_of_part(expected, kMaxExtraParts * static_cast<double>(places.size()));
   if (!std::isfinite(unit)) return false;
   for (size_t c = 0; c < power.size(); ++c) {
     splits_.push_back(power[c] > 0 ? static_cast<float>(use[c] / power[c] / unit) : 0.f);

@@ -10,10 +10,10 @@
 #include "clustered/product/tiles/spread.h"
 #include "kinome/block_points.h"
 #include "kinome/render_context.h"
-#include "transport/adjoint.h"
-#include "transport/adjoint_samples.h"
-#include "transport/blocks_of_tile.h"
-#include "transport/rays.h"
+#include "transport/blocks/blocks_of_tile.h"
+#include "transport/light_paths/adjoint.h"
+#include "transport/light_paths/adjoint_samples.h"
+#include "transport/shadows/rays.h"
 
 namespace kinome {
 namespace {
@@ -45,7 +45,7 @@ struct LocalLight::Walker {
   std::vector<LightWalk> walks, spare;
 
   explicit Walker(const transport::SceneTable& table)
-      : per_point(transport::Surfaces::most_points(table, kChunk)),
+      : per_point(transport::Surfaces::max_points(table, kChunk)),
         position(per_draw.two()),
         direction(per_draw.two()),
         aimed(kChunk),
@@ -133,6 +133,7 @@ void LocalLight::add_surface_points(std::span<const LightOrigin> origins, Walker
     point.position = si.p;
     point.normal = si.frame.n;
     point.geometric = si.n;
+    point.group = source.group;
     if (surface_partition_.size() > 0) {
       point.cell = surface_cell(si);
       point.eye_ratio = eye_factors_[point.cell] / density;
@@ -300,99 +301,6 @@ std::optional<Ray> LocalLight::go_on(LightWalk& walk, const SurfaceInteraction& 
   walk.before = 0;
   ++walk.edges;
   return si.spawn_ray(walk.d);
-}
-
-/// Leaves a light point at the hit of a walk.
-void LocalLight::land(const LightWalk& walk, const SurfaceInteraction& si, float distance,
-                      Drawn& out) const {
-  const Bsdf& bsdf = si.shape->bsdf();
-  if (walk.is_hidden || !any(bsdf.lobes() & (Lobe::kDiffuse | Lobe::kGlossy))) return;
-  const float cosine = std::abs(glm::dot(si.n, walk.d));
-  if (!(cosine > 0)) return;
-  const Source& source = sources_[walk.origin.source];
-  const float count = static_cast<float>(bounce_count_) * source.bounce_share * walk.origin.guided;
-  const SurfaceInteraction* const x = walk.x ? &*walk.x : nullptr;
-  const bool is_deep = !walk.is_direct;
-  Reflection reflection;
-  reflection.si = si;
-  reflection.to_light = si.wi;
-  reflection.incident = walk.power / (count * cosine);
-  const float side = si.wi.z >= 0 ? 1.f : -1.f;
-  // False for draws that guides and cells are made from. These need no cells and eye ratios.
-  const bool has_cells = bounce_partition_.size() > 0;
-  std::optional<LobeWidth> found_width;
-  const auto width_of_lobe = [&] {
-    if (!found_width) found_width = lobe_width(si);
-    return *found_width;
-  };
-  std::optional<float> found_probability;
-  const auto probability = [&] {
-    if (!found_probability) found_probability = asked_at(si, side).probability(walk.origin.source);
-    return *found_probability;
-  };
-  // The reflectance is evaluated for a viewer on the light's side.
-  reflection.si.wi = Vec3(0, 0, side);
-  LightPoint point;
-  if (bsdf.is_lambertian()) {
-    point.power =
-        bsdf.eval_pdf(reflection.si, Lobe::kDiffuse, reflection.to_light).f * reflection.incident;
-  } else {
-    const Vec3 normal = bsdf.reflection_frame(si).n;
-    // The light hits the back of a one-sided surface.
-    if (!(glm::dot(normal, -walk.d) > 0)) return;
-    const bool is_lamp = source.kind == Kind::kLamp && !is_deep;
-    const LobeWidth width = is_lamp && !finds_caustics_ ? LobeWidth::kWide : width_of_lobe();
-    LobeReflectance part = bsdf.reflectance(reflection.si);
-    bool is_left_to_rays = false;
-    if (width == LobeWidth::kMirroring) {
-      (is_lamp ? out.lamp_meets_mirroring : out.meets_mirroring) = true;
-      is_left_to_rays = !is_lamp || has_glossy_caustics_;
-    }
-    if (is_left_to_rays) {
-      reflection.lobes = Lobe::kDiffuse;
-      part.glossy = Rgb(0.f);
-    } else {
-      const simd::HalfVectorLobe lobe = glossy_lobe(si, bsdf.form(si));
-      reflection.lobe.alpha2 = lobe.alpha_u * lobe.alpha_v;
-      if (width == LobeWidth::kNarrow && !is_lamp && has_cells) {
-        reflection.light_density =
-            is_deep ? kDeepDensity
-                    : probability() * arrival_density(*source.emitter, x, si, -walk.d);
-      }
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      reflection.lobe.normal[axis] = normal[axis];
-      reflection.lobe.light[axis] = -walk.d[axis];
-    }
-    reflection.lobe.diffuse = mean_of(part.diffuse);
-    reflection.lobe.glossy = mean_of(part.glossy);
-    point.power = (part.diffuse + part.glossy) * kInvPi * std::abs(si.wi.z) * reflection.incident;
-  }
-  if (is_black(point.power)) return;
-  point.edges = walk.edges;
-  point.is_plain = has_cells && is_plain(si, width_of_lobe());
-  point.is_shown = walk.is_shown;
-  // The point is off the surface, because a ray at grazing angle would hit the surface just before
-  // its end otherwise.
-  point.position = si.ray_origin(-walk.d);
-  point.normal = si.frame.n * side;
-  point.geometric = glm::dot(si.n, walk.d) > 0 ? -si.n : si.n;
-  if (std::abs(glm::dot(si.n, si.frame.n)) < 1 - 1e-6f) point.off_surface = si.p_error;
-  if (has_cells) {
-    point.cell = bounce_cell(si, side);
-    point.eye_ratio = is_deep ? deep_ratios_[point.cell]
-                              : eye_factors_[point.cell] *
-                                    eye_ratio(source, probability(), x, si, walk.d, distance);
-    if (walk.is_shown && width_of_lobe() == LobeWidth::kWide) point.eye_ratio *= kShownEyeShare;
-  }
-  if (!bsdf.is_lambertian()) {
-    point.reflection = static_cast<uint32_t>(out.reflections.size());
-    out.reflections.push_back(reflection);
-  }
-  out.points.push_back(point);
-  out.origins.push_back(walk.origin);
-  out.is_deep.push_back(is_deep ? 1 : 0);
-  out.walk_of.push_back(walk.seed);
 }
 
 }  // namespace kinome

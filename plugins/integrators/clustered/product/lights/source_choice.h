@@ -15,7 +15,7 @@ class SourceChoice {
  public:
   /// Maximum number of emitters that are sampled. If there are more, only flux determines the
   /// choice.
-  static constexpr size_t kMaxLooks = 16;
+  static constexpr size_t kMaxSampledEmitters = 16;
 
   SourceChoice() = default;
   /// `fluxes` of the sources must be positive, with a finite sum. `radius` is that of the scene.
@@ -36,14 +36,16 @@ class SourceChoice {
     friend class SourceChoice;
     explicit At(const SourceChoice& choice) : choice_(choice) {}
     const SourceChoice& choice_;
-    std::array<float, kMaxLooks> probabilities_;  // uninitialised if !samples_sources()
+    std::array<float, kMaxSampledEmitters> probabilities_;  // uninitialised if !samples_sources()
   };
   /// `normal` is a unit vector on the side that reflects the light.
   At at(const Vec3& place, const Vec3& normal) const;
 
  private:
   /// True if sources are sampled. A single source needs no choice.
-  bool samples_sources() const { return sources_.size() > 1 && sources_.size() <= kMaxLooks; }
+  bool samples_sources() const {
+    return sources_.size() > 1 && sources_.size() <= kMaxSampledEmitters;
+  }
   float light_at(uint32_t source, const Vec3& place, const Vec3& normal) const;
 
   std::vector<const Emitter*> sources_;

@@ -69,6 +69,88 @@ void describe(const LocalLight& local, uint32_t first_cell, const Visibility& vi
   }
 }
 
+/// Camera rays through a tile or a pixel, the patches that they see, and shadow rays from them.
+class PixelProbe {
+ public:
+  PixelProbe(const ProductTask& task, const CellLight& light, size_t padded_cells)
+      : task_(task),
+        padded_(padded_cells),
+        estimator_(light),
+        table_(task.scene),
+        all_({table_, task.sensor, task.path_settings()}) {}
+
+  /// Traces `count` camera rays through each pixel.
+  void trace(const Rect& pixels, uint16_t count, uint64_t key) {
+    const std::vector<uint16_t> counts(pixels.area(), count);
+    all_.clear();
+    all_.add(pixels, counts);
+    all_.trace(hash_words(task_.seed, key), counters_);
+  }
+  /// Sends shadow rays from the primaries and returns their records.
+  Records shadow_rays(uint32_t rays, uint64_t key) {
+    TilePrimaries primaries = all_.tile(0);
+    Records records(patches.size());
+    std::vector<PointPlan> points(primaries.size());
+    Unit unit;
+    unit.end = static_cast<uint32_t>(primaries.size());
+    unit.rays = rays;
+    unit.seed = hash_words(task_.seed, key);
+    estimator_.begin_tile(task_.scene, primaries, patches, visibility, unit.seed, counters_);
+    estimator_.probe(unit, points, records);
+    estimator_.flush();
+    return records;
+  }
+  /// Learns the visibility of the patches that the tile of pixel (x, y) sees, as the pilot does.
+  void learn(const DistantCells& cells, int x, int y);
+  /// Traces rays through pixel (x, y), and returns the patch with the most points. Throws Error if
+  /// there is no surface.
+  size_t find_patch(int x, int y);
+
+  std::vector<Patch> patches;
+  std::vector<Visibility> visibility;  ///< of each patch
+
+ private:
+  const ProductTask& task_;
+  const size_t padded_;
+  Estimator estimator_;
+  const transport::SceneTable table_;
+  Primaries all_;
+  RenderCounters counters_;
+};
+
+void PixelProbe::learn(const DistantCells& cells, int x, int y) {
+  const Rect crop = task_.sensor.film().crop();
+  const int x0 = x - (x - crop.x0) % kTileSide, y0 = y - (y - crop.y0) % kTileSide;
+  trace({x0, y0, std::min(x0 + kTileSide, crop.x1), std::min(y0 + kTileSide, crop.y1)},
+        kPilotPrimaries, 1);
+  TilePrimaries primaries = all_.tile(0);
+  make_patches(primaries, patches);
+  visibility.assign(patches.size(), Visibility(padded_));
+  const Records pilot = shadow_rays(kInspectionRays, 2);
+  CellNeighbours neighbours;
+  if (cells.size() > 0) neighbours = find_neighbours(cells, task_.context.scheduler);
+  VisibilityLearner learner(padded_, &neighbours);
+  for (size_t p = 0; p < pilot.size(); ++p) {
+    learner.begin();
+    learner.add(pilot[p], kRecordWeight);
+    learner.finish(visibility[p]);
+  }
+}
+
+size_t PixelProbe::find_patch(int x, int y) {
+  trace({x, y, x + 1, y + 1}, kPrimaries, 3);
+  TilePrimaries primaries = all_.tile(0);
+  assign_patches(primaries, patches);
+  visibility.resize(patches.size(), Visibility(padded_));
+  std::vector<uint32_t> points(patches.size() + 1);
+  for (size_t i = 0; i < primaries.size(); ++i) ++points[primaries.patch(i) + 1];
+  const size_t shown = std::max_element(points.begin() + 1, points.end()) - points.begin() - 1;
+  if (shown >= patches.size() || points[shown + 1] == 0) {
+    throw Error("there is no surface at the pixel to inspect");
+  }
+  return shown;
+}
+
 }  // namespace
 
 std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor& sensor,
@@ -76,84 +158,36 @@ std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor&
   const std::shared_ptr<const DistantCells> shared_cells = cells_();
   const DistantCells& cells = *shared_cells;
   const ProductTask task(scene, sensor, context, sampling_);
-  const uint64_t seed = task.seed;
   const auto local = make_local_light(task);
   CellPoints distant_points;
   if (cells.size() > 0) {
-    distant_points = cells.draw_points(CellLight::points_for(kInfinity), seed, context.scheduler);
+    distant_points =
+        cells.draw_points(CellLight::points_for(kInfinity), task.seed, context.scheduler);
   }
   LocalPoints local_points;
-  if (local) local_points = local->draw(hash_words(seed, 6), context);
+  if (local) local_points = local->draw(hash_words(task.seed, 6), context);
   const CellLight light(cells, scene.environment(), std::move(distant_points), local.get(),
                         std::move(local_points));
-  const size_t padded = cells.padded_size() + (local ? local->padded_size() : 0);
-  Estimator estimator(light);
   const Rect crop = sensor.film().crop();
   if (x < crop.x0 || y < crop.y0 || x >= crop.x1 || y >= crop.y1) {
     throw Error("the pixel to inspect is outside the film's crop window");
   }
-  const transport::SceneTable table(scene);
-  Primaries all({table, sensor, task.path_settings()});
-  RenderCounters counters;
-  const auto trace = [&](const Rect& pixels, uint16_t count, uint64_t key) {
-    const std::vector<uint16_t> counts(pixels.area(), count);
-    all.clear();
-    all.add(pixels, counts);
-    all.trace(hash_words(seed, key), counters);
-    return all.tile(0);
-  };
-  const int x0 = x - (x - crop.x0) % kTileSide, y0 = y - (y - crop.y0) % kTileSide;
-  TilePrimaries primaries =
-      trace({x0, y0, std::min(x0 + kTileSide, crop.x1), std::min(y0 + kTileSide, crop.y1)},
-            kPilotPrimaries, 1);
-  std::vector<Patch> patches;
-  make_patches(primaries, patches);
-  std::vector<Visibility> visibility(patches.size(), Visibility(padded));
-  // Sends shadow rays from the primaries and returns their records.
-  const auto probe = [&](uint32_t rays, uint64_t key) {
-    Records records(patches.size());
-    std::vector<PointPlan> points(primaries.size());
-    Unit unit;
-    unit.end = static_cast<uint32_t>(primaries.size());
-    unit.rays = rays;
-    unit.seed = hash_words(seed, key);
-    estimator.begin_tile(scene, primaries, patches, visibility, unit.seed, counters);
-    estimator.probe(unit, points, records);
-    estimator.flush();
-    return records;
-  };
-  const Records pilot = probe(kInspectionRays, 2);
-  CellNeighbours neighbours;
-  if (cells.size() > 0) neighbours = find_neighbours(cells, context.scheduler);
-  VisibilityLearner learner(padded, &neighbours);
-  for (size_t p = 0; p < pilot.size(); ++p) {
-    learner.begin();
-    learner.add(pilot[p], kRecordWeight);
-    learner.finish(visibility[p]);
-  }
-
-  primaries = trace({x, y, x + 1, y + 1}, kPrimaries, 3);
-  assign_patches(primaries, patches);
-  visibility.resize(patches.size(), Visibility(padded));
-  std::vector<uint32_t> points(patches.size() + 1);
-  for (size_t i = 0; i < primaries.size(); ++i) ++points[primaries.patch(i) + 1];
-  const size_t shown = std::max_element(points.begin() + 1, points.end()) - points.begin() - 1;
-  if (shown >= patches.size() || points[shown + 1] == 0) {
-    throw Error("there is no surface at the pixel to inspect");
-  }
+  PixelProbe probe(task, light, cells.padded_size() + (local ? local->padded_size() : 0));
+  probe.learn(cells, x, y);
+  const size_t shown = probe.find_patch(x, y);
   const uint32_t first_local = light.first_local();
   Inspection empty;
-  empty.position = patches[shown].position;
-  empty.normal = patches[shown].normal;
+  empty.position = probe.patches[shown].position;
+  empty.normal = probe.patches[shown].normal;
   std::vector<Inspection> reports;
   if (cells.size() > 0) {
     reports.push_back(empty);
-    describe(shared_cells, visibility[shown], reports.back());
+    describe(shared_cells, probe.visibility[shown], reports.back());
   }
   if (local) {
     reports.push_back(empty);
     reports.back().is_distant = false;
-    describe(*local, first_local, visibility[shown], reports.back());
+    describe(*local, first_local, probe.visibility[shown], reports.back());
   }
   // Returns the report and the cluster to which a record belongs.
   const auto cluster_of = [&](const VisibilityRecord& record) {
@@ -161,11 +195,12 @@ std::vector<Inspection> ProductMethod::inspect(const Scene& scene, const Sensor&
     Inspection& report = is_local ? reports.back() : reports.front();
     return std::pair(&report, &report.clusters[record.cell() - (is_local ? first_local : 0)]);
   };
-  const Records shares = probe(kShares, 4);
+  const Records shares = probe.shadow_rays(kShares, 4);
   for (const VisibilityRecord record : shares[shown]) {
     cluster_of(record).second->probability += 1. / static_cast<double>(shares[shown].size());
   }
-  const Records rays = probe(static_cast<uint32_t>(std::max(1., sampling_.rays_per_pixel)), 5);
+  const auto count = static_cast<uint32_t>(std::max(1., sampling_.rays_per_pixel));
+  const Records rays = probe.shadow_rays(count, 5);
   for (const VisibilityRecord record : rays[shown]) {
     const auto [report, cluster] = cluster_of(record);
     ++cluster->samples;

@@ -12,7 +12,7 @@
 #include "clustered/product/trial/path_tiles.h"
 #include "kinome/log.h"
 #include "kinome/process_group.h"
-#include "transport/path_integrator.h"
+#include "transport/paths/path_integrator.h"
 
 namespace kinome {
 namespace {
@@ -27,6 +27,9 @@ constexpr double kMinWork = 4.5e6;
 /// Short renders are left to product sampling from this number of emitters on, because `path`
 /// samples one emitter at a time.
 constexpr size_t kMinEmitters = 500;
+/// Direct light of emitters without area is left to `path` if there are fewer rays per pixel: hardly
+/// anything can be learned from them.
+constexpr double kMinRaysOfDirectLight = 8;
 /// Share of the render's work that the tiles of a trial take, and the work of one tile.
 constexpr double kShareOfTiles = 0.04, kWorkOfTile = 8500;
 constexpr int kMaxTiles = 256;
@@ -37,7 +40,7 @@ constexpr int kTilesForError = 64;
 constexpr double kTrialShare = 0.25;
 /// The rest of a trial takes up to this many times as long as its pilot. It must not take more than
 /// this share of the time that is left for the trial.
-constexpr double kTimesPilot = 5, kShareOfLeft = 0.7;
+constexpr double kTimePerPilotTime = 5, kMaxShareOfTimeLeft = 0.7;
 /// Fraction of a render's light points that each render of a trial draws.
 constexpr double kLightShare = 0.125;
 constexpr double kMaxRaysOfTrial = 32;  ///< of product sampling, per pixel
@@ -62,7 +65,7 @@ constexpr size_t kMaxPrimitives = 1000;
 class PathPasses final : public Passes {
  public:
   PathPasses(const ProductTask& task, double paths_per_sample)
-      : integrator_(task.path_settings()),
+      : integrator_(task.path_settings(), task.settings.groups),
         paths_(integrator_.begin(task.scene, task.sensor, task.context, kInfinity)),
         samples_(
             rounded(std::max(1., task.settings.rays_per_pixel / kRaysPerSample * paths_per_sample),
@@ -88,7 +91,7 @@ class PathPasses final : public Passes {
   const double samples_;
 };
 
-/// Result of a trial. Works are for the same error, in a common unit.
+/// Result of a trial.
 struct Measured {
   /// nullptr if hardly any light is aimed at what the camera sees. Nothing else is measured then.
   std::unique_ptr<const MethodMap> map;
@@ -97,8 +100,8 @@ struct Measured {
   double rays_per_second = 0;  ///< of product sampling
 };
 
-/// True if `path` takes less work than both methods together, and less than product sampling by
-/// `factor`.
+/// Returns true if `path` takes less work than both methods together, and less than product
+/// sampling by `factor`.
 bool is_for_path(const MethodMap& map, double factor) {
   const double paths = map.path_work();
   return factor * paths < map.product_work() && paths < map.mixed_work() / kMaxWorkOfTiles;
@@ -106,11 +109,24 @@ bool is_for_path(const MethodMap& map, double factor) {
 
 constexpr const char* kProductSampling = "product sampling";
 
+bool has_bounces(const ProductTask& task) {
+  return task.settings.length.max_depth >= LocalLight::kBounceDepth;
+}
+
 /// Returns why an image for which is_path_possible() is false needs product sampling.
 const char* why_not_path(const ProductTask& task) {
   if (!task.settings.trial) return "the parameter 'trial' is false";
-  return task.settings.diagnostics ? "diagnostics were requested"
-                                   : "paths from the camera don't find all light of this scene";
+  if (task.settings.diagnostics) return "diagnostics were requested";
+  return has_bounces(task) ? "paths from the camera don't find all light of this scene"
+                           : "its cells contain all light of this scene";
+}
+
+/// True if all light comes directly from emitters without area, and the render is too short for
+/// product sampling.
+bool is_short_render_of_direct_light(const ProductTask& task, const RenderLength& length) {
+  return task.settings.trial && !task.settings.diagnostics && !has_bounces(task) &&
+         !task.scene.has_surface_emitters() && task.scene.emitters().size() < kMinEmitters &&
+         length.rays_per_pixel < kMinRaysOfDirectLight;
 }
 
 /// Returns the method that renders by kTrialPaths paths of `path` per pixel, with the sensor's
@@ -171,7 +187,7 @@ std::optional<Measured> try_both(const ProductTask& task, const ProductMethod::C
   if (deadline < kInfinity) {
     const double now = context.job.seconds();
     trial.keep(agree(context.job.group(),
-                     kShareOfLeft * (deadline - now) / (kTimesPilot * (now - start))));
+                     kMaxShareOfTimeLeft * (deadline - now) / (kTimePerPilotTime * (now - start))));
   }
   MethodTrial::Way product_way = product.trial_way(trial, rays, length, cost, seed);
   double seconds = 0;
@@ -217,17 +233,9 @@ bool has_few_primitives(const Scene& scene) {
 
 bool is_path_possible(const ProductTask& task) {
   if (!task.settings.trial || task.settings.diagnostics) return false;
-  const bool has_bounce = task.settings.length.max_depth >= LocalLight::kBounceDepth;
-  if (!has_bounce) return task.scene.has_surface_emitters();
-  if (!Caustics::serves(task.sensor)) return true;
-  const auto& emitters = task.scene.emitters();
-  const bool has_lamps = std::any_of(emitters.begin(), emitters.end(), [](const Emitter* emitter) {
-    return !emitter->is_surface() && !emitter->is_environment();
-  });
-  const auto& shapes = task.scene.shapes();
-  return !has_lamps || std::none_of(shapes.begin(), shapes.end(), [](const auto& shape) {
-    return any(shape->bsdf().lobes() & Lobe::kDelta);
-  });
+  if (!has_bounces(task)) return task.scene.has_surface_emitters();
+  if (!Caustics::serves(task.sensor) || task.divides_light()) return true;
+  return !LocalLight::may_have_lamp_caustics(task.scene);
 }
 
 std::unique_ptr<Passes> path_passes(const ProductTask& task, double paths_per_sample,
@@ -237,6 +245,49 @@ std::unique_ptr<Passes> path_passes(const ProductTask& task, double paths_per_sa
   return std::make_unique<PathPasses>(task, paths_per_sample);
 }
 
+namespace {
+
+/// Returns the better method according to a trial, and reports it.
+MethodChoice choose_by_trial(const ProductTask& task, Measured measured) {
+  RenderContext& context = task.context;
+  const double product = measured.map->product_work(), paths = measured.map->path_work();
+  const double mixed = measured.map->mixed_work();
+  log_debug(fmt::format("trial: work to the same error by product sampling 1, by path {:.3g}, by "
+                        "tiles of both {:.3g}{}",
+                        paths / product, mixed / product,
+                        measured.deviation > 0
+                            ? fmt::format("; brightness by product sampling uncertain by {:.1f} %",
+                                          100 * measured.deviation)
+                            : ""));
+  const double paths_per_sample = std::max(1., measured.paths_per_ray * kRaysPerSample);
+  const auto by_path = [&](const char* reason) {
+    return MethodChoice{path_passes(task, paths_per_sample, reason), nullptr};
+  };
+  if (measured.deviation > kMaxDeviation) {
+    return by_path("in a trial, the brightness by product sampling was too uncertain");
+  }
+  if (is_for_path(*measured.map, 1)) {
+    return by_path("in a trial, path took less work for the same error");
+  }
+  MethodChoice choice;
+  if (mixed < kMaxWorkOfTiles * product) {
+    choice.map = std::move(measured.map);
+    report_method(context, "product sampling and path, by tiles",
+                  fmt::format("in a trial, the mix took {:.2g} times the work of product sampling "
+                              "alone, and path {:.2g} times",
+                              mixed / product, paths / product));
+  } else {
+    report_method(context, kProductSampling,
+                  fmt::format("in a trial, path took {:.2g} times the work for the same error",
+                              paths / product));
+  }
+  choice.paths_per_ray = measured.paths_per_ray;
+  choice.rays_per_second = agree(context.job.group(), measured.rays_per_second);
+  return choice;
+}
+
+}  // namespace
+
 MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& cells,
                            const RenderLength& length) {
   RenderContext& context = task.context;
@@ -244,10 +295,13 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
     report_method(context, kProductSampling, reason);
     return MethodChoice{};
   };
-  if (!is_path_possible(task)) return by_product(why_not_path(task));
   const auto by_path = [&](double paths_per_sample, const char* reason) {
     return MethodChoice{path_passes(task, paths_per_sample, reason), nullptr};
   };
+  if (is_short_render_of_direct_light(task, length)) {
+    return by_path(kPathsPerSample, "there are too few rays per pixel to learn from");
+  }
+  if (!is_path_possible(task)) return by_product(why_not_path(task));
   const uint64_t seed = hash_words(task.seed, kTrialSeed);
   double work = length.rays_per_pixel * task.grid.crop().area() * kCostOfRay;
   if (const double rel_mse = context.job.budget().rel_mse; rel_mse > 0) {
@@ -258,10 +312,10 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
   const MethodTrial trial(task.grid, tiles, seed, PixelFilter(task.sensor.film().filter()));
   const bool is_short = work < kMinWork || trial.empty();
   if (is_short && task.scene.emitters().size() >= kMinEmitters) {
-    return by_product("the render is short, and paths sample one of many emitters at a time");
+    return by_product("the render is short, and path samples only one of many emitters at a time");
   }
   if (is_short) {
-    return by_path(kPathsPerSample, "the render is short: paths need no preparation");
+    return by_path(kPathsPerSample, "the render is short, and path needs no preparation");
   }
   const double deadline = context.job.seconds() + kTrialShare * length.seconds;
   context.job.set_deadline(deadline);
@@ -269,42 +323,11 @@ MethodChoice choose_method(const ProductTask& task, const ProductMethod::Cells& 
   const bool is_late = context.job.cancelled() && !context.job.interrupted();
   context.job.set_deadline(kInfinity);
   if (is_late) return by_path(1, "there was too little time for a trial");
-  if (!measured) return by_product("paths can't replace it in this scene");
+  if (!measured) return by_product("path finds some of the light poorly or not at all");
   if (!measured->map) {
-    return by_path(kPathsPerSample, "most light falls where the camera sees nothing of its effect");
+    return by_path(kPathsPerSample, "most light doesn't reach what the camera sees");
   }
-  const double product = measured->map->product_work(), paths = measured->map->path_work();
-  const double mixed = measured->map->mixed_work();
-  log_debug(fmt::format("trial: work to the same error by product sampling 1, by path {:.3g}, by "
-                        "tiles of both {:.3g}{}",
-                        paths / product, mixed / product,
-                        measured->deviation > 0
-                            ? fmt::format("; brightness by product sampling uncertain by {:.1f} %",
-                                          100 * measured->deviation)
-                            : ""));
-  const double paths_per_sample = std::max(1., measured->paths_per_ray * kRaysPerSample);
-  if (measured->deviation > kMaxDeviation) {
-    return by_path(paths_per_sample, "in a trial, its brightness was too uncertain");
-  }
-  if (is_for_path(*measured->map, 1)) {
-    return by_path(paths_per_sample,
-                   "in a trial, paths from the camera alone did as well for less");
-  }
-  MethodChoice choice;
-  if (mixed < kMaxWorkOfTiles * product) {
-    choice.map = std::move(measured->map);
-    report_method(context, "product sampling and path, by tiles",
-                  fmt::format("in a trial, they took {:.2g} times the work of product sampling "
-                              "alone, and path {:.2g} times",
-                              mixed / product, paths / product));
-  } else {
-    report_method(context, kProductSampling,
-                  fmt::format("in a trial, path took {:.2g} times its work for the same error",
-                              paths / product));
-  }
-  choice.paths_per_ray = measured->paths_per_ray;
-  choice.rays_per_second = agree(context.job.group(), measured->rays_per_second);
-  return choice;
+  return choose_by_trial(task, std::move(*measured));
 }
 
 }  // namespace kinome

@@ -13,7 +13,7 @@ namespace {
 
 /// Maximum number of cells of an environment if there is local light. Together, they must not
 /// exceed kMaxCells.
-constexpr uint32_t kMaxCellsBesideLocal = 1u << 14;
+constexpr uint32_t kMaxCellsWithLocalLight = 1u << 14;
 
 /// Below this number of rays per pixel, computing the cells of each patch takes much of the time.
 constexpr double kMaxRaysForFewerCells = 40;
@@ -24,20 +24,19 @@ bool is_product_scene(const Scene& scene, uint32_t max_depth) {
   return (!environment || cell_grid_of(*environment)) && LocalLight::serves(scene, max_depth);
 }
 
-/// True if the scene needs light points, because light of only some emitters bounces or
-/// max_geometry_term bounds it.
-bool is_for_light_points(const ProductMethod::Settings& settings, const Scene& scene) {
+}  // namespace
+
+bool ProductMethod::is_for_light_points(const Settings& settings,
+                                        std::span<const Emitter* const> emitters) {
   if (settings.sampling.length.max_depth <= 2) return false;
-  const auto& indirect = scene.indirect_emitters();
-  const bool chosen = std::any_of(indirect.begin(), indirect.end(),
-                                  [](const Emitter* e) { return !e->children().empty(); });
+  const bool chosen = std::any_of(emitters.begin(), emitters.end(), [](const Emitter* emitter) {
+    return emitter->is_indirect() && !emitter->children().empty();
+  });
   return chosen || settings.max_geometry_term > 0;
 }
 
-}  // namespace
-
 bool ProductMethod::serves(const Settings& settings, const Scene& scene) {
-  return !scene.emitters().empty() && !is_for_light_points(settings, scene) &&
+  return !scene.emitters().empty() && !is_for_light_points(settings, scene.indirect_emitters()) &&
          is_product_scene(scene, settings.sampling.length.max_depth);
 }
 
@@ -55,13 +54,13 @@ std::unique_ptr<const ProductMethod> ProductMethod::make(const Settings& setting
     log_warn(std::string("an emitter lacks a function that importance 'product' requires") +
              (is_bounce ? " for reflected light (emission_density; not required with max_depth 2)"
                         : "") +
-             ": using 'joint', which is slower");
+             (sampling.groups.is_empty() ? ": using 'joint', which is slower" : ": using 'path'"));
     return nullptr;
   }
-  if (is_for_light_points(settings, scene)) return nullptr;
+  if (is_for_light_points(settings, scene.indirect_emitters())) return nullptr;
   const Emitter* const environment = scene.environment();
   const bool alone = environment && scene.emitters().size() == 1 && sampling.length.max_depth == 2;
-  uint32_t count = alone ? settings.cells : std::min(settings.cells, kMaxCellsBesideLocal);
+  uint32_t count = alone ? settings.cells : std::min(settings.cells, kMaxCellsWithLocalLight);
   // In scenes of few primitives, visibility is learned from few rays. Most of the error is in cells
   // that straddle a horizon, so that small cells are better.
   if (sampling.fewer_cells && !is_progressive && sampling.rays_per_pixel < kMaxRaysForFewerCells &&
@@ -110,10 +109,10 @@ std::unique_ptr<Passes> ProductMethod::begin(const Scene& scene, const Sensor& s
     renderer->learn_from_pilot(length.rays_per_pixel);
   } else if (const double speed = choice.rays_per_second > 0
                                       ? choice.rays_per_second
-                                      : kCarefulSpeed * context.scheduler.all_threads();
+                                      : kRaysPerThreadSecond * context.scheduler.all_threads();
              !renderer->learn_in_time(seconds, speed) && renderer->can_use_paths() &&
              is_path_possible(task)) {
-    return path_passes(task, 1, "without a pilot, paths from the camera do better");
+    return path_passes(task, 1, "without a pilot, path has less noise");
   }
   return renderer;
 }

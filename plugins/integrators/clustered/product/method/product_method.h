@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "clustered/cells/light_cells.h"
@@ -41,6 +42,10 @@ class ProductMethod final : public ClusteredMethod {
   /// Emitter::emission_density. The flux of emitting surfaces and reflected light must be below
   /// 1e34. Unlike make(), logs nothing and makes no cells.
   static bool serves(const Settings& settings, const Scene& scene);
+  /// True if scenes with these emitters need light points, because light of only some emitters
+  /// bounces or max_geometry_term bounds it. Emitters that aren't indirect have no effect.
+  static bool is_for_light_points(const Settings& settings,
+                                  std::span<const Emitter* const> emitters);
 
   /// Function that returns the cells of the environment. They are made at the first call, because
   /// renders by `path` don't need them. No cells if the environment is missing or black.

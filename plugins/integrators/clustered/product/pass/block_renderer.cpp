@@ -1,10 +1,9 @@
 #include "clustered/product/pass/block_renderer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "transport/film_samples.h"
+#include "transport/camera/film_samples.h"
 
 namespace kinome {
 namespace {
@@ -13,7 +12,7 @@ namespace {
 constexpr float kCandidateCost = 0.1f;
 /// Number of shadow rays of a pixel for which none were planned, because the pilot missed its
 /// surfaces. The control terms of such surfaces are wrong.
-constexpr uint16_t kRaysOfMissed = 2;
+constexpr uint16_t kRaysOfUnplannedPixel = 2;
 /// Maximum number of a pixel's samples that are added to the film in one call.
 constexpr uint32_t kMaxSamples = 1024;
 
@@ -22,6 +21,7 @@ constexpr uint32_t kMaxSamples = 1024;
 BlockRenderer::BlockRenderer(const PassView& view)
     : view_(view),
       is_split_(transport::weighs_positions(view.primaries.sensor.film().filter())),
+      groups_(view.light.group_count()),
       tracer_(view.primaries),
       learner_(view.knowledge.padded_cells(), &view.neighbours),
       estimator_(view.light) {}
@@ -30,7 +30,7 @@ Rgb BlockRenderer::colour(size_t index) const {
   const Pixel& pixel = pixels_[index];
   Rgb sum(0.f);
   const size_t sums = is_split() ? pixel.samples : 1;
-  for (size_t k = 0; k < sums; ++k) sum += sums_[pixel.first + k];
+  for (size_t k = 0; k < sums * groups_; ++k) sum += sums_[pixel.first + k];
   return sum / static_cast<float>(pixel.samples);
 }
 
@@ -44,7 +44,7 @@ void BlockRenderer::reserve(int block, std::span<const PixelPlan> plan) {
     }
   }
   sums_.clear();
-  sums_.reserve(sums);
+  sums_.reserve(sums * groups_);
 }
 
 void BlockRenderer::render(int block, std::span<const PixelPlan> plan, uint64_t seed,
@@ -95,10 +95,12 @@ void BlockRenderer::render_tile(const TileGrid::Tile& tile, TilePrimaries& prima
     const Rect& pixels = primaries.pixels();
     Pixel pixel{pixels.x0 + static_cast<int>(i) % pixels.width(),
                 pixels.y0 + static_cast<int>(i) / pixels.width(), sums_.size(), samples, 0};
-    sums_.resize(pixel.first + (is_split() ? samples : 1), Rgb(0.f));
-    const UnitSums sums{&sums_[pixel.first], is_split(), unit.first};
+    const size_t rows = is_split() ? samples : 1;
+    sums_.resize(pixel.first + rows * groups_, Rgb(0.f));
+    const UnitSums sums{&sums_[pixel.first], is_split(), unit.first, groups_};
     for (uint32_t k = unit.first; k < unit.end; ++k) {
-      sums.of(k) += primaries.emitted(k);
+      const uint32_t group = groups_ > 1 ? view_.light.group_of(primaries.emitter(k)) : 0;
+      sums.of_group(group).of(k) += primaries.emitted(k);
       const float alpha = primaries.alpha(k);
       pixel.alpha += alpha;
       if (!is_split()) continue;
@@ -120,7 +122,7 @@ void BlockRenderer::find_units(const TileGrid::Tile& tile, const TilePrimaries& 
   tile.for_each_pixel([&](int x, int y) {
     const size_t i = units_.size(), pixel = view_.task.grid.pixel(x, y);
     units_.push_back({primaries.first(i), primaries.first(i + 1),
-                      plan[pixel].rays > 0 ? plan[pixel].rays : kRaysOfMissed,
+                      plan[pixel].rays > 0 ? plan[pixel].rays : kRaysOfUnplannedPixel,
                       plan[pixel].candidates, hash_words(seed, pixel, 2)});
   });
 }
@@ -160,36 +162,58 @@ void BlockRenderer::add_to(FilmTile& colours, float weight) const {
     add_samples(colours, weight);
     return;
   }
-  const size_t values = view_.primaries.sensor.film().has_alpha() ? 4 : 3;
+  const float response = view_.primaries.sensor.film().response();
+  std::vector<float> values;
   for (size_t i = 0; i < pixels_.size(); ++i) {
+    const Pixel& pixel = pixels_[i];
     const Rgb c = colour(i);
-    const std::array<float, 4> pixel{c.x, c.y, c.z, pixels_[i].alpha};
-    colours.add_pixel(pixels_[i].x, pixels_[i].y, {pixel.data(), values}, weight);
+    values.assign({c.x, c.y, c.z, pixel.alpha});
+    values.resize(first_group_value());
+    for (uint32_t g = 0; view_.light.groups && g < groups_; ++g) {
+      const Rgb light = sums_[pixel.first + g] / static_cast<float>(pixel.samples) * response;
+      values.insert(values.end(), {light.x, light.y, light.z});
+    }
+    colours.add_pixel(pixel.x, pixel.y, values, weight);
   }
+}
+
+/// Sets element k of the columns of layer 0 of the film to a sample, whose groups have these sums.
+void BlockRenderer::set_sample(const Rgb* sums, size_t k, float response,
+                               std::span<Column<float>> columns) const {
+  Rgb colour(0.f);
+  for (uint32_t g = 0; g < groups_; ++g) {
+    colour += sums[g];
+    Column<float>* const of_group = &columns[first_group_value() + 3 * size_t{g}];
+    for (int c = 0; view_.light.groups && c < 3; ++c) of_group[c][k] = sums[g][c] * response;
+  }
+  for (int c = 0; c < 3; ++c) columns[static_cast<size_t>(c)][k] = colour[c];
 }
 
 void BlockRenderer::add_samples(FilmTile& colours, float weight) const {
   const Film& film = view_.primaries.sensor.film();
-  const size_t values = film.has_alpha() ? 4 : 3;
+  const size_t values = first_group_value() + (view_.light.groups ? 3 * size_t{groups_} : 0);
   transport::FilmSamples film_samples(film.filter(), static_cast<int>(values), kMaxSamples);
-  std::array<Column<float>, 6> columns;
-  for (auto& column : columns) column.resize(padded(kMaxSamples) + kBlockLanes);
-  auto& [r, g, b, alpha, x, y] = columns;
-  std::vector<float*> of_sample{r.data(), g.data(), b.data(), alpha.data()};
+  std::vector<Column<float>> columns(values + 2);
+  std::vector<float*> of_sample;
+  for (auto& column : columns) {
+    column.resize(padded(kMaxSamples) + kBlockLanes);
+    of_sample.push_back(column.data());
+  }
+  float* const x = of_sample[values];
+  float* const y = of_sample[values + 1];
   of_sample.resize(values);
   for (const Pixel& pixel : pixels_) {
     for (uint32_t begin = 0; begin < pixel.samples; begin += kMaxSamples) {
       const uint32_t count = std::min(kMaxSamples, pixel.samples - begin);
-      const size_t first = pixel.first + begin;
+      const size_t first = pixel.first / groups_ + begin;
       for (uint32_t k = 0; k < count; ++k) {
-        const Rgb& c = sums_[first + k];
-        r[k] = c.x, g[k] = c.y, b[k] = c.z;
+        set_sample(&sums_[(first + k) * groups_], k, film.response(), columns);
       }
-      std::copy_n(&samples_.alpha[first], count, alpha.begin());
-      std::copy_n(&samples_.x[first], count, x.begin());
-      std::copy_n(&samples_.y[first], count, y.begin());
+      if (film.has_alpha()) std::copy_n(&samples_.alpha[first], count, columns[3].begin());
+      std::copy_n(&samples_.x[first], count, x);
+      std::copy_n(&samples_.y[first], count, y);
       const auto px = static_cast<uint32_t>(pixel.x), py = static_cast<uint32_t>(pixel.y);
-      film_samples.add({&px, &py, 1, 0, count, 0}, {x.data(), y.data()}, of_sample, colours,
+      film_samples.add({&px, &py, 1, 0, count, 0}, {x, y}, of_sample, colours,
                        weight / static_cast<float>(pixel.samples));
     }
   }

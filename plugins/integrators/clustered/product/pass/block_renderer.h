@@ -47,7 +47,7 @@ class BlockRenderer {
   /// A pixel of the block rendered last.
   struct Pixel {
     int x, y;
-    size_t first;  ///< index of the first sum in sums_ and, if is_split(), in samples_
+    size_t first;  ///< index of the first sum in sums_
     uint32_t samples;
     float alpha;  ///< mean over the samples
   };
@@ -59,6 +59,10 @@ class BlockRenderer {
 
   /// True if samples of a pixel have different weights in the film.
   bool is_split() const { return is_split_; }
+  /// Number of values of layer 0 of the film before those of light groups: colour and alpha.
+  size_t first_group_value() const { return view_.primaries.sensor.film().has_alpha() ? 4 : 3; }
+  void set_sample(const Rgb* sums, size_t k, float response,
+                  std::span<Column<float>> columns) const;
   void add_samples(FilmTile& colours, float weight) const;
   void render_tile(const TileGrid::Tile& tile, TilePrimaries& primaries,
                    std::span<const PixelPlan> plan, uint64_t seed, RenderCounters& counters);
@@ -72,6 +76,7 @@ class BlockRenderer {
 
   const PassView view_;
   const bool is_split_;
+  const uint32_t groups_;  ///< CellLight::group_count()
   TileTracer tracer_;
   VisibilityLearner learner_;
   Estimator estimator_;
@@ -81,7 +86,8 @@ class BlockRenderer {
   std::vector<float> mean_visibility_;  ///< of each patch
   std::vector<Unit> units_;             ///< one per pixel
   // Current block:
-  std::vector<Rgb> sums_;  ///< one per sample if is_split(), else one per pixel
+  /// Sums of the light groups, for each sample if is_split(), else for each pixel.
+  std::vector<Rgb> sums_;
   std::vector<Pixel> pixels_;
   Samples samples_;  ///< if is_split()
   std::vector<Vec3> diagnostics_;

@@ -4,49 +4,30 @@
 #include <optional>
 
 #include "clustered/product/pass/product_renderer.h"
-#include "clustered/product/pilot/pilot.h"
-#include "clustered/product/tiles/spread.h"
 #include "clustered/product/trial/path_tiles.h"
+#include "kinome/log.h"
 
 namespace kinome {
 namespace {
 
-/// Number of light points of a pilot, and the minimum share of the points of a pass. Drawing them
-/// takes a large part of a pilot's time.
-constexpr float kPilotPoints = 1u << 14, kMinPilotShare = 0.25f;
 /// Maximum number of rays per pixel of a pass. Each pass draws new points of the cells.
 constexpr double kMaxRaysOfPass = 512;
-/// Rays per pixel below which there is no pilot: without and with local light.
-constexpr double kMinRaysToLearn = 6, kMinRaysToLearnLocal = 10;
-/// Rays per pixel below which the pilot probes one pixel of each square of kSparseSide pixels. It
-/// sends one shadow ray for this number of rays per pixel.
-constexpr double kMinRaysToProbeAll = 10;
-constexpr int kSparseSide = 2;
-constexpr double kRaysPerSparseRay = 2;
 /// Number of rays of the image per light point.
 constexpr double kRaysPerPoint = 32, kRaysPerExtendedPoint = 16;
 /// Rays per pixel that are assumed if a render ends at an error.
-constexpr double kRaysOfUnknown = 100;
+constexpr double kAssumedRaysPerPixel = 100;
 /// Assumed number of passes of a render that ends at a time or an error.
 constexpr double kPassesOfBudget = 3;
 /// Number of light points per seen position, and the minimum number of positions, for learning
 /// which points contribute.
 constexpr uint32_t kPointsPerPosition = 8, kMinPositions = 256;
-/// Pilot rays per primary, and for a single primary per pixel. In the second case rays are few, and
-/// do more for the image.
-constexpr uint32_t kPilotRays = 3, kPilotRaysOfOne = 2;
-/// Through a lens with an aperture, pixels see more than one primary shows. The number of primaries
-/// is multiplied by this factor, and each has this number of rays.
-constexpr uint32_t kLensPrimaries = 2, kLensRays = 1;
-/// From this number of primaries per pixel on, forecasts aren't smoothed.
-constexpr uint32_t kMinPrimariesUnsmoothed = 4;
-/// Maximum share of a render's time for its pilot.
-constexpr double kPilotShare = 0.25;
-constexpr double kCandidatesUnlearned = 16;  ///< per ray
+/// Candidates per ray if there was no pilot.
+constexpr double kUnlearnedCandidatesPerRay = 16;
 /// Separates the random numbers of passes from those of the pilot.
 constexpr uint64_t kPassSeed = 0x70617373;
 constexpr uint64_t kCausticSeed = 0x63617573;
 constexpr uint64_t kPathSeed = 0x70617468;
+constexpr std::span<const Bsdf* const> kNoPhases{};
 
 /// Returns the sensor with a sampler of about `paths` samples per pixel. Samplers round numbers up:
 /// accepts up to a quarter more.
@@ -64,9 +45,10 @@ RenderLength expected_length(const ProductTask& task, double seconds) {
   const RenderBudget& budget = task.context.job.budget();
   const double pixels = std::max(1, task.grid.crop().area());
   if (budget.seconds > 0) {
-    return {seconds * kCarefulSpeed * task.context.scheduler.all_threads() / pixels, seconds};
+    return {seconds * kRaysPerThreadSecond * task.context.scheduler.all_threads() / pixels,
+            seconds};
   }
-  return {budget.rel_mse > 0 ? kRaysOfUnknown : task.settings.rays_per_pixel};
+  return {budget.rel_mse > 0 ? kAssumedRaysPerPixel : task.settings.rays_per_pixel};
 }
 
 ProductRenderer::ProductRenderer(const ProductTask& task, std::shared_ptr<const DistantCells> cells,
@@ -102,13 +84,22 @@ std::unique_ptr<const LocalLight> make_local_light(const ProductTask& task, doub
   local.length = settings.length;
   local.bounce_cells = settings.bounce_cells;
   local.min_aimed_share = min_aimed_share;
-  local.caustics = Caustics::serves(sensor);
+  local.groups = settings.groups;
+  local.caustics = Caustics::serves(sensor) && !task.divides_light();
+  if (task.divides_light() && Caustics::serves(sensor) &&
+      LocalLight::may_have_lamp_caustics(scene)) {
+    log_warn(
+        "with light groups, 'clustered' leaves out light that lamps send to other surfaces by way "
+        "of mirrors or smooth glass (caustics)");
+    context.job.skip("caustics", "paths from the emitters aren't divided by light group");
+  }
   // If rays are few, points must be, too: each takes about as long as two rays. A render that ends
   // at an error is assumed to have many rays. Each pass draws the same number of extended points.
   double rays = settings.rays_per_pixel * sensor.film().crop().area(), parts = 1;
   if (context.job.budget().any()) {
     const double seconds = context.job.budget().seconds;
-    rays = seconds > 0 ? seconds * kCarefulSpeed * context.scheduler.all_threads() : kInfinity;
+    rays =
+        seconds > 0 ? seconds * kRaysPerThreadSecond * context.scheduler.all_threads() : kInfinity;
     parts = kPassesOfBudget;
   }
   rays = share * std::min(rays, kMaxRaysOfPass * sensor.film().crop().area());
@@ -149,9 +140,10 @@ struct ProductRenderer::PassWorker {
   BlockRenderer product;
   std::optional<PathTiles> paths;
 
-  PassWorker(const PassView& view, const Sensor* path_sensor, const PathSettings& settings)
+  PassWorker(const PassView& view, const transport::SceneTable& path_scene,
+             const Sensor* path_sensor, const PathSettings& settings)
       : product(view) {
-    if (path_sensor) paths.emplace(view.primaries.scene, *path_sensor, settings);
+    if (path_sensor) paths.emplace(path_scene, *path_sensor, settings);
   }
 };
 
@@ -159,8 +151,9 @@ void ProductRenderer::pass(const Pass& pass, std::span<const PixelPlan> plan) {
   grid_.for_each_block<PassWorker>(
       context_.scheduler, grid_.all_rows(), "main",
       [&] {
-        return std::make_unique<PassWorker>(pass_view(pass.light), pass.path_sensor.get(),
-                                            task_.path_settings());
+        return std::make_unique<PassWorker>(pass_view(pass.light),
+                                            grouped_table_ ? *grouped_table_ : table_,
+                                            pass.path_sensor.get(), task_.path_settings());
       },
       [&](int block, PassWorker& worker, RenderCounters& counters) {
         if (!context_.job.is_wanted(grid_.block(block), task_.sensor.film().first_layer())) return;
@@ -229,73 +222,6 @@ CellLight ProductRenderer::make_light(uint64_t seed, double rays_per_pixel, floa
   return light;
 }
 
-Pilot::Effort ProductRenderer::effort_of_pilot(double rays_per_pixel) const {
-  Pilot::Effort effort;
-  if (rays_per_pixel < kMinRaysToProbeAll) {
-    effort.primaries = 1;
-    effort.rays = static_cast<uint32_t>(std::max(1., rays_per_pixel / kRaysPerSparseRay));
-    effort.side = kSparseSide;
-    return effort;
-  }
-  effort.primaries = rays_per_pixel < 24 ? 1 : rays_per_pixel < 60 ? 2 : 4;
-  effort.rays = effort.primaries == 1 ? kPilotRaysOfOne : kPilotRays * effort.primaries;
-  if (task_.sensor.needs_aperture_sample()) {
-    effort.primaries *= kLensPrimaries;
-    effort.rays = kLensRays * effort.primaries;
-  }
-  return effort;
-}
-
-LargeArray<PixelForecast> ProductRenderer::send_pilot(Pilot::Effort effort,
-                                                      const TileGrid::IsWanted& is_wanted,
-                                                      double progress_end) {
-  if (cells_.size() > 0) neighbours_ = find_neighbours(cells_, context_.scheduler);
-  float share = 1;
-  // A trial, which probes some tiles, renders with the points of its pilot.
-  if (local_ && !is_wanted) {
-    const auto points = static_cast<float>(std::max(local_->points_of_pass(), 1u));
-    share = std::clamp(kPilotPoints / points, kMinPilotShare, 1.f);
-  }
-  const auto& light_rays = context_.job.stats().counters[RayKind::kLight];
-  const auto light_rays_before = light_rays;
-  const CellLight& light = pilot_light_.emplace(make_light(0, effort.rays_per_pixel(), share));
-  light_rays_ = static_cast<double>(light_rays - light_rays_before);
-  Pilot pilot(task_, view(), light, neighbours_, effort, is_wanted, addresses_, knowledge_);
-  LargeArray<PixelForecast> forecast = pilot.learn(progress_end);
-  knowledge_.finish(context_.job.group());
-  return forecast;
-}
-
-void ProductRenderer::allocate(Pilot::Effort effort, std::span<const PixelForecast> forecast,
-                               int width, int height) {
-  const StageTimer timer(context_.job.stats().counters.stage_seconds["allocate"]);
-  const bool is_noisy = effort.primaries < kMinPrimariesUnsmoothed && task_.settings.smooth_plan;
-  allocation_.emplace(forecast, width, height,
-                      !task_.settings.adaptive ? RayAllocation::Mode::kEven
-                      : is_noisy               ? RayAllocation::Mode::kSmoothed
-                                               : RayAllocation::Mode::kAdaptive,
-                      context_.scheduler);
-}
-
-void ProductRenderer::learn_from_pilot(double rays_per_pixel) {
-  if (rays_per_pixel < (local_ ? kMinRaysToLearnLocal : kMinRaysToLearn)) {
-    context_.job.skip("pilot", "a few rays a pixel are too few to learn from");
-    return;
-  }
-  const double start = context_.job.seconds();
-  const Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
-  const double rays = effort.rays_per_pixel();
-  const auto forecast = send_pilot(effort, nullptr, rays / std::max(rays_per_pixel, 1.));
-  pilot_light_.reset();
-  if (!context_.job.cancelled()) {
-    allocate(effort, forecast, grid_.crop().width(), grid_.crop().height());
-    divide_among_methods();
-  }
-  pilot_rays_ = rays;
-  rays_left_ = std::max(0., rays_left_ - rays);
-  pilot_seconds_ = context_.job.seconds() - start;
-}
-
 void ProductRenderer::use(std::unique_ptr<const MethodMap> map, double paths_per_ray) {
   map_ = std::move(map);
   paths_per_ray_ = paths_per_ray;
@@ -303,34 +229,12 @@ void ProductRenderer::use(std::unique_ptr<const MethodMap> map, double paths_per
 
 void ProductRenderer::divide_among_methods() {
   if (!map_) return;
+  if (task_.divides_light()) grouped_table_.emplace(task_.scene, kNoPhases, task_.settings.groups);
   by_path_.resize(static_cast<size_t>(grid_.tiles()));
   context_.scheduler.parallel_for(by_path_.size(), [&](size_t tile) {
     const auto index = static_cast<int>(tile);
     by_path_[tile] = map_->is_for_path(index, knowledge_.main_bsdf(index)) ? 1 : 0;
   });
-}
-
-bool ProductRenderer::learn_in_time(double seconds, double rays_per_second) {
-  context_.job.set_deadline(context_.job.seconds() + kPilotShare * seconds);
-  if (!context_.job.cancelled()) {
-    learn_from_pilot(seconds * rays_per_second / std::max(1, grid_.crop().area()));
-  }
-  const bool is_late = context_.job.cancelled();
-  if (is_late) {
-    // Data that only some tiles have learned can't be used.
-    pilot_rays_ = 0;
-    allocation_.reset();
-    knowledge_.forget();
-    context_.job.skip("pilot", "there was too little time for it");
-  }
-  context_.job.set_deadline(kInfinity);
-  return !is_late;
-}
-
-double ProductRenderer::seconds_per_sample() const {
-  // If the pilot was cancelled, uses its time and the number of rays of a small pilot.
-  const double rays = pilot_rays_ > 0 ? pilot_rays_ : 1 + kPilotRaysOfOne;
-  return kRaysPerSample * pilot_seconds_ / rays;
 }
 
 LargeArray<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
@@ -341,7 +245,7 @@ LargeArray<PixelPlan> ProductRenderer::plan_pass(double rays_per_pixel) const {
   PixelPlan plan;
   plan.primaries = static_cast<uint16_t>(std::max(1., rays_per_pixel / 3));
   plan.rays = static_cast<uint16_t>(std::max(1., rays_per_pixel - plan.primaries));
-  plan.candidates = static_cast<float>(kCandidatesUnlearned * plan.rays);
+  plan.candidates = static_cast<float>(kUnlearnedCandidatesPerRay * plan.rays);
   return LargeArray<PixelPlan>(static_cast<size_t>(grid_.crop().area()), plan);
 }
 
@@ -362,6 +266,7 @@ void ProductRenderer::render_rays(double rays_per_pixel, double progress_begin, 
     context_.job.set_progress_range(begin, begin + part);
     Pass own{make_light(1 + pass_, rays), hash_words(task_.seed, kPassSeed, pass_), weight,
              nullptr};
+    if (task_.divides_light()) own.light.divide_by(task_.settings.groups);
     if (!by_path_.empty()) own.path_sensor = with_paths(task_.sensor, paths_per_ray_ * rays);
     pass(own, plan);
   }

@@ -21,7 +21,7 @@ struct RenderLength {
   double seconds = kInfinity;
 };
 /// Rays per second and thread of product sampling in most scenes.
-inline constexpr double kCarefulSpeed = 1e6;
+inline constexpr double kRaysPerThreadSecond = 1e6;
 /// Returns the expected length of a render. `seconds` as for Integrator::begin.
 RenderLength expected_length(const ProductTask& task, double seconds);
 
@@ -98,6 +98,8 @@ class ProductRenderer final : public Passes {
   RenderContext& context_;
   const TileGrid& grid_;
   const transport::SceneTable table_;
+  /// The scene with light groups, for tiles that are left to `path`; nullopt if not needed.
+  std::optional<transport::SceneTable> grouped_table_;
   const std::shared_ptr<const DistantCells> shared_cells_;
   const DistantCells& cells_;
   const double light_share_;

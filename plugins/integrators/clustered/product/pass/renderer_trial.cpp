@@ -11,7 +11,7 @@ namespace {
 
 /// Factor of the pilot's rays in a trial, relative to an image's pilot. A tile can learn only from
 /// few tiles around it.
-constexpr uint32_t kMoreRays = 2;
+constexpr uint32_t kPilotRayFactor = 2;
 
 }  // namespace
 
@@ -22,7 +22,7 @@ bool ProductRenderer::can_use_paths() const {
 double ProductRenderer::learn_for_trial(double rays_per_pixel, const MethodTrial& trial) {
   Pilot::Effort effort = effort_of_pilot(rays_per_pixel);
   const double rays = effort.rays_per_pixel();
-  effort.rays *= kMoreRays;
+  effort.rays *= kPilotRayFactor;
   const LargeArray<PixelForecast> forecast = send_pilot(
       effort, [&](const TileGrid::Tile& tile) { return trial.is_wanted(tile); }, 0);
   // The plan of the trial's tiles alone, laid out as a strip.
@@ -77,7 +77,7 @@ MethodTrial::Way ProductRenderer::trial_way(const MethodTrial& trial, double ray
     const auto tried = static_cast<uint32_t>(std::ceil(count * trial.share()));
     way.more_variance = caustics_->variance(hash_words(seed, 3), tried, count, grid_,
                                             context_.job.stats().counters);
-    way.more_cost += tried * caustics_->rays_per_path() * cost_of_ray;
+    way.extra_cost += tried * caustics_->rays_per_path() * cost_of_ray;
   }
   return way;
 }

@@ -7,7 +7,7 @@
 #include "clustered/product/tiles/primaries.h"
 #include "clustered/product/tiles/spread.h"
 #include "kinome/primary_rays.h"
-#include "transport/adjoint.h"
+#include "transport/light_paths/adjoint.h"
 
 namespace kinome {
 namespace {

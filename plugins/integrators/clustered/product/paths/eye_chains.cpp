@@ -45,7 +45,7 @@ void EyeChains::add(const Begin& chain, const Emitter& emitter, const SurfaceInt
     share =
         light_.caustics->share_of_eye(chain.density, light_.caustics->light_density(emitter, x, d));
   }
-  *chain.sum += chain.weight * radiance * share;
+  chain.sum[light_.group_of(&emitter)] += chain.weight * radiance * share;
 }
 
 void EyeChains::trace(const Scene& scene, RenderCounters& counters) {

@@ -24,7 +24,7 @@ class EyeChains {
     /// Caustics::eye_density of the chain; infinity if nothing else finds its light.
     float density = kInfinity;
     uint64_t seed = 0;
-    Rgb* sum = nullptr;
+    Rgb* sum = nullptr;  ///< of the first light group; those of the others follow
     uint32_t edges = 2;  ///< from the camera to the start of the chain
   };
   /// Starts a chain at y, which has delta lobes. Straight transmission at y is left out if the

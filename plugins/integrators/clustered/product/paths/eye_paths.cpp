@@ -5,8 +5,9 @@
 #include "clustered/product/tiles/path_numbers.h"
 #include "kinome/block_points.h"
 #include "kinome/sampler.h"
-#include "transport/coverage.h"
-#include "transport/rays.h"
+#include "transport/paths/coverage.h"
+#include "transport/shadows/rays.h"
+#include "transport/surfaces/light_columns.h"
 
 namespace kinome {
 namespace {
@@ -23,19 +24,19 @@ struct EyePaths::Block {
   transport::Surfaces met;
   transport::Arena per_path{kPaths}, per_point;
   RayHit16* rays;
-  Columns3 radiance;
+  transport::LightColumns radiance;
   float *shown_share, *shown_share_later, *straight;
   uint32_t* owner;
   Columns3 throughput;
   uint32_t x[kPaths], y[kPaths];  ///< halves of the seeds
 
-  Block(const Scene& scene, const PathSettings& settings)
-      : table(scene),
+  Block(const Scene& scene, const PathSettings& settings, const LightGroups* groups)
+      : table(scene, {}, groups ? *groups : LightGroups()),
         paths(table, numbers, settings, kPaths),
         met(table, kPaths),
-        per_point(transport::Surfaces::most_points(table, kPaths)),
+        per_point(transport::Surfaces::max_points(table, kPaths)),
         rays(per_path.ray_hits()),
-        radiance(per_path.three()),
+        radiance(table, 1),
         shown_share(per_path.floats()),
         shown_share_later(per_path.floats()),
         straight(per_path.floats()),
@@ -44,8 +45,12 @@ struct EyePaths::Block {
 };
 
 EyePaths::EyePaths(const Scene& scene, const PathSettings& settings, uint32_t edges_before,
-                   const LocalLight* light)
-    : scene_(scene), settings_(settings), edges_before_(edges_before), light_(light) {}
+                   const LocalLight* light, const LightGroups* groups)
+    : scene_(scene),
+      settings_(settings),
+      edges_before_(edges_before),
+      light_(light),
+      groups_(groups) {}
 EyePaths::~EyePaths() = default;
 
 void EyePaths::trace(RenderCounters& counters) {
@@ -87,14 +92,15 @@ EyePaths::Shares EyePaths::shares_of_path(const Begin& path, const SurfaceIntera
 }
 
 void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
-  if (!block_) block_ = std::make_unique<Block>(scene_, settings_);
+  if (!block_) block_ = std::make_unique<Block>(scene_, settings_, groups_);
   Block& block = *block_;
   for (size_t i = 0; i < paths.size(); ++i) {
     set_ray(block.rays[i / kBlockLanes].ray, i % kBlockLanes, paths[i].ray);
     block.x[i] = static_cast<uint32_t>(paths[i].seed);
     block.y[i] = static_cast<uint32_t>(paths[i].seed >> 32);
-    block.radiance.set(i, Rgb(0.f));
   }
+  const Columns3 radiance = block.radiance.radiance();
+  transport::clear_radiance(block.table, radiance, paths.size());
   disable_padding(block.rays, paths.size());
   transport::clear_hits(block.rays, paths.size());
   scene_.intersect(block.rays, padded(paths.size()) / kBlockLanes, Coherence::kIncoherent,
@@ -108,7 +114,7 @@ void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
     const float distance =
         paths[k].before + block.rays[k / kBlockLanes].ray.tmax[k % kBlockLanes];
     const SurfaceInteraction z = interaction_of(block.met.points(), i);
-    if (passes && block.met.live()[i] > 0 && z.shape->bsdf().passes_straight()) {
+    if (passes && block.met.live()[i] > 0 && z.shape->bsdf().has_null_lobe()) {
       pass(paths[k], z, distance);
     }
     block.owner[i] = k;
@@ -126,8 +132,12 @@ void EyePaths::trace(std::span<const Begin> paths, RenderCounters& counters) {
   }
   const uint32_t depth = edges_before_ + 1 + paths[0].passes;
   block.paths.go_on({block.x, block.y, paths.size(), 0, 1, 0}, vertices, depth,
-                    {block.radiance, block.radiance}, counters);
-  for (size_t i = 0; i < paths.size(); ++i) *paths[i].sum += block.radiance.at(i);
+                    {radiance, radiance}, counters);
+  size_t group = 0;
+  transport::for_each_group(block.table.light_groups(), radiance, [&](const Columns3& of_group) {
+    for (size_t i = 0; i < paths.size(); ++i) paths[i].sum[group] += of_group.at(i);
+    ++group;
+  });
 }
 
 }  // namespace kinome

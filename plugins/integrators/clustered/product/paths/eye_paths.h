@@ -5,7 +5,7 @@
 
 #include "clustered/product/lights/local_light.h"
 #include "kinome/scene.h"
-#include "transport/paths.h"
+#include "transport/paths/paths.h"
 
 namespace kinome {
 
@@ -17,8 +17,9 @@ class EyePaths {
   /// start at the camera obey `settings.hide_emitters`. Points of `light` may find the same light;
   /// Begin::rates gives their balance weight. `light` is nullptr if there are none, and must
   /// outlive this object. Rays pass surfaces straight if LocalLight::passing() isn't nullptr.
+  /// `groups`: groups by which light is divided, or nullptr.
   EyePaths(const Scene& scene, const PathSettings& settings, uint32_t edges_before,
-           const LocalLight* light);
+           const LocalLight* light, const LightGroups* groups);
   ~EyePaths();
 
   struct Begin {
@@ -31,7 +32,7 @@ class EyePaths {
     /// LocalChoice::rates() of the tile.
     std::span<const float> rates;
     uint64_t seed = 0;
-    Rgb* sum = nullptr;
+    Rgb* sum = nullptr;   ///< of the first light group; those of the others follow
     uint32_t passes = 0;  ///< number of surfaces that the path has passed straight
     float before = 0;     ///< distance from the start to the last surface that this ray has passed
   };
@@ -60,6 +61,7 @@ class EyePaths {
   const PathSettings settings_;
   const uint32_t edges_before_;
   const LocalLight* const light_;
+  const LightGroups* const groups_;
   std::vector<std::vector<Begin>> waiting_;  ///< indexed by Begin::passes
   std::unique_ptr<Block> block_;             ///< allocated when the first path is traced
 };

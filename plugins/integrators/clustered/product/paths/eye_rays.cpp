@@ -49,7 +49,7 @@ void EyeRays::begin_tile(const Scene& scene, const LocalChoice& choice, uint64_t
   counters_ = &counters;
   if (!paths_ && light_.local->max_depth() > kEdgesBefore + 1) {
     paths_.emplace(scene, PathSettings{light_.local->length(), false}, kEdgesBefore,
-                   light_.local);
+                   light_.local, light_.groups);
   }
   if (rays_.empty()) {
     tiles_.clear();
@@ -179,7 +179,7 @@ void EyeRays::find_light(const RayHit& met, const EyeRay& eye, ShadowRays& shado
   if (!met.hit.valid()) {
     // The cells of the sky account for its light, except for delta lobes.
     if (eye.density == 0 && light_.environment) {
-      *eye.sum += eye.weight * light_.environment->eval_environment(met.ray.d);
+      eye.sum[light_.sky_group] += eye.weight * light_.environment->eval_environment(met.ray.d);
     }
     return;
   }
@@ -187,11 +187,11 @@ void EyeRays::find_light(const RayHit& met, const EyeRay& eye, ShadowRays& shado
   const SurfaceInteraction y = scene_->interaction(met);
   RayHit ray = met;
   ray.ray.tmax += eye.before;
-  if (light_.passing() && y.shape->bsdf().passes_straight()) pass(ray, y, eye);
+  if (light_.passing() && y.shape->bsdf().has_null_lobe()) pass(ray, y, eye);
   if (const Emitter* const emitter = y.shape->emitter()) {
     const Rgb radiance = emitter->eval_surface(y);
     if (!is_black(radiance)) {
-      *eye.sum +=
+      eye.sum[light_.group_of(emitter)] +=
           eye.weight * radiance * share_of(1, 0, eye_odds(eye, y, ray, local.surface_place(y)));
     }
   }
@@ -244,7 +244,7 @@ void EyeRays::find_arrival(const RayHit& ray, const SurfaceInteraction& y, LobeW
   shadow_rays.push(y, arrival->d, arrival->distance,
                    {eye.weight * f * arrival->radiance, 0, -1, 0,
                     is_lamp ? 0 : max_passes(eye, kEdgesBefore + 1)},
-                   {{eye.sum}}, {});
+                   {{eye.sum + light_.divided(arrival->group)}}, {});
 }
 
 /// Calls fn(Met) for each emitter that a ray from y hits. The ray passes at most `max_passes`
@@ -266,7 +266,7 @@ void EyeRays::meet(const SurfaceInteraction& y, const Vec3& d, uint32_t max_pass
       if (!is_black(met.radiance)) fn(met);
     }
     const Bsdf& bsdf = met.x->shape->bsdf();
-    if (!light_.passing() || !bsdf.passes_straight() || passes >= max_passes) return;
+    if (!light_.passing() || !bsdf.has_null_lobe() || passes >= max_passes) return;
     transmittance *= bsdf.null_transmission(*met.x).transmittance;
     if (is_black(transmittance)) return;
     ray = {met.x->spawn_ray(d), Hit{}};
@@ -297,14 +297,15 @@ void EyeRays::follow(const RayHit& ray, const SurfaceInteraction& y, LobeWidth w
         light_.local->found_arrival(y, d, met.distance, met.x ? &*met.x : nullptr);
     const float ratio = sample->pdf / found.density;
     const float odds = is_shared && !is_through ? eye_odds(eye, y, ray, found.place) : kInfinity;
-    *eye.sum += weight * share_of(ratio, ratio, odds) * eye.weight * met.radiance;
+    eye.sum[light_.group_of(met.x ? met.x->shape->emitter() : light_.environment)] +=
+        weight * share_of(ratio, ratio, odds) * eye.weight * met.radiance;
   });
 }
 
 /// Returns f, with which y sends light from wo to the eye, times the balance weight of eye rays.
 /// `is_shown`: see LightPoint.
-Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
-                       const Vec3& wo, const Rgb& f, const EyeRay& eye, bool is_shown) const {
+Rgb EyeRays::weighted_bsdf(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
+                           const Vec3& wo, const Rgb& f, const EyeRay& eye, bool is_shown) const {
   if (wo.z * y.wi.z < 0) return f;
   const Bsdf& bsdf = y.shape->bsdf();
   const float odds = eye_odds(eye, y, ray, light_.local->deep_place(y, wo.z));
@@ -322,7 +323,7 @@ Rgb EyeRays::eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth
   return f + bsdf.eval_pdf(y, Lobe::kDiffuse, wo).f * (share_of(1, 0, odds) - 1);
 }
 
-/// Returns eyes_part() for light that delta lobes show, relative to its value for other light.
+/// Returns weighted_bsdf() for light that delta lobes show, relative to its value for other light.
 float EyeRays::shown_share(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                            const Vec3& wo, const EyeRay& eye) const {
   if (width != LobeWidth::kWide || wo.z * y.wi.z < 0) return 1;
@@ -343,7 +344,7 @@ void EyeRays::go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth wi
   Rgb throughput = eye.weight * sample->weight;
   if (!is_delta) {
     const Rgb f = sample->weight * sample->pdf;
-    throughput = eye.weight * eyes_part(ray, y, width, sample->wo, f, eye) / sample->pdf;
+    throughput = eye.weight * weighted_bsdf(ray, y, width, sample->wo, f, eye) / sample->pdf;
   }
   const float survival = std::min(1.f, max_component(glm::abs(throughput)) / kMinSureThroughput);
   if (!(random_float(eye.seed, kSurvival) < survival)) return;
@@ -383,13 +384,14 @@ void EyeRays::connect_point(const RayHit& ray, const SurfaceInteraction& y, Lobe
   const Rgb power = point.reflection == LightPoint::kLambertian
                         ? point.power
                         : light_.local_points.reflections[point.reflection].toward(-d).radiance;
-  const Rgb light = eye.weight * eyes_part(ray, y, width, wo, value.f, eye, point.is_shown) *
+  const Rgb light = eye.weight * weighted_bsdf(ray, y, width, wo, value.f, eye, point.is_shown) *
                     power * (geometry * chosen->weight / ((1 + odds) * chosen->probability));
   if (is_black(light)) return;
   const Vec3 end = point.end_of_ray(d) - y.p;
   const float reach = glm::length(end);
   shadow_rays.push(y, end / std::max(reach, 1e-30f), reach,
-                   {light, 0, -1, 0, max_passes(eye, edges)}, {{eye.sum}}, {});
+                   {light, 0, -1, 0, max_passes(eye, edges)},
+                   {{eye.sum + light_.divided(point.group)}}, {});
 }
 
 }  // namespace kinome

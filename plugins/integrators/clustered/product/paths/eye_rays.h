@@ -46,7 +46,7 @@ class EyeRays {
     float density;  ///< expected number of such rays, per solid angle; 0 for a delta lobe
     uint32_t tile;  ///< index in tiles_
     uint64_t seed;
-    Rgb* sum;
+    Rgb* sum;       ///< of the first light group; those of the others follow
     float chain_density = kInfinity;  ///< EyeChains::Begin::density
     uint32_t passes = 0;              ///< number of surfaces that it has passed straight
     float before = 0;                 ///< distance to the last of these
@@ -78,8 +78,8 @@ class EyeRays {
   void go_on(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const EyeRay& eye);
   void connect_point(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width,
                      const EyeRay& eye, ShadowRays& shadow_rays);
-  Rgb eyes_part(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const Vec3& wo,
-                const Rgb& f, const EyeRay& eye, bool is_shown = false) const;
+  Rgb weighted_bsdf(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const Vec3& wo,
+                    const Rgb& f, const EyeRay& eye, bool is_shown = false) const;
   float shown_share(const RayHit& ray, const SurfaceInteraction& y, LobeWidth width, const Vec3& wo,
                     const EyeRay& eye) const;
   std::span<const float> rates_of(const EyeRay& eye) const {

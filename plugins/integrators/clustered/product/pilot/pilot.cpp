@@ -102,7 +102,7 @@ LargeArray<PixelForecast> Pilot::learn(double progress_end) {
   const int rows = rows_of_band(), bands = (grid_.blocks_y() + rows - 1) / rows;
   const auto tiles = static_cast<size_t>(rows) * grid_.tiles_across() * grid_.tiles_x();
   forecast_ = LargeArray<PixelForecast>(static_cast<size_t>(crop.area()));
-  std::vector<int> makers;  // processes that probed the previous band
+  std::vector<int> ranks;  // processes that probed the previous band
   for (int i = 0; i <= bands && !context_.job.cancelled(); ++i) {
     context_.job.set_progress_range(progress_end * i / (bands + 1),
                                     progress_end * (i + 1) / (bands + 1));
@@ -111,8 +111,8 @@ LargeArray<PixelForecast> Pilot::learn(double progress_end) {
       points_[i % 2].resize(tiles * kTileSide * kTileSide * effort_.primaries);
       probed = probe(band(i));
     }
-    if (i > 0 && !context_.job.cancelled()) plan(band(i - 1), std::move(makers));
-    makers = std::move(probed);
+    if (i > 0 && !context_.job.cancelled()) plan(band(i - 1), std::move(ranks));
+    ranks = std::move(probed);
   }
   for (auto& points : points_) points = {};
   return std::move(forecast_);
@@ -150,7 +150,7 @@ std::vector<int> Pilot::probe(TileGrid::Rows rows) {
         });
       },
       &shared);
-  return shared.makers();
+  return shared.ranks();
 }
 
 void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, Prober& prober,
@@ -196,7 +196,7 @@ void Pilot::probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, Pro
   }
 }
 
-void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers) {
+void Pilot::plan(TileGrid::Rows rows, std::vector<int> ranks) {
   SharedItems shared([&](size_t item, SharedBytes& bytes) {
     grid_.for_each_tile(
         grid_.first_block(rows) + static_cast<int>(item), [&](const TileGrid::Tile& tile) {
@@ -204,7 +204,7 @@ void Pilot::plan(TileGrid::Rows rows, std::vector<int> makers) {
           tile.for_each_pixel([&](int x, int y) { bytes.value(forecast_[grid_.pixel(x, y)]); });
         });
   });
-  shared.stay_with(std::move(makers));
+  shared.assign(std::move(ranks));
   grid_.for_each_block<Planner>(
       context_.scheduler, rows, "plan",
       [&] { return std::make_unique<Planner>(light_, knowledge_.padded_cells(), neighbours_); },

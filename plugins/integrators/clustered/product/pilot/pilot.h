@@ -65,7 +65,7 @@ class Pilot {
   std::vector<int> probe(TileGrid::Rows rows);
   void probe_tile(const TileGrid::Tile& tile, TilePrimaries& primaries, Prober& prober,
                   RenderCounters& counters);
-  void plan(TileGrid::Rows rows, std::vector<int> makers);
+  void plan(TileGrid::Rows rows, std::vector<int> ranks);
   void plan_tile(const TileGrid::Tile& tile, Planner& planner);
   bool is_wanted(const TileGrid::Tile& tile) const { return !is_wanted_ || is_wanted_(tile); }
   PixelForecast forecast(const std::vector<Patch>& patches, const float* controls,

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "clustered/kernels/aligned.h"
-#include "kinome/large_array.h"
 #include "kinome/wide/numbers.h"
+#include "transport/blocks/large_array.h"
 
 namespace kinome {
 

@@ -8,14 +8,14 @@ namespace kinome {
 namespace {
 
 /// Maximum number of forms that a new one is compared with.
-constexpr ptrdiff_t kMaxCompared = 64;
+constexpr ptrdiff_t kMaxComparedForms = 64;
 
 }  // namespace
 
 const BsdfForm* SharedOfPatches::form(const BsdfForm& form) {
   // Only the latest ones are compared, because textured materials may have a form for each patch.
   const auto find = [&]() -> const BsdfForm* {
-    const auto end = forms_.rbegin() + std::min<ptrdiff_t>(std::ssize(forms_), kMaxCompared);
+    const auto end = forms_.rbegin() + std::min<ptrdiff_t>(std::ssize(forms_), kMaxComparedForms);
     const auto found = std::find_if(
         forms_.rbegin(), end, [&](const BsdfForm& known) { return known.same_kind(form); });
     return found == end ? nullptr : &*found;

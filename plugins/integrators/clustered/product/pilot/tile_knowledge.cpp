@@ -17,8 +17,8 @@ constexpr float kReachDeviation = 4;
 constexpr float kLearnCosine = 0.9f;
 constexpr float kLearnPlanes = 1.6f;
 /// A sharp lobe's patch uses its visibility only if it predicts the pilot's own rays well:
-/// sum (V - v)² < kTrust x sum V².
-constexpr float kTrust = 0.1f;
+/// sum (V - v)² < kMaxPredictionError x sum V².
+constexpr float kMaxPredictionError = 0.1f;
 
 /// One in this number of tiles takes part in the check of sigma.
 constexpr uint64_t kTilesPerCheck = 2;
@@ -190,7 +190,7 @@ void TileKnowledge::check_sigma(int index, VisibilityLearner& learner, Visibilit
     learn_from_around(index, patches[p].restored(shared_), learner, scratch, Own::kLeftOut);
     for (const VisibilityRecord record : own) {
       const uint32_t cell = record.cell();
-      sigma_check_.tell(scratch.v[cell], scratch.sigma[cell], record.value());
+      sigma_check_.add_record(scratch.v[cell], scratch.sigma[cell], record.value());
     }
   }
 }
@@ -237,7 +237,7 @@ void TileKnowledge::find_trust(std::span<const VisibilityRecord> own, Patch& pat
   patch.mean_visibility = others.count > 0 ? others.v / others.count : mean;
   patch.mean_sigma = sigma / count;
   if (!is_sharp(patch)) return;
-  patch.trust = error < kTrust * (lamps.visible + others.visible);
+  patch.trust = error < kMaxPredictionError * (lamps.visible + others.visible);
   patch.mean_visibility = (others.visible + 2 * patch.mean_visibility) / (others.count + 2);
 }
 

@@ -67,7 +67,7 @@ class TileKnowledge {
   /// recall() are corrected by the check: the plan and Patch::trust were computed before.
   void finish(ProcessGroup* group) {
     if (!checks_sigma()) return;
-    sigma_check_.add_up(group);
+    sigma_check_.sum_over_processes(group);
     sigma_check_.finish();
   }
 

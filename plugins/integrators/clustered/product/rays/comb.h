@@ -52,12 +52,12 @@ class Comb {
   /// run starts at the end of the previous one. So the ends never decrease, and are equal if a
   /// weight is 0.
   struct Ends {
-    static constexpr size_t kRuns = 4, kOfRun = 4;
-    static_assert(kRuns * kOfRun == simd::kCellLanes);
+    static constexpr size_t kRuns = 4, kRunLength = 4;
+    static_assert(kRuns * kRunLength == simd::kCellLanes);
     using Floats = float __attribute__((vector_size(16)));
     using Doubles = double __attribute__((vector_size(32)));
     using Integers = int64_t __attribute__((vector_size(32)));
-    Doubles of[kOfRun];  ///< [index within the run], one element per run
+    Doubles of[kRunLength];  ///< [index within the run], one element per run
 
     Ends(const float* weights, double begin) {
       Floats runs[kRuns];
@@ -71,13 +71,13 @@ class Comb {
       of[1] = __builtin_convertvector(__builtin_shufflevector(a, b, 2, 3, 6, 7), Doubles);
       of[2] = __builtin_convertvector(__builtin_shufflevector(c, d, 0, 1, 4, 5), Doubles);
       of[3] = __builtin_convertvector(__builtin_shufflevector(c, d, 2, 3, 6, 7), Doubles);
-      for (size_t i = 1; i < kOfRun; ++i) of[i] += of[i - 1];
-      const Doubles sums = of[kOfRun - 1];
+      for (size_t i = 1; i < kRunLength; ++i) of[i] += of[i - 1];
+      const Doubles sums = of[kRunLength - 1];
       const double second = begin + sums[0], third = second + sums[1], last = third + sums[2];
       const Doubles begins = {begin, second, third, last};
       for (Doubles& ends : of) ends += begins;
     }
-    double operator[](size_t i) const { return of[i % kOfRun][i / kOfRun]; }
+    double operator[](size_t i) const { return of[i % kRunLength][i / kRunLength]; }
     /// Returns the number of strata that end at or before a point.
     size_t before(double point) const {
       const Doubles points = {point, point, point, point};

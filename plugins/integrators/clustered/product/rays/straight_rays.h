@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "transport/straight_shadows.h"
+#include "transport/shadows/straight_shadows.h"
 
 namespace kinome {
 

@@ -8,7 +8,7 @@ namespace {
 
 /// Distance of prefetching, in rays. Points of cells and surface points don't all fit into the
 /// nearest cache.
-constexpr size_t kAhead = 8;
+constexpr size_t kRayPrefetchDistance = 8;
 
 }  // namespace
 
@@ -70,9 +70,9 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
   };
   shots_.resize(0);
   for (size_t j = 0; j < hits.size(); ++j) {
-    if (j + kAhead < hits.size()) {
-      __builtin_prefetch(&point_of(j + kAhead));
-      primaries.prefetch(view.primary(member_at(j + kAhead)));
+    if (j + kRayPrefetchDistance < hits.size()) {
+      __builtin_prefetch(&point_of(j + kRayPrefetchDistance));
+      primaries.prefetch(view.primary(member_at(j + kRayPrefetchDistance)));
     }
     const uint32_t stratum = hits[j].stratum;
     const uint32_t cell = ids[stratum];
@@ -95,7 +95,8 @@ void DiffuseStrata::shoot(const GroupView& view, const SegmentHits& segment, uin
     }
     if (patch.is_described) {
       float t = table ? wide::tabulated(table, cosine) : 1.f;
-      if (patch.form.is_turned) t *= turned_factor_at(primaries, primary, point.d);
+      if (patch.form.has_perturbed_normal)
+        t *= perturbed_normal_factor_at(primaries, primary, point.d);
       if (cosine > 0) {
         rays.push(primaries.place(primary), point.d, {lambert * t, cell, group.patch, primary},
                   answers);

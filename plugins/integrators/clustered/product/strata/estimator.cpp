@@ -63,7 +63,7 @@ void Estimator::begin_tile(const Scene& scene, const TilePrimaries& primaries,
   patches_ = patches;
   visibility_ = visibility;
   if (units.empty()) {
-    times_.count_nowhere();  // a pilot, which is a stage of its own
+    times_.stop_counting();  // a pilot, which is a stage of its own
   } else {
     times_.count_to(counters);
   }
@@ -118,7 +118,11 @@ void Estimator::add_local(const GroupView& group, const Unit& unit, const UnitSu
   const float eye_rays = points.empty() ? expected_eye_rays(group.patch, *light_.local) : 1;
   const Rgb control = local_.add(group, eye_rays, numbers, strata_);
   if (!points.empty()) local_.plan(group, patches_[group.group.patch], points);
-  add_control(local_, group, control, sums);
+  if (sums && light_.groups) {
+    local_.split(group, control, sums);
+  } else {
+    add_control(local_, group, control, sums);
+  }
 }
 
 /// Adds the strata of all groups of a unit. Adds their control terms to `sums` and the plan's input
@@ -129,10 +133,11 @@ void Estimator::add_strata(const Unit& unit, const UnitSums& sums, std::span<Poi
   diffuse_.begin_unit();
   glossy_.begin_unit();
   local_.begin_unit();
+  const UnitSums of_sky = sums.of_group(light_.sky_group);
   for (uint32_t g = 0; g < groups_.size(); ++g) {
     const GroupView group = view(g);
-    add_diffuse(group, sums);
-    add_glossy(group, unit, sums, points);
+    add_diffuse(group, of_sky);
+    add_glossy(group, unit, of_sky, points);
     add_local(group, unit, sums, points);
   }
 }
@@ -142,14 +147,16 @@ void Estimator::shoot(const Unit& unit, const Answers& answers) {
   if (unit.rays == 0) return;
   const StageScope timer = times_.scope(StageTimes::kComb);
   const uint32_t turn = random_bits(unit.seed, kTurns);
+  Answers of_sky = answers;
+  of_sky.sums = answers.sums.of_group(light_.sky_group);
   const auto shoot_segment = [&](const SegmentHits& hits) {
     const GroupView group = view(hits.segment.group);
     switch (hits.segment.kind) {
       case Strata::Kind::kDiffuse:
-        diffuse_.shoot(group, hits, turn, answers, shadow_rays_);
+        diffuse_.shoot(group, hits, turn, of_sky, shadow_rays_);
         break;
       case Strata::Kind::kGlossy:
-        glossy_.shoot(group, hits, answers, shadow_rays_);
+        glossy_.shoot(group, hits, of_sky, shadow_rays_);
         break;
       case Strata::Kind::kLocal:
         local_.shoot(group, hits, answers, shadow_rays_);
@@ -199,7 +206,7 @@ template <class SumOf>
 void Estimator::follow_paths(const Unit& unit, const SumOf& sum_of) {
   for (uint32_t i = unit.first; i < unit.end; ++i) {
     if (!primaries_->goes_on(i)) continue;
-    if (!paths_) paths_.emplace(*scene_, light_.paths, 0, nullptr);
+    if (!paths_) paths_.emplace(*scene_, light_.paths, 0, nullptr, light_.groups);
     EyePaths::Begin path;
     path.ray = primaries_->last_part(i);
     path.throughput = Rgb(1.f);
@@ -217,13 +224,13 @@ void Estimator::estimate(const Unit& unit, const UnitSums& sums) {
   if (has_local()) {
     send_eye_rays(unit, sums);
   } else {
-    shoot_mirrored(hash_words(unit.seed, kMirrors), sums);
+    shoot_mirrored(hash_words(unit.seed, kMirrors), sums.of_group(light_.sky_group));
   }
 }
 
 void Estimator::probe(const Unit& unit, std::span<PointPlan> points,
                       std::span<std::vector<VisibilityRecord>> records) {
-  times_.count_nowhere();
+  times_.stop_counting();
   const Answers answers{{}, records.data(), points.data()};
   follow_paths(unit, [&](uint32_t i) { return points[i].followed; });
   add_strata(unit, {}, points);

@@ -23,7 +23,7 @@ GlossyStrata::GlossyStrata(const CellLight& light)
     : light_(light), shared_(light), importance_(light) {}
 
 GlossyStrata::Counts GlossyStrata::counts(const Patch& patch, float candidates) {
-  return {HilbertPoints::log2_near(candidates * (1 - patch.cell_share)),
+  return {HilbertPoints::nearest_log2(candidates * (1 - patch.cell_share)),
           std::clamp(static_cast<uint32_t>(candidates * patch.cell_share), kMinFromCells,
                      kMaxFromCells)};
 }

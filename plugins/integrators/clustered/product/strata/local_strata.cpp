@@ -24,10 +24,11 @@ void LocalStrata::Columns::resize(size_t size) {
   point.resize(member.size());
   distance.resize(member.size());
   eye_ratio.resize(member.size());
+  group.resize(member.size());
 }
 
 void LocalStrata::Columns::add_lamp(uint32_t of_member, uint32_t of_cell, const Vec3& d, float far,
-                                    const Rgb& light) {
+                                    const Rgb& light, uint32_t of_group) {
   const size_t i = size();
   resize(i + 1);
   put(i, of_cell, d, light);
@@ -35,6 +36,7 @@ void LocalStrata::Columns::add_lamp(uint32_t of_member, uint32_t of_cell, const 
   point[i] = LightPoint::kLambertian;
   distance[i] = far;
   eye_ratio[i] = 0;
+  group[i] = static_cast<uint8_t>(of_group);
 }
 
 /// Returns the light point of a candidate; nullptr for a lamp.
@@ -60,6 +62,9 @@ void LocalStrata::connect_points(const GroupView& group, uint32_t first_block) {
       c.member[first + i] = j;
       c.cell[first + i] = light_.first_local() + block.cell[i];
       c.point[first + i] = block.point[i];
+    }
+    for (size_t i = first; light_.groups && i < c.size(); ++i) {
+      c.group[i] = light_.local_points.points[c.point[i]].group;
     }
     if (!light_.local_points.reflections.empty()) add_reflections(block, first);
   }
@@ -94,7 +99,7 @@ void LocalStrata::connect_lamps(const GroupView& group, const Numbers& numbers) 
       const auto light = lamp.emitter->sample_direct(si.p, u);
       if (!light || !(light->pdf > 0) || is_black(light->radiance)) continue;
       c.add_lamp(j, light_.first_local() + lamp.cell, light->d, light->distance,
-                 light->radiance * (lamp.weight / light->pdf));
+                 light->radiance * (lamp.weight / light->pdf), lamp.group);
     }
   }
 }
@@ -120,6 +125,15 @@ Rgb LocalStrata::add(const GroupView& group, float eye_rays, const Numbers& numb
       {eye_rays, {group.visibility.v.data(), group.visibility.sigma.data()}}, size, control,
       columns.block_sums);
   return {control[0], control[1], control[2]};
+}
+
+void LocalStrata::split(const GroupView& group, const Rgb& control, const UnitSums& sums) const {
+  const Columns& c = candidates_;
+  if (!light_.groups) return split_control(group, c, first_, control, sums);
+  for (size_t i = first_; i < c.size(); ++i) {
+    Rgb* const row = sums.is_split ? &sums.of(group.primary(c.member[i])) : sums.first;
+    row[c.group[i]] += group.visibility.v[c.cell[i]] * c.weight_of(i);
+  }
 }
 
 void LocalStrata::plan(const GroupView& group, Patch& patch, std::span<PointPlan> points) const {
@@ -179,7 +193,9 @@ void LocalStrata::shoot(const GroupView& group, const SegmentHits& segment,
     const float factor = segment.step / segment.weights[hit.stratum];
     const Rgb weight = c.weight_of(i) * factor;
     const uint32_t primary = group.primary(c.member[i]);
-    if (answers.sums) answers.sums.of(primary) -= group.visibility.v[c.cell[i]] * weight;
+    Answers own = answers;
+    own.sums = of_candidate(answers.sums, i);
+    if (own.sums) own.sums.of(primary) -= group.visibility.v[c.cell[i]] * weight;
     const bool is_lamp = c.point[i] == LightPoint::kLambertian;
     const SurfaceInteraction si = group.primaries.place(primary);
     const Vec3 d = c.direction(i);
@@ -198,7 +214,7 @@ void LocalStrata::shoot(const GroupView& group, const SegmentHits& segment,
       toward = to / std::max(distance, 1e-30f);
     }
     rays.push(si, toward, distance,
-              {weight, c.cell[i], group.group.patch, primary, max_passes(c.point[i])}, answers, lit);
+              {weight, c.cell[i], group.group.patch, primary, max_passes(c.point[i])}, own, lit);
   }
 }
 

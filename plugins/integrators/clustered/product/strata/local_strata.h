@@ -32,10 +32,9 @@ class LocalStrata {
   /// Connects the group's points and appends the connections to the strata. `eye_rays` is the
   /// expected number of eye rays of each point. Returns the control terms, summed over the points.
   Rgb add(const GroupView& group, float eye_rays, const Numbers& numbers, Strata& strata);
-  /// See split_control(). `control` is the result of the last add() for the group.
-  void split(const GroupView& group, const Rgb& control, const UnitSums& sums) const {
-    split_control(group, candidates_, first_, control, sums);
-  }
+  /// See split_control(). `control` is the result of the last add() for the group. Divides the
+  /// term among light groups, too.
+  void split(const GroupView& group, const Rgb& control, const UnitSums& sums) const;
   /// Computes the plan's input from the connections of the last add(), if any: mean and variance of
   /// the unshadowed light, and the number of eye rays. Adds them to the group's points in `points`
   /// (all points of the tile) and to `patch`.
@@ -49,14 +48,20 @@ class LocalStrata {
     std::vector<uint32_t> point;   ///< index in LocalPoints; LightPoint::kLambertian for a lamp
     std::vector<float> distance;   ///< to the light point or lamp
     std::vector<float> eye_ratio;  ///< ConnectionColumns::eye_ratio
+    std::vector<uint8_t> group;    ///< light group; only if light is divided
     void resize(size_t size);
-    void add_lamp(uint32_t of_member, uint32_t of_cell, const Vec3& d, float far, const Rgb& light);
+    void add_lamp(uint32_t of_member, uint32_t of_cell, const Vec3& d, float far, const Rgb& light,
+                  uint32_t of_group = 0);
   };
   void connect_points(const GroupView& group, uint32_t first_block);
   void connect_lamps(const GroupView& group, const Numbers& numbers);
   void add_reflections(const LocalChoice::Block& block, size_t first);
   const LightPoint* point_of(size_t candidate) const;
   uint32_t max_passes(uint32_t point) const;
+  /// Sums of the light group of a candidate.
+  UnitSums of_candidate(const UnitSums& sums, size_t candidate) const {
+    return light_.groups ? sums.of_group(candidates_.group[candidate]) : sums;
+  }
 
   const CellLight& light_;
   const LocalChoice& choice_;

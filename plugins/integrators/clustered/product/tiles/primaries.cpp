@@ -38,7 +38,7 @@ void Primaries::make_room(size_t rays) {
   aperture_ = arena_->two();
   emitted_ = arena_->three();
   point_ = arena_->of<int32_t>();
-  const size_t points = padded(transport::Surfaces::most_points(view_.scene, rays));
+  const size_t points = padded(transport::Surfaces::max_points(view_.scene, rays));
   patch_.resize(points);
   kind_.resize(points);
   frames_.resize(points);

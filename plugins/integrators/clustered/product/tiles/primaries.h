@@ -9,7 +9,7 @@
 #include "clustered/kernels/lobe_kernels.h"
 #include "clustered/product/tiles/path_numbers.h"
 #include "kinome/block_points.h"
-#include "transport/coverage.h"
+#include "transport/paths/coverage.h"
 
 namespace kinome {
 
@@ -26,8 +26,8 @@ class TilePrimaries;
 ///   environment behind it.
 inline bool goes_on_as_path(const Bsdf& bsdf, const Vec3& normal, const Vec3& viewer,
                             bool hides_environment) {
-  return bsdf.scatters_through() || (bsdf.transmits() && !(glm::dot(normal, viewer) > 0)) ||
-         (hides_environment && bsdf.passes_straight());
+  return bsdf.has_rough_transmission() || (bsdf.transmits() && !(glm::dot(normal, viewer) > 0)) ||
+         (hides_environment && bsdf.has_null_lobe());
 }
 /// True for mirrors and smooth glass.
 inline bool has_deltas_alone(const Bsdf& bsdf) {
@@ -125,6 +125,11 @@ class TilePrimaries {
   }
   /// Emitted light that the ray sees directly.
   Rgb emitted(size_t ray) const { return all_->emitted_.at(tile_->first_ray + ray); }
+  /// Emitter of this light; nullptr if the ray hit a surface that doesn't emit, or nothing in a
+  /// scene without an environment.
+  const Emitter* emitter(size_t ray) const {
+    return hit(ray) ? shape(ray).emitter() : all_->view_.scene.scene().environment();
+  }
   float distance(size_t ray) const {
     const size_t i = tile_->first_ray + ray;
     return all_->camera_->rays()[i / kBlockLanes].ray.tmax[i % kBlockLanes];

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "clustered/product/tiles/tile_grid.h"
+#include "kinome/light_groups.h"
 #include "kinome/primary_rays.h"
 #include "kinome/scene.h"
 #include "kinome/sensor.h"
@@ -25,6 +26,9 @@ struct ProductSettings {
   bool hide_emitters = false;
   /// Writes kProductChannels to layer 1 of the film.
   bool diagnostics = false;
+  /// Light groups by which the image is divided, if any. Light that only Caustics finds is left
+  /// out then.
+  LightGroups groups{};
   /// Maximum number of pixels of an image whose learned visibilities are kept. Larger images learn
   /// them again in each pass. Also limits the number of pixels whose points the pilot keeps.
   /// Results don't depend on it.
@@ -65,6 +69,8 @@ struct ProductTask {
         settings(of_settings),
         grid(sensor.film().sampled()),
         seed(key_seed(context.job, sensor.sampler())) {}
+  /// True if the image is divided by light group.
+  bool divides_light() const { return !settings.groups.is_empty(); }
   PathSettings path_settings() const { return {settings.length, settings.hide_emitters}; }
 };
 

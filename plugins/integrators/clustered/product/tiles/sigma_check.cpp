@@ -26,9 +26,9 @@ constexpr double kMinFactor = 0.02;
 constexpr float kMinCheckVariance = 1e-6f;
 
 /// Right shift of a float's bits that leaves the exponent and the first binary digit: half octaves.
-/// The result is kOne for 1, and smaller for smaller values.
+/// The result is kShiftedOne for 1, and smaller for smaller values.
 constexpr int kShift = 22;
-constexpr int32_t kOne = 254;
+constexpr int32_t kShiftedOne = 254;
 
 }  // namespace
 
@@ -37,9 +37,10 @@ void SigmaCheck::forget() {
   is_finished_ = false;
 }
 
-void SigmaCheck::tell(float v, float sigma, float visible) {
+void SigmaCheck::add_record(float v, float sigma, float visible) {
   const float variance = sigma * sigma, off = visible - v;
-  const int step = std::clamp(kOne - (std::bit_cast<int32_t>(variance) >> kShift), 0, kSteps - 1);
+  const int step =
+      std::clamp(kShiftedOne - (std::bit_cast<int32_t>(variance) >> kShift), 0, kSteps - 1);
   const int side = v < kMargin ? kHidden : v > 1 - kMargin ? kVisible : kNeither;
   Sums& sums = sums_[side * kSteps + step];
   const auto add = [](std::atomic<uint64_t>& sum, double value) {
@@ -49,10 +50,10 @@ void SigmaCheck::tell(float v, float sigma, float visible) {
   add(sums.found, double{off} * off);
 }
 
-void SigmaCheck::add_up(ProcessGroup* group) {
+void SigmaCheck::sum_over_processes(ProcessGroup* group) {
   std::vector<uint64_t> numbers;
   for (const Sums& sums : sums_) numbers.insert(numbers.end(), {sums.expected, sums.found});
-  kinome::add_up(group, numbers);
+  kinome::sum_over_processes(group, numbers);
   for (size_t i = 0; i < sums_.size(); ++i) {
     sums_[i].expected = numbers[2 * i];
     sums_[i].found = numbers[2 * i + 1];
@@ -87,8 +88,8 @@ void SigmaCheck::correct(Visibility& visibility) const {
   for_lanes(visibility.v.size(), [&](size_t c) {
     const Float v = Float::load(&visibility.v[c]);
     const Float variance = sqr(Float::load(&visibility.sigma[c]));
-    const Int step = min(max(Int(kOne) - shift_right<kShift>(as_int(variance)), Int(0)),
-                         Int(kSteps - 1));
+    const Int step =
+        min(max(Int(kShiftedOne) - shift_right<kShift>(as_int(variance)), Int(0)), Int(kSteps - 1));
     const Int side =
         select(v < kMargin, Int(kHidden), select(v > 1 - kMargin, Int(kVisible), Int(kNeither)));
     const Float factor = gather(factor_.data(), side * Int(kSteps) + step);

@@ -15,17 +15,17 @@ class ProcessGroup;
 /// predictions from the rays around them. The result depends on the scene: a wall with a window
 /// needs rays at few cells, foliage at all.
 ///
-/// Several threads may call tell() at once, but not together with the other functions. Sums are
-/// integers, so that their order doesn't matter.
+/// Several threads may call add_record() at once, but not together with the other functions. Sums
+/// are integers, so that their order doesn't matter.
 class SigmaCheck {
  public:
   void forget();
   /// Adds a ray to a cell whose visibility was learned without it. v is in [0, 1];
   /// sigma is positive and at most 1.1.
-  void tell(float v, float sigma, float visible);
+  void add_record(float v, float sigma, float visible);
   /// Sums the table over all processes of a group.
-  void add_up(ProcessGroup* group);
-  /// Computes the factors of sigma. Call it after all tell() and add_up().
+  void sum_over_processes(ProcessGroup* group);
+  /// Computes the factors of sigma. Call it after all add_record() and sum_over_processes().
   void finish();
   /// Corrects each sigma by the result. Doesn't change sigma_mixed, which is for v = 0. Does
   /// nothing before finish().

@@ -41,7 +41,7 @@ class StageTimes {
  public:
   enum Stage { kStrata, kCandidates, kComb, kShadow, kEyeRays, kStages };
 
-  StageTimes() { count_nowhere(); }
+  StageTimes() { stop_counting(); }
   StageTimes(const StageTimes&) = delete;
   StageTimes& operator=(const StageTimes&) = delete;
 
@@ -51,7 +51,7 @@ class StageTimes {
     for (int i = 0; i < kStages; ++i) seconds_[i] = &counters.stage_seconds[kNames[i]];
   }
   /// Doesn't count the following stages, because they are part of another stage.
-  void count_nowhere() {
+  void stop_counting() {
     for (double*& seconds : seconds_) seconds = &uncounted_;
   }
   /// Adds the time until the end of the scope to the stage, except that of inner scopes.

@@ -8,7 +8,7 @@
 #include "kinome/film.h"
 #include "kinome/scheduler.h"
 #include "kinome/shared_items.h"
-#include "transport/blocks_of_tile.h"
+#include "transport/blocks/blocks_of_tile.h"
 
 namespace kinome {
 

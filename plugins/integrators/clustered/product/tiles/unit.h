@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "kinome/color.h"
@@ -7,13 +8,21 @@
 namespace kinome {
 
 /// Sums of the light that a unit's primaries reflect: a single sum, or one per primary if film
-/// positions matter because the filter weighs them differently.
+/// positions matter because the filter weighs them differently. If light is divided by light group,
+/// each of them is a row of sums, one per group.
 struct UnitSums {
   Rgb* first = nullptr;  ///< nullptr: no estimate is requested
   bool is_split = false;
   uint32_t first_primary = 0;
+  uint32_t groups = 1;  ///< length of a row
 
-  Rgb& of(uint32_t primary) const { return is_split ? first[primary - first_primary] : *first; }
+  Rgb& of(uint32_t primary) const {
+    return is_split ? first[(primary - first_primary) * size_t{groups}] : *first;
+  }
+  /// Returns the sums of a light group.
+  UnitSums of_group(uint32_t group) const {
+    return {first ? first + group : nullptr, is_split, first_primary, groups};
+  }
   explicit operator bool() const { return first != nullptr; }
 };
 

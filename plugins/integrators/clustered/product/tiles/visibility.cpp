@@ -127,7 +127,7 @@ void VisibilityLearner::sum_up() {
   }
 }
 
-void VisibilityLearner::share_down() {
+void VisibilityLearner::estimate_shares() {
   const auto share = [](const Level& level, size_t i, float above, float shrinkage) {
     const Count count = level.counts[i];
     return (kUnit * static_cast<float>(count >> kHalf) + shrinkage * above) /
@@ -158,7 +158,7 @@ void VisibilityLearner::finish(std::span<const uint32_t> blocks, Visibility& out
   if (blocks.size() < all_blocks_.size() || weight_ == 0) out.reset();
   if (weight_ == 0) return;
   sum_up();
-  share_down();
+  estimate_shares();
   using namespace wide;
   // Mean square divided by the mean of what arrives. It is 1 if surfaces either block light or
   // don't change it.

@@ -86,7 +86,8 @@ class VisibilityLearner {
     std::vector<float> share;  ///< estimated from the node's records and the nodes above
   };
   void sum_up();
-  void share_down();
+  /// Estimates the shares of all levels, from the root down.
+  void estimate_shares();
   wide::Float prior(size_t first) const;
   void finish(std::span<const uint32_t> blocks, Visibility& out);
   const CellNeighbours* neighbours_;

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "clustered/product/tiles/spread.h"
-#include "kinome/large_array.h"
+#include "transport/blocks/large_array.h"
 
 namespace kinome {
 namespace {
@@ -64,7 +64,7 @@ void render(const MethodTrial& trial, const MethodTrial::Way& way, const MethodT
   image.resize(static_cast<size_t>(trial.grid().crop().area()));
   way.render(part, index, image);
   renders.cost +=
-      (rays_of(counters) - rays) * way.cost_of_ray + way.more_cost * part.share() / trial.share();
+      (rays_of(counters) - rays) * way.cost_of_ray + way.extra_cost * part.share() / trial.share();
 }
 
 Filtered all_filtered(const MethodTrial& trial, const Renders& renders) {

@@ -99,7 +99,7 @@ class MethodTrial {
     std::function<void(const MethodTrial& tiles, uint64_t index, std::span<Rgb> image)> render;
     /// Cost of each ray that `render` traces, except light rays, which cost nothing.
     double cost_of_ray = 1;
-    double more_cost = 0;  ///< cost of a render besides those rays, such as that of light rays
+    double extra_cost = 0;  ///< cost of a render besides those rays, such as that of light rays
     /// Variance of each pixel by light that `render` leaves out (mean of the channels). May be
     /// empty.
     std::vector<float> more_variance{};

@@ -6,8 +6,8 @@
 #include "clustered/product/tiles/tile_grid.h"
 #include "kinome/sensor.h"
 #include "transport/path_parameters.h"
-#include "transport/camera_block.h"
-#include "transport/paths.h"
+#include "transport/paths/camera_block.h"
+#include "transport/paths/paths.h"
 
 namespace kinome {
 
