@@ -5,11 +5,11 @@ import json
 import logging
 import os
 import pathlib
+import resource
 import struct
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import numpy as np
@@ -66,6 +66,11 @@ def murmur3(data):
     for shift, factor in ((16, 0x85ebca6b), (13, 0xc2b2ae35)):
         value = (value ^ value >> shift) * factor & mask
     return value ^ value >> 16
+
+
+def processor_seconds_of_children():
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def id_bits(name):
@@ -192,10 +197,10 @@ class Cryptomatte(unittest.TestCase):
         for side in ("width", "height"):
             text = text.replace(f'name="{side}" value="16"', f'name="{side}" value="352"')
         (self.folder / "scene.xml").write_text(text, "utf-8")
-        start = time.monotonic()
+        start = processor_seconds_of_children()
         result = subprocess.run([PROGRAM, "scene.xml", "-D", "filter=box", "--time", "0.4", "-o", "a.exr"],
                                 cwd=self.folder, check=True, capture_output=True, text=True, timeout=600)
-        self.assertLess(time.monotonic() - start, 10)
+        self.assertLess(processor_seconds_of_children() - start, 10)
         self.assertRegex(result.stderr, "crypto_samples=4096 takes more than half of the time limit: the mattes "
                                r"have at most \d+ rays per pixel")
 

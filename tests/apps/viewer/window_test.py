@@ -19,11 +19,9 @@ from scenes import PROGRAM, write_scene
 
 # Timeout in seconds, long enough for a busy machine.
 PATIENCE = 600
-# Maximum time in seconds to close the window on an idle machine. The minimum of several
-# measurements must be below it, because other load can only add time. A render that is not
-# interrupted would take minutes.
-CLOSED = 0.5
-CLOSINGS = 3
+# Maximum processor time in seconds from the request to close the window to the end of the program.
+# An interrupted render takes less than a second. The rest of a pass takes more.
+CLOSED = 2
 
 
 def xdotool(*arguments):
@@ -127,14 +125,25 @@ class Viewer:
         xdotool("mouseup", button)
 
     def close(self):
-        """Requests that the window be closed, as a window manager does. Returns the seconds until
-        the program has ended."""
+        """Requests that the window be closed, as a window manager does. Returns the seconds of
+        processor time until the program has ended."""
         window = int(subprocess.run(["xdotool", "search", "--name", "kinome-view"], check=True,
                                     capture_output=True, text=True).stdout.split()[0])
         ask_to_close(window)
-        start = time.monotonic()
-        self.process.wait(timeout=PATIENCE)
-        return time.monotonic() - start
+        start = processor_seconds(self.process.pid)
+        # Its times can be read until poll() is called.
+        end = time.monotonic() + PATIENCE
+        has_ended = os.WEXITED | os.WNOWAIT | os.WNOHANG
+        while time.monotonic() < end and not os.waitid(os.P_PID, self.process.pid, has_ended):
+            time.sleep(0.01)
+        seconds = processor_seconds(self.process.pid) - start
+        self.process.wait(timeout=1)
+        return seconds
+
+
+def processor_seconds(pid):
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def ask_to_close(window):
@@ -240,15 +249,6 @@ class WindowTest(unittest.TestCase):
 
     def test_closing_ends_a_render(self):
         """Closing cancels the render at once, but still saves pending edits."""
-        shares = []
-        while len(shares) < CLOSINGS and min(shares, default=CLOSED) >= CLOSED:
-            seconds = self.close_while_it_renders()
-            # Divide by the load per processor, because waiting programs share the processors.
-            shares.append(seconds / max(1, os.getloadavg()[0] / os.cpu_count()))
-        self.assertLess(min(shares), CLOSED, shares)
-
-    def close_while_it_renders(self):
-        (self.folder / "scene-edited.xml").unlink(missing_ok=True)
         viewer = self.open(1200, 900)
         # Request all samples at once, which takes minutes. The button is in the row of the number.
         before = len(viewer.lines)
@@ -257,18 +257,16 @@ class WindowTest(unittest.TestCase):
         time.sleep(0.5)
         # A pending save must be completed.
         xdotool("key", "ctrl+s")
-        seconds = viewer.close()
+        self.assertLess(viewer.close(), CLOSED)
         self.assertEqual(viewer.process.returncode, 0)
         self.assertFalse([line for line in viewer.lines[before:] if "error" in line])
         self.assertEqual((self.folder / "scene-edited.xml").read_text(),
                          (self.folder / "scene.xml").read_text())
-        return seconds
 
-    def test_the_first_picture_appears_within_a_second(self):
+    def test_the_first_picture_has_few_samples(self):
+        """A window on an idle machine shows a preview. A busy one may show a later pass."""
         viewer = self.open(640, 480)
-        at = [float(viewer.wait_for(f"^([0-9.]+) {what}")[1]) for what in ("window", "picture 1 ")]
-        # Takes 0.2 s on an idle machine.
-        self.assertLess(at[1] - at[0], 1)
+        self.assertLess(int(viewer.wait_for(r" picture .* (?:preview|part|pass|final) (\d+) samples")[1]), 4000)
 
     def test_errors_are_shown_and_survived(self):
         scene = write_scene(self.folder)
