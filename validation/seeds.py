@@ -78,12 +78,12 @@ def page(found):
         "# Distribution over seeds", "",
         f"Written by `/usr/bin/python3 validation/seeds.py` at {commit()[:10]}, on "
         f"{machine()['processor']}. The scenes are small subjects on ground planes and under lamps of up to "
-        "1,000 times their size ([seed_scenes.h](../../tests/render/seed_scenes.h)). Each is rendered with 20 "
+        "1,000 times their size ([seed_scenes.h](../../tests/render/product/seed_scenes.h)). Each is rendered with 20 "
         "seeds in two ways:", "",
         "- as users render: images of 64x48 pixels with 100 samples, for which `clustered` tries `path`;",
         "- product sampling alone (`trial` = false): images of 32x24 pixels with 64 samples. The names of "
         "these scenes end with the depth.", "",
-        "[seeds_test.cpp](../../tests/render/seeds_test.cpp) defines the limits. The shaded areas are the "
+        "[seeds_test.cpp](../../tests/render/product/seeds_test.cpp) defines the limits. The shaded areas are the "
         "limits of the means. In red scenes the test fails, because of a mean or an error.", "",
         "![Means of the images of all seeds](plot.png)", "",
         "| scene | `path` | limit | minimum | median | maximum | |", "|---|---|---|---|---|---|---|"]

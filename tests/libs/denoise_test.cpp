@@ -1,5 +1,5 @@
 // Tests of denoising with denoisers that the tests define: the combination with the noisy image,
-// the channels of the result, and the film's filter. tests/apps/cli/denoise_test.py loads
+// the channels of the result, and the film's filter. tests/apps/cli/commands/denoise_test.py loads
 // libraries.
 
 #include <gtest/gtest.h>

@@ -52,7 +52,7 @@ Case tiny_lamps() {
   Case c{15,
          "A density whose square overflows in the power heuristic",
          "Weights are computed from the ratio of two densities.",
-         "render/area_light_test.cpp statistical/bsdf_extremes_test.cpp",
+         "render/direct/area_light_test.cpp statistical/bsdf_extremes_test.cpp",
          {}};
   // The densities per solid angle are 3e7, 3e13 and 3e19; the square of the last overflows.
   for (const double radius : {1e-4, 1e-7, 1e-10}) {
@@ -91,7 +91,7 @@ Case parameters() {
   Case c{20,
          "Lights whose parameters give an infinite scale; spots of 0 and 90 degrees",
          "Values up to the limits are accepted, others refused; hard edges are supported.",
-         "plugins/emitter_parameters_test.cpp render/local_light_test.cpp",
+         "plugins/emitters/emitter_parameters_test.cpp render/direct/local_light_test.cpp",
          {}};
   const Rgb one(1, 2, 3);
   const auto spot = [&](const std::string& name, double cutoff, double beam, const Rgb& intensity) {
@@ -149,7 +149,7 @@ Case clusters() {
          "A cluster's angle underestimated: points inside, on and beside its box",
          "Cosines of a cluster are bounded by its box and its cone of normals; a cluster is "
          "skipped only if none of its points can light the position.",
-         "plugins/local_cut_test.cpp plugins/light_cut_test.cpp statistical/local_clustered_test.cpp",
+         "plugins/integrators/kernels/local_cut_test.cpp plugins/integrators/kernels/light_cut_test.cpp statistical/local_clustered_test.cpp",
          {}};
   const std::string lamp = point_xml({-.2f, .1f, 1.2f}, {3, 4, 5});
   c.trials = {
@@ -179,7 +179,7 @@ Case cones() {
   Case c{9,
          "NaN axes of cones from opposite or collinear normals; empty bounds",
          "A cluster without a mean normal is bounded only by its box.",
-         "plugins/light_tree_test.cpp plugins/local_cut_test.cpp",
+         "plugins/integrators/clustered/light_tree_test.cpp plugins/integrators/kernels/local_cut_test.cpp",
          {}};
   c.trials = {
       bounce(
@@ -217,7 +217,7 @@ Case point_lights() {
          "VPLs: in the shading point's cluster, at no distance, all unlit",
          "Peaks near points are kept, and unbiased; a point in a surface's plane doesn't light it; "
          "without lit points there is no bounce.",
-         "render/vpl_test.cpp plugins/local_cut_test.cpp",
+         "render/direct/vpl_test.cpp plugins/integrators/kernels/local_cut_test.cpp",
          {}};
   Trial unlit = bounce(
       "lamp that shines away: all points unlit", {0, -3, 1.5f}, {0, 0, .3f}, 40, corner,
@@ -248,8 +248,8 @@ Case many() {
   Case c{23,
          "Coincident lights; 1 light; 2^22 lights; radiances of 1e-30 to 1e30 in one scene",
          "Trees sum in double precision; coincident lights are kept as separate points.",
-         "plugins/light_tree_test.cpp plugins/local_cut_test.cpp stability/precision_test.cpp "
-         "render/vpl_test.cpp",
+         "plugins/integrators/clustered/light_tree_test.cpp plugins/integrators/kernels/local_cut_test.cpp stability/precision_test.cpp "
+         "render/direct/vpl_test.cpp",
          {}};
   const glm::dvec3 place(.2, .1, .8);
   const Rgb intensity(3, 2, 1);

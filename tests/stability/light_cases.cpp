@@ -129,7 +129,7 @@ Case black(Maps& maps) {
   Case c{1,
          "Black environment, all-black scene",
          "The image is black.",
-         "render/closed_form_test.cpp render/product_properties_test.cpp render/local_light_test.cpp",
+         "render/direct/closed_form_test.cpp render/product/product_properties_test.cpp render/direct/local_light_test.cpp",
          {}};
   const auto add = [&](Trial trial) {
     trial.expectation.kind = Expectation::Kind::kBlack;
@@ -161,7 +161,7 @@ Case sizes(Maps& maps) {
   Case c{2,
          "Constant and tiny maps with MIS compensation; huge maps",
          "Compensation keeps a sixteenth of every texel's density, so that none is 0.",
-         "statistical/envmap_sampling_test.cpp render/product_properties_test.cpp",
+         "statistical/envmap_sampling_test.cpp render/product/product_properties_test.cpp",
          {}};
   const std::string compensated = xml::boolean("mis_compensation", true);
   c.trials = {
@@ -200,7 +200,7 @@ Case poles(Maps& maps) {
   Case c{3,
          "A sun on the pole",
          "The density between rows is proportional to the map, even where sines are 0.",
-         "statistical/envmap_sampling_test.cpp render/closed_form_test.cpp",
+         "statistical/envmap_sampling_test.cpp render/direct/closed_form_test.cpp",
          {}};
   const Rgb sun(900, 700, 500), sky(.1f, .2f, .3f);
   c.trials = {
@@ -219,7 +219,7 @@ Case seams(Maps& maps) {
          "Half-texel offsets and the seam of phi",
          "phi is measured from texel centres, and theta from pole to pole, in evaluation, "
          "sampling, cells and points.",
-         "statistical/envmap_test.cpp render/closed_form_test.cpp",
+         "statistical/envmap_test.cpp render/direct/closed_form_test.cpp",
          {}};
   const Rgb sun(300, 200, 100);
   c.trials = {
@@ -237,7 +237,7 @@ Case texels(Maps& maps) {
   Case c{5,
          "Negative texels; NaN, Inf; half floats that overflow",
          "Negative texels are kept; NaN becomes 0 and infinity the largest value, with a warning.",
-         "statistical/envmap_test.cpp plugins/texture_test.cpp",
+         "statistical/envmap_test.cpp plugins/textures/texture_test.cpp",
          {}};
   c.trials = {
       maps.trial(
@@ -256,7 +256,7 @@ Case suns(Maps& maps) {
   Case c{6,
          "A sun smaller than a texel; several suns; their edges",
          "Sampling uses the same bilinear interpolation as evaluation.",
-         "render/closed_form_test.cpp statistical/envmap_sampling_test.cpp",
+         "render/direct/closed_form_test.cpp statistical/envmap_sampling_test.cpp",
          {}};
   c.trials = {
       maps.trial("one texel of 512 x 257", 512, 257,
@@ -301,7 +301,7 @@ Case horizons(Maps& maps) {
   Case c{10,
          "Approximate and exact cosines in one comparison",
          "The evaluated cosines decide which cells and clusters straddle the horizon.",
-         "plugins/light_cut_test.cpp render/product_places_test.cpp",
+         "plugins/integrators/kernels/light_cut_test.cpp render/product/product_places_test.cpp",
          {}};
   c.trials = {
       maps.trial("bright band on the horizon", 64, 33,

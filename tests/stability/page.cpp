@@ -183,17 +183,17 @@ constexpr const char* kRelatedTests = R"(## Related tests
 - [precision_test.cpp](stability/precision_test.cpp) compares distributions and trees of four million
   lights of 1e-30 to 1e30 with exact sums, and tests that no index of zero probability is drawn. It
   compares warps and BSDFs with double precision, in ulps.
-- [product_kernels_test.cpp](plugins/product_kernels_test.cpp),
-  [lobe_kernels_test.cpp](plugins/lobe_kernels_test.cpp) and
-  [local_parts_test.cpp](plugins/local_parts_test.cpp) compare the kernels of every instruction set with
+- [product_kernels_test.cpp](plugins/integrators/kernels/product_kernels_test.cpp),
+  [lobe_kernels_test.cpp](plugins/integrators/kernels/lobe_kernels_test.cpp) and
+  [local_parts_test.cpp](plugins/integrators/kernels/local_parts_test.cpp) compare the kernels of every instruction set with
   scalar code.
-- [product_learning_test.cpp](render/product_learning_test.cpp) runs `product` with falsified
+- [product_learning_test.cpp](render/product/product_learning_test.cpp) runs `product` with falsified
   visibilities: all 1, all 0, the opposite of the learned ones, shuffled, or another surface's. It
   also tests that a bias is detected if visibilities are learned from the same rays that they weight.
-- [product_test.cpp](render/product_test.cpp) and
-  [product_near_mirrors_test.cpp](render/product_near_mirrors_test.cpp) render without a pilot, and with pilots of
+- [product_test.cpp](render/product/product_test.cpp) and
+  [product_near_mirrors_test.cpp](render/product/product_near_mirrors_test.cpp) render without a pilot, and with pilots of
   a ray or two.
-- `EyeRaysBoundTheWeightOfNearPoints` of [local_parts_test.cpp](plugins/local_parts_test.cpp) tests the
+- `EyeRaysBoundTheWeightOfNearPoints` of [local_parts_test.cpp](plugins/integrators/kernels/local_parts_test.cpp) tests the
   maximum weight of single samples. The 1 / d² of light points has no bound of its own; the fraction of
   eye rays bounds their weights.
 
@@ -231,7 +231,7 @@ constexpr const char* kLimits = R"(
 - In half floats (`component_format` of `float16`, the default as in Mitsuba) the largest value of an
   image is 65504. It replaces brighter light, and -65504 replaces large negative noise of `product`.
 - Embree's robust mode loses some of the rays that are aimed exactly at a vertex
-  (plugins/self_intersection_test.cpp).
+  (plugins/shapes/self_intersection_test.cpp).
 )";
 
 }  // namespace

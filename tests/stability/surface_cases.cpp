@@ -52,7 +52,7 @@ Case bounds() {
   Case c{12,
          "Infinite importance from unbounded boxes; overflow of indices",
          "Boxes are those of existing points; sums and indices support 2^24 points.",
-         "plugins/light_tree_test.cpp render/product_properties_test.cpp",
+         "plugins/integrators/clustered/light_tree_test.cpp render/product/product_properties_test.cpp",
          {}};
   c.trials.push_back(picture(
       "a floor of 1e15 below the still life",
@@ -72,7 +72,7 @@ Case edges(const Files& files) {
   Case c{13,
          "Random numbers reused until they reach 1",
          "No random number is used twice; those at the ends of [0, 1) give finite images.",
-         "statistical/bsdf_extremes_test.cpp libs/distribution_test.cpp plugins/light_cut_test.cpp",
+         "statistical/bsdf_extremes_test.cpp libs/distribution_test.cpp plugins/integrators/kernels/light_cut_test.cpp",
          {}};
   const std::string edgy = front_view(1, Vec3(0.f), "edges", 16);
   const auto add = [&](const std::string& name, const std::string& lights, bool environment) {
@@ -99,7 +99,7 @@ Case roughness() {
   Case c{14,
          "alpha of 0, 1e-9 and 1e-5, for both axes or one; Phong exponents of 0 and 1e6",
          "alpha is at least 1e-4, as in Mitsuba; an exponent of 0 is the widest lobe.",
-         "statistical/bsdf_extremes_test.cpp plugins/bsdf_parameters_test.cpp",
+         "statistical/bsdf_extremes_test.cpp plugins/bsdfs/bsdf_parameters_test.cpp",
          {}};
   const auto metal = [](const std::string& distribution, double u, double v) {
     return xml::bsdf("roughconductor", xml::text("distribution", distribution) +
@@ -133,7 +133,7 @@ Case angles(const Files& files) {
   Case c{16,
          "wi = wo; grazing and back-facing shading normals; the terminator",
          "Light from behind the camera, along the floor, and beyond a face's horizon.",
-         "statistical/bsdf_extremes_test.cpp plugins/bsdf_reference_test.cpp",
+         "statistical/bsdf_extremes_test.cpp plugins/bsdfs/bsdf_reference_test.cpp",
          {}};
   const auto parallel = [&](const std::string& name, const glm::dvec3& toward_light,
                             const glm::dvec3& toward_camera) {
@@ -183,7 +183,7 @@ Case places() {
   Case c{17,
          "Self-intersection far away, tiny and huge; offsets wider than a gap",
          "Offsets are proportional to the rounding error of each hit.",
-         "plugins/self_intersection_test.cpp "
+         "plugins/shapes/self_intersection_test.cpp "
          "stability/invariance_test.cpp",
          {}};
   const auto add = [&](const std::string& name, double scale, const Vec3& offset) {
@@ -215,7 +215,7 @@ Case triangles(const Files& files) {
   Case c{18,
          "Triangles without area; needles; leaks at edges",
          "They are kept, and receive no light; Embree's robust mode closes the edges.",
-         "plugins/mesh_files_test.cpp plugins/self_intersection_test.cpp "
+         "plugins/shapes/mesh_files_test.cpp plugins/shapes/self_intersection_test.cpp "
          "statistical/shape_sampling_test.cpp",
          {}};
   // A square floor with degenerate faces (points, lines) and needles of 1e-7.
@@ -259,7 +259,7 @@ Case sides(const Files& files) {
   Case c{19,
          "Flipped and one-sided geometry; mirroring transforms with vertex normals",
          "Faces and normals are flipped together.",
-         "plugins/shape_conventions_test.cpp plugins/mesh_files_test.cpp",
+         "plugins/shapes/shape_conventions_test.cpp plugins/shapes/mesh_files_test.cpp",
          {}};
   const std::string ball = ball_obj(0);
   const auto mirrored = [&](const std::string& name, const std::string& mirror) {
@@ -311,7 +311,7 @@ Case empty_cells() {
          "Learned caches in empty cells, or of a fixed radius in a huge scene",
          "Patches are parts of the image, not of the world; cells without learned visibility get "
          "rays.",
-         "render/product_places_test.cpp render/product_learning_test.cpp",
+         "render/product/product_places_test.cpp render/product/product_learning_test.cpp",
          {}};
   c.trials.push_back(picture(
       "a ball of a thousandth alone in the sky",
