@@ -171,6 +171,43 @@ TEST(SunPoints, TheErrorFallsWithTheNumberOfSamples) {
   EXPECT_GT(variance_of_pixels(block, 8), 64 * variance_of_pixels(block, 1024));
 }
 
+/// Threads render blocks in any order.
+TEST(SunPoints, ABlockDoesNotDependOnThoseBefore) {
+  constexpr uint32_t kSize = 64, kWidth = 16, kHeight = 8, kSamples = 16;
+  constexpr uint32_t kColumns = kSize / kWidth, kBlocks = kColumns * kSize / kHeight;
+  const auto scene = room(integrator_xml("volpath", 3), kSize, kSamples);
+  Sensor& sensor = *scene->sensors().front();
+  sensor.film().prepare(scene->integrator().layers());
+  const transport::MediaTable media(*scene, sensor);
+  const transport::SceneTable table(*scene, media.phases());
+  RenderContext context({});
+  FogSources sources(*scene, context.scheduler);
+  sources.find_suns(table, media, kSize * kSize * kSamples, context);
+  sources.find_beams(table, media, sensor, kSize * kSize * kSamples, context);
+  ASSERT_TRUE(sources.beams());
+  PathSettings settings;
+  settings.length.max_depth = 3;
+  FogBlock blocks[] = {{table, media, sources, sensor, settings, 1},
+                       {table, media, sources, sensor, settings, 1}};
+  std::vector<Rgb> radiance[2][kBlocks];
+  for (int order = 0; order < 2; ++order) {
+    for (uint32_t n = 0; n < kBlocks; ++n) {
+      const uint32_t k = order == 0 ? n : kBlocks - 1 - n;
+      uint32_t x[kWidth * kHeight], y[kWidth * kHeight];
+      for (uint32_t i = 0; i < kWidth * kHeight; ++i) {
+        x[i] = k % kColumns * kWidth + i % kWidth, y[i] = k / kColumns * kHeight + i / kWidth;
+      }
+      const PixelSamples samples{x, y, kWidth * kHeight, 0, kSamples, 3};
+      RenderCounters counters;
+      blocks[order].trace(samples, counters);
+      for (size_t i = 0; i < samples.count(); ++i) {
+        radiance[order][k].push_back(blocks[order].radiance().at(i));
+      }
+    }
+  }
+  for (uint32_t k = 0; k < kBlocks; ++k) EXPECT_TRUE(radiance[0][k] == radiance[1][k]) << k;
+}
+
 TEST(SunPoints, AreTheSameOnAnyNumberOfThreads) {
   const auto scene =
       room(integrator_xml("clustered", -1, "<boolean name=\"trial\" value=\"false\"/>"), 64, 16);

@@ -96,11 +96,7 @@ PointLightChoice::Chosen PointLightChoice::choose(const Vec3& p, const Vec3& d, 
   const size_t near = padded(sources_.near().size());
   const size_t first_point = near + padded(sources_.distant().size());
   weight_.clear();
-  if (emitters) {
-    add_emitters(p, d, medium);
-  } else {
-    weight_.add(0, first_point, [](size_t /*i*/) { return wide::Float(0.f); });
-  }
+  if (emitters) add_emitters(p, d, medium);
   if (set != kNoSet) add_points(p, d, medium, set);
   const float total = weight_.total();
   if (!(total > 0) || !(total < kInfinity)) return {0, 0};
@@ -172,10 +168,6 @@ void PointLightChoice::add_points(const Vec3& p, const Vec3& d, uint32_t medium,
     const Float light = points.irradiance_of_surfaces(begin + i - first, at, to);
     return light * scattered(to) * kPointGain;
   });
-  // Draws of WeightedSources also read the weights between both kinds of points.
-  for (size_t i = padded(points.on_surfaces(set)); i < SunPoints::kRaysPerSet; i += kBlockLanes) {
-    weight_.add(first + i, kBlockLanes, [](size_t /*i*/) { return Float(0.f); });
-  }
   weight_.add(first + SunPoints::kRaysPerSet, points.in_media(set), [&](size_t i) {
     wide::Vec3 to;
     const Float light = points.irradiance_of_media(begin + i - first, at, to);

@@ -19,19 +19,20 @@ class WeightedSources {
   void clear() { end_ = 0, total_ = 0; }
   /// Sets the weights of sources first ... first + count - 1; `first` must be a multiple of the
   /// block size. weight_of(i) returns a vector of the weights from i on, which must be 0 in the
-  /// padding. Call it in ascending order after clear().
+  /// padding. Call it in ascending order after clear(). Sources in between get the weight 0.
   template <class Function>
   void add(size_t first, size_t count, const Function& weight_of) {
     using namespace wide;
     Float sum(0.f);
     if (end_ > 0) sum = Float::load(sums_);
+    for (; end_ < first; end_ += kLanes) Float(0.f).store(weight_ + end_);
     for_lanes(count, [&](size_t i) {
       const Float weight = weight_of(first + i);
       weight.store(weight_ + first + i);
       sum = sum + weight;
+      end_ = first + i + kLanes;
     });
     sum.store(sums_);
-    end_ = first + padded(count);
     total_ = wide::sum(sum);
   }
   float total() const { return total_; }
