@@ -1,5 +1,6 @@
 // Checks of wide::Float and of masks.
 
+#include "kinome/wide/rows.h"
 #include "wide_checks.h"
 
 namespace kinome::test {
@@ -271,6 +272,25 @@ void rows(Failures& failures) {
       KINOME_CHECK(loaded[k * wide::kLanes + lane] == columns[k * wide::kLanes + lane], lane);
     }
   }
+  for (const size_t stride : {4, 5, 16}) {
+    std::vector<float> strided(wide::kLanes * stride, -1.f);
+    store_rows(of[0], of[1], of[2], of[3], strided.data(), stride);
+    for (size_t i = 0; i < strided.size(); ++i) {
+      const size_t lane = i / stride, k = i % stride;
+      KINOME_CHECK(strided[i] == (k < 4 ? stored[4 * lane + k] : -1.f), i);
+    }
+  }
+}
+
+void sums_of_four(Failures& failures) {
+  const std::vector<float> values = floats_of_all_kinds(10007);
+  for (size_t i = 0; i + 4 * wide::kLanes <= values.size(); i += wide::kLanes) {
+    Float vectors[4];
+    for (size_t k = 0; k < 4; ++k) vectors[k] = Float::load(&values[i + k * wide::kLanes]);
+    float sums[4];
+    store_sums(vectors, sums);
+    for (size_t k = 0; k < 4; ++k) KINOME_CHECK(same(sums[k], sum(vectors[k])), i << ' ' << k);
+  }
 }
 
 }  // namespace
@@ -284,6 +304,7 @@ const std::vector<WideCheck>& number_checks() {
       {"Masks", masks},
       {"Reductions", reductions},
       {"Rows", rows},
+      {"SumsOfFour", sums_of_four},
   };
   return checks;
 }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
+#include "kinome/wide/rows.h"
 #include "kinome/wide/vectors.h"
 
 namespace kinome::transport {
@@ -24,41 +24,6 @@ constexpr size_t kMaxSums = 16384;
 
 Rect union_of(const Rect& a, const Rect& b) {
   return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
-}
-
-/// Stores samples s … s + kLanes - 1 of four columns in rows of kRowValues.
-KINOME_WIDE void store_four(const float* const* columns, size_t s, float* rows) {
-  const Float a = Float::load(columns[0] + s), b = Float::load(columns[1] + s),
-              c = Float::load(columns[2] + s), d = Float::load(columns[3] + s);
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-  const FloatTag tag;
-  const hn::Repartition<double, FloatTag> pair;
-  const auto low_ab = hn::BitCast(pair, hn::InterleaveLower(tag, a.v, b.v));
-  const auto low_cd = hn::BitCast(pair, hn::InterleaveLower(tag, c.v, d.v));
-  const auto high_ab = hn::BitCast(pair, hn::InterleaveUpper(tag, a.v, b.v));
-  const auto high_cd = hn::BitCast(pair, hn::InterleaveUpper(tag, c.v, d.v));
-  // Each quarter of `of_four` has the values of one sample, which is four after that of the last.
-  const auto store = [&](const hn::Vec<FloatTag>& of_four, float* to) {
-    const hn::Half<FloatTag> half;
-    const hn::Half<decltype(half)> quarter;
-    const auto low = hn::LowerHalf(half, of_four), high = hn::UpperHalf(half, of_four);
-    hn::StoreU(hn::LowerHalf(quarter, low), quarter, to);
-    hn::StoreU(hn::UpperHalf(quarter, low), quarter, to + 4 * kRowValues);
-    hn::StoreU(hn::LowerHalf(quarter, high), quarter, to + 8 * kRowValues);
-    hn::StoreU(hn::UpperHalf(quarter, high), quarter, to + 12 * kRowValues);
-  };
-  float* const to = rows + s * kRowValues;
-  store(hn::BitCast(tag, hn::InterleaveLower(pair, low_ab, low_cd)), to);
-  store(hn::BitCast(tag, hn::InterleaveUpper(pair, low_ab, low_cd)), to + kRowValues);
-  store(hn::BitCast(tag, hn::InterleaveLower(pair, high_ab, high_cd)), to + 2 * kRowValues);
-  store(hn::BitCast(tag, hn::InterleaveUpper(pair, high_ab, high_cd)), to + 3 * kRowValues);
-#else
-  float block[4 * kLanes];
-  store_rows(a, b, c, d, block);
-  for (size_t i = 0; i < kLanes; ++i) {
-    std::memcpy(rows + (s + i) * kRowValues, block + 4 * i, 4 * sizeof(float));
-  }
-#endif
 }
 
 /// Adds samples to kRows x kColumns pixels of the footprint. `sums` is the first of them.
@@ -147,7 +112,10 @@ void ChannelSums::transpose(const std::vector<float*>& columns, const float* kep
   for (size_t v = 0; v < kRowValues; v += 4) {
     const float* from[4];
     for (size_t k = 0; k < 4; ++k) from[k] = column(first_value + v + k);
-    for (size_t s = 0; s < count; s += kLanes) store_four(from, s, rows_ + v);
+    for (size_t s = 0; s < count; s += kLanes) {
+      store_rows(Float::load(from[0] + s), Float::load(from[1] + s), Float::load(from[2] + s),
+                 Float::load(from[3] + s), rows_ + s * kRowValues + v, kRowValues);
+    }
   }
 }
 

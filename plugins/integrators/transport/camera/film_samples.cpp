@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kinome/wide/rows.h"
 #include "kinome/wide/vectors.h"
 
 namespace kinome::transport {
@@ -20,31 +21,6 @@ namespace {
 constexpr float kMaxSummedValue = 1e30f;
 /// Number of values of a sample that are summed at once, and of sums that are stored at once.
 constexpr size_t kColumnsAtOnce = 4;
-
-/// Stores the sums over the lanes of four vectors. The result has the same bits as sum().
-KINOME_WIDE void store_sums(const Float* of, float* to) {
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL || HWY_TARGET == HWY_AVX2
-  const hn::FixedTag<float, 4> four;
-  const auto fold = [&](const Float& a) {
-    const hn::Half<FloatTag> half;
-    const auto folded = hn::Add(hn::LowerHalf(half, a.v), hn::UpperHalf(half, a.v));
-#if HWY_TARGET == HWY_AVX2
-    return folded;
-#else
-    return hn::Add(hn::LowerHalf(four, folded), hn::UpperHalf(four, folded));
-#endif
-  };
-  const auto fold_two = [&](const Float& first, const Float& second) {
-    const auto a = fold(first), b = fold(second);
-    return hn::Add(hn::InterleaveLower(four, a, b), hn::InterleaveUpper(four, a, b));
-  };
-  const auto ab = fold_two(of[0], of[1]), cd = fold_two(of[2], of[3]);
-  hn::StoreU(hn::Add(hn::ConcatLowerLower(four, cd, ab), hn::ConcatUpperUpper(four, cd, ab)), four,
-             to);
-#else
-  for (size_t i = 0; i < kColumnsAtOnce; ++i) to[i] = sum(of[i]);
-#endif
-}
 
 /// Weights of a pixel's samples for another pixel.
 struct PixelWeights {
