@@ -279,15 +279,25 @@ Rgb Film::Data::color(size_t layer, size_t pixel, size_t first, size_t end) cons
   return Rgb(radiance * double{film.response_});
 }
 
-double Film::Data::mean(size_t layer, size_t pixel, size_t value) const {
-  const size_t stride = stride_of(layer);
-  double sum = 0, weight = 0;
-  for (const Lane& lane : lanes) {
-    const double* const from = &lane[layer].values[pixel * stride];
-    sum += from[value];
-    weight += from[stride - 1];
+template <class Write>
+void Film::Data::for_each_mean(const Run& run, size_t pixel, const Write& write) const {
+  constexpr size_t kAtOnce = 16;
+  for (size_t first = 0; first < run.count; first += kAtOnce) {
+    const size_t count = std::min(kAtOnce, run.count - first);
+    double sums[kAtOnce] = {}, weight = 0;
+    for (const Lane& lane : lanes) {
+      const double* const from = &lane[run.layer].values[pixel * run.stride];
+      for (size_t i = 0; i < count; ++i) sums[i] += from[run.first_value + first + i];
+      weight += from[run.stride - 1];
+    }
+    for (size_t i = 0; i < count; ++i) write(weight == 0 ? 0. : sums[i] / weight);
   }
-  return weight == 0 ? 0. : sum / weight;
+}
+
+double Film::Data::mean(size_t layer, size_t pixel, size_t value) const {
+  double result = 0;
+  for_each_mean({layer, stride_of(layer), value, 1}, pixel, [&](double mean) { result = mean; });
+  return result;
 }
 
 float Film::Data::value_of(const FilmChannel& channel, size_t pixel) const {
@@ -329,23 +339,6 @@ std::vector<Film::Data::Run> Film::Data::runs() const {
   return runs;
 }
 
-float* Film::Data::develop(const Run& run, size_t pixel, float* to) const {
-  constexpr size_t kAtOnce = 16;
-  for (size_t first = 0; first < run.count; first += kAtOnce) {
-    const size_t count = std::min(kAtOnce, run.count - first);
-    double sums[kAtOnce] = {}, weight = 0;
-    for (const Lane& lane : lanes) {
-      const double* const from = &lane[run.layer].values[pixel * run.stride];
-      for (size_t i = 0; i < count; ++i) sums[i] += from[run.first_value + first + i];
-      weight += from[run.stride - 1];
-    }
-    for (size_t i = 0; i < count; ++i) {
-      *to++ = weight == 0 ? 0.f : static_cast<float>(sums[i] / weight);
-    }
-  }
-  return to;
-}
-
 Image Film::develop(const Rect& pixels) const {
   Image image{pixels.width(), pixels.height(), channels(), {}};
   image.data.assign(static_cast<size_t>(pixels.area()) * image.channels.size(), 0.f);
@@ -366,7 +359,7 @@ Image Film::develop(const Rect& pixels) const {
         if (run.count == 0) {
           *to++ = data_->value_of(*channel++, p);
         } else {
-          to = data_->develop(run, p, to);
+          data_->for_each_mean(run, p, [&](double mean) { *to++ = static_cast<float>(mean); });
           channel += run.count;
         }
       }

@@ -38,8 +38,6 @@ struct Film::Data {
   /// Colour over lanes [first, end).
   Rgb color(size_t layer, size_t pixel, size_t first, size_t end) const;
   double splat_scale(size_t layer, size_t first, size_t end) const;
-  /// Mean over all lanes of a layer's value; indices beyond the values are their powers.
-  double mean(size_t layer, size_t pixel, size_t value) const;
   /// Value of a channel that shows colour or a power of a value.
   float value_of(const FilmChannel& channel, size_t pixel) const;
   /// Means of values that are adjacent in a layer and whose channels are adjacent in the image.
@@ -49,8 +47,11 @@ struct Film::Data {
   };
   /// Divides `channels` into runs.
   std::vector<Run> runs() const;
-  /// Same as mean() for the values of a run. Returns the end of the results.
-  float* develop(const Run& run, size_t pixel, float* to) const;
+  /// Calls write(mean) with the mean over all lanes of each value of a run; 0 without samples.
+  template <class Write>
+  void for_each_mean(const Run& run, size_t pixel, const Write& write) const;
+  /// Mean over all lanes of a layer's value; indices beyond the values are their powers.
+  double mean(size_t layer, size_t pixel, size_t value) const;
 
   const Film& film;
   std::vector<Layer> layers;

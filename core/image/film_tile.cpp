@@ -54,6 +54,27 @@ class AxisWeights {
   std::vector<Lanes> offsets_, weights_;  ///< by pixel of the footprint
 };
 
+/// Values of a sample, their powers, and 1 for the weight.
+class SampleRow {
+ public:
+  SampleRow(size_t values, const std::vector<FilmPower>& powers)
+      : powers_(powers), values_(values), row_(values + powers.size() + 1, 1.) {}
+
+  void set(const float* values) {
+    for (size_t i = 0; i < values_; ++i) row_[i] = values[i];
+    for (size_t i = 0; i < powers_.size(); ++i) row_[values_ + i] = powers_[i](values);
+  }
+  /// Adds the sample to the sums of a pixel.
+  void add_to(double* pixel, double weight) const {
+    for (size_t i = 0; i < row_.size(); ++i) pixel[i] += weight * row_[i];
+  }
+
+ private:
+  const std::vector<FilmPower>& powers_;
+  size_t values_;
+  std::vector<double> row_;
+};
+
 }  // namespace
 
 double FilmPower::operator()(const float* values) const {
@@ -78,9 +99,9 @@ FilmTile::FilmTile(const Rect& pixels, int layer, int values, const Reconstructi
 }
 
 void FilmTile::add_to(double* pixel, const float* values, double weight) const {
-  for (int i = 0; i < values_; ++i) *pixel++ += weight * static_cast<double>(values[i]);
-  for (const FilmPower& power : powers_) *pixel++ += weight * power(values);
-  *pixel += weight;
+  SampleRow row(static_cast<size_t>(values_), powers_);
+  row.set(values);
+  row.add_to(pixel, weight);
 }
 
 void FilmTile::add(const Vec2& position, std::span<const float> values) {
@@ -93,8 +114,10 @@ void FilmTile::add(const Vec2& position, std::span<const float> values) {
     ++non_finite_;
     return;
   }
+  SampleRow row(values.size(), powers_);
+  row.set(values.data());
   for_each_pixel(position, *filter_, covered_, [&](int x, int y, float w) {
-    add_to(&data_[pixel_offset(covered_, x, y, stride())], values.data(), w);
+    row.add_to(&data_[pixel_offset(covered_, x, y, stride())], w);
   });
 }
 
@@ -106,8 +129,7 @@ void FilmTile::add_block(const Columns2& position, size_t count,
   UpperHalves::clear();
   AxisWeights along_x(*filter_), along_y(*filter_);
   std::vector<float> of_sample(values.size());
-  const auto of_pixel = static_cast<size_t>(stride());
-  std::vector<double> added(of_pixel, 1.);  // values, powers, and 1 for the weight
+  SampleRow row(values.size(), powers_);
   for (size_t next = 0; next < count;) {
     size_t number[kBlockLanes], kept = 0;
     float x[kBlockLanes], y[kBlockLanes];
@@ -123,18 +145,15 @@ void FilmTile::add_block(const Columns2& position, size_t count,
     along_x.compute(x, kept, covered_.x0, covered_.x1);
     along_y.compute(y, kept, covered_.y0, covered_.y1);
     for (size_t i = 0; i < kept; ++i) {
-      for (size_t v = 0; v < values.size(); ++v) added[v] = of_sample[v] = values[v][number[i]];
-      for (size_t v = 0; v < powers_.size(); ++v) {
-        added[values.size() + v] = powers_[v](of_sample.data());
-      }
+      for (size_t v = 0; v < values.size(); ++v) of_sample[v] = values[v][number[i]];
+      row.set(of_sample.data());
       for (int j = 0; j < along_y.pixels(i); ++j) {
         const float wy = along_y.at(i, j);
         if (wy == 0 || along_x.pixels(i) == 0) continue;
         double* pixel =
             &data_[pixel_offset(covered_, along_x.first(i), along_y.first(i) + j, stride())];
-        for (int k = 0; k < along_x.pixels(i); ++k, pixel += of_pixel) {
-          const double weight = wy * along_x.at(i, k);
-          for (size_t v = 0; v < of_pixel; ++v) pixel[v] += weight * added[v];
+        for (int k = 0; k < along_x.pixels(i); ++k, pixel += stride()) {
+          row.add_to(pixel, wy * along_x.at(i, k));
         }
       }
     }
