@@ -227,14 +227,15 @@ void DeviceErrors::throw_if_any() const {
 }
 
 Scene::Accelerator::Accelerator(const Contents& contents, const std::vector<Placed>& placed,
-                                unsigned threads)
-    : max_coordinate_(kMaxCoordinate) {
+                                unsigned threads) {
   size_t primitives = count_primitives(contents.shapes);
+  std::vector<const ShapeInstance*> instances;
   for (const Placed& at : placed) {
     const ShapeGroup& group = at.instance->group();
-    max_coordinate_ = std::min(max_coordinate_, max_ray_coordinate(at.instance->to_world()));
+    instances.push_back(at.instance.get());
     if (groups_.emplace(&group, nullptr).second) primitives += count_primitives(group.shapes());
   }
+  max_coordinate_ = max_ray_coordinate(instances);
   device_.reset(rtcNewDevice(device_options(primitives, threads).c_str()));
   if (!device_) throw device_error();
   rtcSetDeviceErrorFunction(device_.get(), &DeviceErrors::report, &errors_);

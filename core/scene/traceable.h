@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "kinome/math.h"
 #include "kinome/shape.h"
+#include "kinome/shape_group.h"
 
 namespace kinome {
 
@@ -64,6 +66,14 @@ inline float max_ray_coordinate(const Mat4& to_world) {
     max_coordinate = std::min(max_coordinate, std::max(left, 0.) / stretch);
   }
   return static_cast<float>(max_coordinate);
+}
+/// Returns the same for all instances of a scene.
+inline float max_ray_coordinate(const std::vector<const ShapeInstance*>& instances) {
+  float max_coordinate = kMaxCoordinate;
+  for (const ShapeInstance* const instance : instances) {
+    max_coordinate = std::min(max_coordinate, max_ray_coordinate(instance->to_world()));
+  }
+  return max_coordinate;
 }
 
 }  // namespace kinome

@@ -1,6 +1,5 @@
 #include "scene_queries.h"
 
-#include <algorithm>
 #include <set>
 
 #include "kinome/reconstruction_filter.h"
@@ -100,14 +99,12 @@ nb::object bounds_of(const SceneEditor& editor, const std::string& path) {
 }
 
 float max_ray_coordinate_of(const SceneEditor& editor) {
-  float max_coordinate = kMaxCoordinate;
+  std::vector<const ShapeInstance*> instances;
   for (const SceneObject& one : editor.objects()) {
     const auto* const instance = dynamic_cast<const ShapeInstance*>(one.object);
-    if (instance) {
-      max_coordinate = std::min(max_coordinate, max_ray_coordinate(instance->to_world()));
-    }
+    if (instance) instances.push_back(instance);
   }
-  return max_coordinate;
+  return max_ray_coordinate(instances);
 }
 
 float relative_index_of(const SceneEditor& editor, const std::string& path) {
