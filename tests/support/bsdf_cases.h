@@ -175,6 +175,14 @@ inline const std::vector<BsdfCase>& bsdf_cases() {
       {"blend",
        "<bsdf type='blendbsdf'><float name='weight' value='0.3'/><bsdf type='diffuse'/>"
        "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf>"},
+      {"blend_of_blends",
+       "<bsdf type='blendbsdf'><texture type='checkerboard' name='weight'>"
+       "<float name='color0' value='0.3'/><float name='color1' value='0.6'/></texture>"
+       "<bsdf type='blendbsdf'><float name='weight' value='0.4'/><bsdf type='diffuse'/>"
+       "<bsdf type='phong'/></bsdf>"
+       "<bsdf type='blendbsdf'><float name='weight' value='0.7'/><bsdf type='diffuse'/>"
+       "<bsdf type='roughconductor'><float name='alpha' value='0.3'/></bsdf></bsdf></bsdf>",
+       true, true, true},
       {"normalmap_diffuse",
        "<bsdf type='normalmap'>" KINOME_TEST_NORMAL(
            "0.75 0.6 0.9") "<bsdf type='diffuse'>"
