@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clustered/media/hg_terms.h"
 #include "clustered/media/segment_distances.h"
-#include "kinome/wide/phase.h"
+#include "kinome/wide/vectors.h"
 
 namespace kinome {
 namespace {
@@ -84,11 +85,9 @@ FogTable::FogTable(const FogSources& sources, const transport::MediaTable& media
 float FogTable::phase_toward(const MediumLeg& leg, const Vec3& d, float mean_cosine) const {
   float value = 0;
   for (const HgLobe& lobe : media_.medium(leg.medium)->phase().lobes()) {
-    const float g = lobe.g * mean_cosine, cosine = glm::dot(leg.d, d);
-    const float base = std::max(1 + g * g - 2 * g * cosine, 1e-6f);
-    value += lobe.weight * (1 - g * g) / (4 * kPi * base * std::sqrt(base));
+    value += HgTerms<float>::of(lobe.g * mean_cosine, lobe.weight).at(glm::dot(leg.d, d));
   }
-  return value;
+  return value / (4 * kPi);
 }
 
 void FogTable::begin(std::span<const MediumLeg> legs) {
@@ -157,8 +156,7 @@ void FogTable::weigh_sky() {
     for (const HgLobe& lobe : lobes) {
       if (!(lobe.weight > 0)) continue;
       const Float g = Float::load(sky_mean_cosine_ + i) * lobe.g;
-      const Float base = max(1.f + g * g - 2.f * g * cosine, Float(1e-6f));
-      phase = phase + Float(lobe.weight) * (1.f - g * g) / (base * sqrt(base));
+      phase = phase + HgTerms<Float>::of(g, lobe.weight).at(cosine);
     }
     return Float::load(sky_flux_ + i) * phase;
   });

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "clustered/media/hg_terms.h"
 #include "kinome/shape.h"
 #include "kinome/wide/vectors.h"
 
@@ -69,9 +70,8 @@ PointLightChoice::LobeColumns PointLightChoice::lobe_columns(const HgLobe& lobe)
   const size_t first = padded(sources_.near().size());
   std::fill_n(columns.base, arena_.capacity(), 1.f);
   const auto set = [&](size_t i, float g) {
-    columns.base[i] = 1 + g * g;
-    columns.slope[i] = 2 * g;
-    columns.weight[i] = lobe.weight * (1 - g * g);
+    const auto terms = HgTerms<float>::of(g, lobe.weight);
+    columns.base[i] = terms.base, columns.slope[i] = terms.slope, columns.weight[i] = terms.weight;
   };
   for (size_t i = 0; i < sources_.near().size(); ++i) set(i, lobe.g);
   for (size_t i = 0; i < sources_.distant().size(); ++i) {
@@ -126,9 +126,9 @@ void PointLightChoice::add_emitters(const Vec3& p, const Vec3& d, uint32_t mediu
     }
     Float phase(kIsotropicShare);
     for (const LobeColumns& lobe : lobes_[medium]) {
-      const Float base =
-          max(Float::load(lobe.base + i) - Float::load(lobe.slope + i) * cosine, Float(1e-6f));
-      phase = phase + Float::load(lobe.weight + i) / (base * sqrt(base));
+      const HgTerms<Float> terms{Float::load(lobe.base + i), Float::load(lobe.slope + i),
+                                 Float::load(lobe.weight + i)};
+      phase = phase + terms.at(cosine);
     }
     return light * phase;
   };
@@ -154,9 +154,7 @@ void PointLightChoice::add_points(const Vec3& p, const Vec3& d, uint32_t medium,
     Float phase(kIsotropicShare);
     for (const HgLobe& lobe : lobes) {
       if (!(lobe.weight > 0)) continue;
-      const float g = lobe.g;
-      const Float base = max(1 + g * g - 2 * g * cosine, Float(1e-6f));
-      phase = phase + Float(lobe.weight * (1 - g * g)) / (base * sqrt(base));
+      phase = phase + HgTerms<Float>::of(lobe.g, lobe.weight).at(cosine);
     }
     return phase;
   };

@@ -46,8 +46,7 @@ class PointLightChoice final : public transport::LightChoice {
   };
   static constexpr uint32_t kFirstPoint = 1u << 31;
   static constexpr size_t kNoSet = SIZE_MAX;
-  /// Columns of a lobe of a phase function, for all sources: the phase function for light that is
-  /// deflected by an angle of cosine c is weight / (base - slope c)^1.5.
+  /// Columns of the HgTerms of a lobe of a phase function, for all sources.
   struct LobeColumns {
     float *base, *slope, *weight;
   };

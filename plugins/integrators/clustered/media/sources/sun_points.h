@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "clustered/media/hg_terms.h"
 #include "clustered/media/sources/fog_sources.h"
 #include "clustered/media/sources/sun_beams.h"
 #include "kinome/wide/vectors.h"
@@ -137,9 +138,8 @@ KINOME_WIDE wide::Float SunPoints::irradiance_of_media(size_t i, const wide::Vec
   using namespace wide;
   const Float r2 = distance2(i, p, toward);
   const Float cosine = -dot(wide::Vec3::load(axis_, i), toward);
-  const Float g = Float::load(g_ + i);
-  const Float base = max(1.f + g * g - 2.f * g * cosine, Float(1e-6f));
-  const Float phase = max((1.f - g * g) / (base * sqrt(base)), Float(kMinPhase));
+  const auto terms = HgTerms<Float>::of(Float::load(g_ + i), 1.f);
+  const Float phase = max(terms.at(cosine), Float(kMinPhase));
   return Float::load(flux_ + i) * phase / (r2 + beams_.near2());
 }
 
