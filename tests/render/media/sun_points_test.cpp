@@ -2,10 +2,13 @@
 /// have the same expectation.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
+#include <vector>
 
+#include "clustered/media/media_render.h"
 #include "clustered/media/sources/sun_points.h"
 #include "fog_estimates.h"
 #include "kinome/render_context.h"
@@ -15,9 +18,9 @@ namespace {
 
 constexpr double kAlpha = 1e-4;
 
-std::string sun_xml(const std::string& direction) {
+std::string sun_xml(const std::string& direction, int irradiance = 2) {
   return "<emitter type=\"directional\"><vector name=\"direction\" value=\"" + direction +
-         "\"/><rgb name=\"irradiance\" value=\"2 2 2\"/></emitter>";
+         "\"/><rgb name=\"irradiance\" value=\"" + std::to_string(irradiance) + "\"/></emitter>";
 }
 
 /// Mean and variance of the mean of the sum of the light of all points at p, over draws.
@@ -206,6 +209,73 @@ TEST(SunPoints, ABlockDoesNotDependOnThoseBefore) {
     }
   }
   for (uint32_t k = 0; k < kBlocks; ++k) EXPECT_TRUE(radiance[0][k] == radiance[1][k]) << k;
+}
+
+/// Any order of the emitters gives the grids of the four strongest suns and the beams of the
+/// strongest one.
+TEST(SunPoints, AreThoseOfTheStrongestSunInAnyOrder) {
+  std::vector<std::string> emitters{constant_xml("0.1 0.1 0.1")};
+  for (const int irradiance : {1, 5, 2, 6, 4, 3}) {
+    emitters.push_back(sun_xml("0." + std::to_string(irradiance) + " -1 0.2", irradiance));
+  }
+  const Vec3 p(0.3f, -0.4f, 0.2f);
+  std::vector<float> lit;
+  Vec3 origin(0.f);
+  for (int order = 0; order < 7; ++order) {
+    std::string xml = fog_cube_xml(fog_xml("0.5 0.5 0.5", "0.8 0.8 0.8"));
+    for (const std::string& emitter : emitters) xml += emitter;
+    const auto scene =
+        scene_from(xml + integrator_xml("volpath", -1) +
+                   sensor_xml("perspective", look_at("0.5 1 4", "0 0 0", "0 1 0"), 8, 1));
+    std::rotate(emitters.begin(), emitters.begin() + 1, emitters.end());
+    const Sensor& sensor = *scene->sensors().front();
+    const transport::MediaTable media(*scene, sensor);
+    const transport::SceneTable table(*scene, media.phases());
+    RenderContext context({});
+    FogSources sources(*scene, context.scheduler);
+    sources.find_suns(table, media, 1e5, context);
+    sources.find_beams(table, media, sensor, 1e5, context);
+    ASSERT_EQ(sources.suns().size(), 4u);
+    ASSERT_TRUE(sources.beams());
+    EXPECT_EQ(&sources.beams()->emitter(), sources.distant().front().emitter);
+    EXPECT_EQ(sources.beam_source(), 0u);
+    std::vector<float> found;
+    for (size_t s = 0; s < sources.suns().size(); ++s) {
+      EXPECT_NEAR(sources.distant()[s].flux, 6 - static_cast<float>(s), 1e-5f);
+      found.push_back(sources.suns()[s]->at(p));
+    }
+    float pdf = 0;
+    uint32_t cell = 0;
+    const Vec3 o = sources.beams()->sample(Vec2(0.3f, 0.7f), pdf, cell);
+    if (order == 0) lit = found, origin = o;
+    EXPECT_EQ(found, lit);
+    EXPECT_EQ(o, origin);
+  }
+}
+
+/// Sunlight is divided and its beams are learned only before a trial, and for FogBlock. `volpath`
+/// renders some images of 50,000 samples and more without a trial.
+TEST(SunPoints, AreLearnedOnlyIfTheyAreUsed) {
+  struct Case {
+    int size;
+    uint32_t max_depth;
+    bool has_trial, learns;
+  };
+  const uint32_t deep = PathSettings().length.max_depth;
+  for (const Case& c : {Case{64, deep, true, false}, Case{64, deep, false, true},
+                        Case{64, 3, true, true}, Case{80, deep, true, true}}) {
+    const auto scene = room(integrator_xml("volpath", -1), c.size, 16);
+    Sensor& sensor = *scene->sensors().front();
+    sensor.film().prepare(scene->integrator().layers());
+    RenderContext context({});
+    PathSettings settings;
+    settings.length.max_depth = c.max_depth;
+    MediaRender render(*scene, sensor, settings, c.has_trial, context);
+    render.choose(sensor);
+    EXPECT_EQ(!render.sources().suns().empty(), c.learns) << c.size;
+    EXPECT_EQ(render.sources().beams() != nullptr, c.learns) << c.size;
+    EXPECT_TRUE(c.learns || render.choice().uses_paths);
+  }
 }
 
 TEST(SunPoints, AreTheSameOnAnyNumberOfThreads) {

@@ -45,27 +45,35 @@ const char* MediaRender::why_paths(const Scene& scene, const Sensor& sensor,
 
 MediaRender::MediaRender(const Scene& scene, const Sensor& sensor, const PathSettings& settings,
                          bool has_trial, RenderContext& context)
-    : settings_(settings),
+    : sensor_(sensor),
+      settings_(settings),
       has_trial_(has_trial),
       context_(context),
       media_(scene, sensor),
       table_(scene, media_.phases()) {
   const StageTimer timer(context.job.stats().counters.stage_seconds["cells"]);
-  auto sources = std::make_unique<FogSources>(scene, context.scheduler);
+  sources_ = std::make_unique<FogSources>(scene, context.scheduler);
+}
+
+/// Divides the sunlight and learns its beams for FogBlock, once.
+void MediaRender::find_sunlight() {
+  if (has_sunlight_) return;
+  has_sunlight_ = true;
+  const StageTimer timer(context_.job.stats().counters.stage_seconds["cells"]);
   const double samples =
-      static_cast<double>(sensor.film().crop().area()) * sensor.sampler().sample_count();
-  sources->find_suns(table_, media_, samples, context);
-  if (settings.length.max_depth > 2) {
-    sources->find_beams(table_, media_, sensor, samples, context);
+      static_cast<double>(sensor_.film().crop().area()) * sensor_.sampler().sample_count();
+  sources_->find_suns(table_, media_, samples, context_);
+  if (settings_.length.max_depth > 2) {
+    sources_->find_beams(table_, media_, sensor_, samples, context_);
   }
-  sources_ = std::move(sources);
 }
 
 void MediaRender::choose(const Sensor& sensor) {
-  if (!has_trial_) return;
-  const size_t blocks = blocks_of_trial(sensor);
-  if (blocks == 0 && tried_ == 0) choice_ = choose_untried(settings_, *sources_);
-  if (blocks == 0 || blocks < kMinTrialGrowth * tried_) return;
+  const size_t blocks = has_trial_ ? blocks_of_trial(sensor) : 0;
+  if (has_trial_ && blocks == 0 && tried_ == 0) choice_ = choose_untried(settings_, *sources_);
+  const bool tries = blocks > 0 && blocks >= kMinTrialGrowth * tried_;
+  if (tries || !choice_.uses_paths) find_sunlight();
+  if (!tries) return;
   choice_ = try_methods(table_, media_, *sources_, sensor, settings_, blocks, context_);
   tried_ = blocks;
 }

@@ -23,8 +23,8 @@ class MediaRender {
   static const char* why_paths(const Scene& scene, const Sensor& sensor,
                                const PathSettings& settings);
 
-  /// With `has_trial`, a trial chooses between both methods. The scene and the context must outlive
-  /// the object.
+  /// With `has_trial`, a trial chooses between both methods. The scene, the sensor, which has the
+  /// samples of the whole render, and the context must outlive the object.
   MediaRender(const Scene& scene, const Sensor& sensor, const PathSettings& settings,
               bool has_trial, RenderContext& context);
 
@@ -32,16 +32,22 @@ class MediaRender {
   /// whose trial is twice as large. The choice is the same for any number of threads.
   void choose(const Sensor& sensor);
   const MediaChoice& choice() const { return choice_; }
+  /// Sunlight is divided and its beams are learned when a choice first needs them.
+  const FogSources& sources() const { return *sources_; }
   /// Renders the image of a sensor by the chosen method.
   void render(const Sensor& sensor) const;
 
  private:
+  void find_sunlight();
+
+  const Sensor& sensor_;
   const PathSettings settings_;
   const bool has_trial_;
   RenderContext& context_;
   const transport::MediaTable media_;
   const transport::SceneTable table_;
-  std::unique_ptr<const FogSources> sources_;
+  std::unique_ptr<FogSources> sources_;
+  bool has_sunlight_ = false;  ///< after find_sunlight()
   MediaChoice choice_;
   size_t tried_ = 0;  ///< number of blocks of the last trial
 };

@@ -82,21 +82,25 @@ FogSources::FogSources(const Scene& scene, const Scheduler& scheduler) {
       sun.flux = mean_of(sample->radiance) / sample->pdf;
     }
     distant_.push_back(sun);
-    has_suns_ = true;
   }
+  // Grids and beams are those of the first sources, which must not depend on the emitters' order.
+  std::stable_sort(distant_.begin(), distant_.end(), [](const Distant& a, const Distant& b) {
+    const bool a_is_delta = a.emitter->is_delta(), b_is_delta = b.emitter->is_delta();
+    return a_is_delta != b_is_delta ? a_is_delta : a.flux > b.flux;
+  });
   first_cell_ = static_cast<uint32_t>(distant_.size());
   if (scene.environment()) add_environment(*scene.environment(), scheduler);
 }
 
 void FogSources::find_suns(const transport::SceneTable& scene, const transport::MediaTable& media,
                            double samples, RenderContext& context) {
-  const uint32_t count = std::min(first_cell_, kMaxSuns);
+  uint32_t count = 0;
+  while (count < std::min(first_cell_, kMaxSuns) && distant_[count].emitter->is_delta()) ++count;
   if (count == 0) return;
   const double cells = samples * kSunShare / (SunGrid::kRays * count);
   const auto resolution = static_cast<uint32_t>(std::min(std::cbrt(cells), kMaxSunResolution));
   if (resolution < kMinSunResolution) return;
   for (uint32_t i = 0; i < count; ++i) {
-    if (!distant_[i].emitter->is_delta()) return;
     suns_.push_back(
         std::make_unique<const SunGrid>(scene, media, distant_[i].d, resolution, context));
   }
@@ -104,16 +108,12 @@ void FogSources::find_suns(const transport::SceneTable& scene, const transport::
 
 void FogSources::find_beams(const transport::SceneTable& scene, const transport::MediaTable& media,
                             const Sensor& sensor, double samples, RenderContext& context) {
-  // If a sun is no delta emitter, some have no grid.
-  if (suns_.empty() || suns_.size() < std::min(first_cell_, kMaxSuns)) return;
+  if (suns_.empty()) return;
   const auto rounds = static_cast<uint32_t>(std::min(samples / kSamplesPerRound, kMaxRounds));
   if (rounds == 0 || !SunBeams::are_possible(scene.scene(), media)) return;
-  const auto strongest = std::max_element(
-      distant_.begin(), distant_.begin() + static_cast<std::ptrdiff_t>(suns_.size()),
-      [](const Distant& a, const Distant& b) { return a.flux < b.flux; });
-  beams_ = std::make_unique<const SunBeams>(scene, media, sensor, *strongest->emitter, strongest->d,
+  const Distant& strongest = distant_.front();
+  beams_ = std::make_unique<const SunBeams>(scene, media, sensor, *strongest.emitter, strongest.d,
                                             rounds, context);
-  beam_source_ = static_cast<uint32_t>(near_.size() + (strongest - distant_.begin()));
 }
 
 /// Returns false if the emitter's light comes from infinity.
@@ -134,13 +134,8 @@ bool FogSources::add_near(const Scene& scene, const Emitter& emitter) {
 }
 
 void FogSources::add_environment(const Emitter& environment, const Scheduler& scheduler) {
-  const auto grid = cell_grid_of(environment);
-  if (!grid) {
-    distant_.push_back({&environment, 1, Vec3(0, 1, 0), 0, groups_++});
-    first_cell_ = static_cast<uint32_t>(distant_.size());
-    return;
-  }
-  cells_ = std::make_unique<const DistantCells>(environment, *grid, kCells, scheduler);
+  cells_ = std::make_unique<const DistantCells>(environment, *cell_grid_of(environment), kCells,
+                                                scheduler);
   const DistantCells& cells = *cells_;
   if (cells.size() == 0) return;
   for (uint32_t c = 0; c < cells.size(); ++c) {

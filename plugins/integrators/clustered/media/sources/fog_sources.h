@@ -15,7 +15,8 @@ namespace kinome {
 class SkyDirections;
 
 /// Sources of the light that media scatter, numbered in this order: emitters at finite distances,
-/// distant emitters, cells of the environment. Immutable; thread-safe.
+/// distant delta emitters (the strongest first), other distant emitters, cells of the environment.
+/// Immutable; thread-safe.
 class FogSources {
  public:
   /// Number of cells of the environment. Importances of all cells are computed for each block.
@@ -44,7 +45,7 @@ class FogSources {
   const std::vector<Distant>& distant() const { return distant_; }
   uint32_t groups() const { return groups_; }
   /// True if some sources are distant emitters other than the environment.
-  bool have_suns() const { return has_suns_; }
+  bool have_suns() const { return first_cell_ > 0; }
   /// Grids of lit space of distant emitters; the first suns().size() sources of distant() have one.
   const std::vector<std::unique_ptr<const SunGrid>>& suns() const { return suns_; }
   /// Creates the grids. They are finer if the whole render has many `samples`.
@@ -57,7 +58,7 @@ class FogSources {
   /// Rays of light of the strongest sun, which is source beam_source(); nullptr if SunPoints can't
   /// follow them, or if the render is too short to learn them.
   const SunBeams* beams() const { return beams_.get(); }
-  uint32_t beam_source() const { return beam_source_; }
+  uint32_t beam_source() const { return static_cast<uint32_t>(near_.size()); }
   /// True if some sources are surfaces.
   bool have_surfaces() const { return have_surfaces_; }
 
@@ -83,12 +84,10 @@ class FogSources {
   std::vector<Near> near_;
   std::vector<std::unique_ptr<const SunGrid>> suns_;
   std::unique_ptr<const SunBeams> beams_;
-  uint32_t beam_source_ = 0;
   std::vector<Distant> distant_;
   uint32_t groups_ = 0;
   uint32_t first_cell_ = 0;  ///< index into distant_
   bool have_surfaces_ = false;
-  bool has_suns_ = false;
   std::unique_ptr<const DistantCells> cells_;  ///< nullptr: none
 };
 
