@@ -237,9 +237,7 @@ void SunBeams::learn(const transport::SceneTable& scene, const MediaTable& media
 }
 
 void SunBeams::set_probabilities(const std::vector<float>& light) {
-  const size_t count = light.size();
-  probability_.assign(count, 0);
-  sum_.resize(count);
+  probability_.clear();
   const auto at = [&](uint32_t x, uint32_t y) {
     return x < kResolution && y < kResolution ? light[size_t{y} * kResolution + x] : 0.f;
   };
@@ -247,51 +245,24 @@ void SunBeams::set_probabilities(const std::vector<float>& light) {
   for (uint32_t y = 0; y < kResolution; ++y) {
     for (uint32_t x = 0; x < kResolution; ++x) {
       const float beside = std::max({at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1)});
-      const float own = std::max(at(x, y), kBesideCell * beside);
-      probability_[size_t{y} * kResolution + x] = own;
-      all += own;
+      probability_.push_back(std::max(at(x, y), kBesideCell * beside));
+      all += probability_.back();
     }
   }
-  float total = 0;
-  row_.clear();
-  for (uint32_t y = 0; y < kResolution; ++y) {
-    float sum = 0;
-    for (uint32_t x = 0; x < kResolution; ++x) {
-      const size_t c = size_t{y} * kResolution + x;
-      const float even = 1 / static_cast<float>(count);
-      const float own = all > 0 ? probability_[c] / all : even;
-      probability_[c] = kEvenShareOfCells * even + (1 - kEvenShareOfCells) * own;
-      sum += probability_[c];
-      sum_[c] = sum;
-    }
-    total += sum;
-    row_.push_back(total);
+  const float even = 1 / static_cast<float>(probability_.size());
+  for (float& own : probability_) {
+    own = kEvenShareOfCells * even + (1 - kEvenShareOfCells) * (all > 0 ? own / all : even);
   }
+  cells_ = GridDistribution(kResolution, kResolution, probability_);
 }
-
-namespace {
-
-/// Chooses one of the elements by their running sums. Returns its index, and maps u to a uniform
-/// number within it.
-size_t choose(const float* sums, size_t count, float& u) {
-  const float at = u * sums[count - 1];
-  const auto chosen = static_cast<size_t>(std::upper_bound(sums, sums + count - 1, at) - sums);
-  const float before = chosen > 0 ? sums[chosen - 1] : 0;
-  u = std::clamp((at - before) / (sums[chosen] - before), 0.f, 1.f);
-  return chosen;
-}
-
-}  // namespace
 
 Vec3 SunBeams::sample(const Vec2& u, float& pdf, uint32_t& cell) const {
-  Vec2 within = u;
-  const size_t row = choose(row_.data(), row_.size(), within.y);
-  const size_t column = choose(sum_.data() + row * kResolution, kResolution, within.x);
-  cell = static_cast<uint32_t>(row * kResolution + column);
+  const GridDistribution::Cell chosen = cells_.sample(u);
+  cell = chosen.row * kResolution + chosen.column;
   const float side = 2 * radius_ / kResolution;
-  const float x = (static_cast<float>(column) + within.x) * side - radius_;
-  const float y = (static_cast<float>(row) + within.y) * side - radius_;
-  pdf = probability_[cell] / (row_.back() * side * side);
+  const float x = (static_cast<float>(chosen.column) + chosen.u.x) * side - radius_;
+  const float y = (static_cast<float>(chosen.row) + chosen.u.y) * side - radius_;
+  pdf = probability_[cell] / (static_cast<float>(cells_.total()) * side * side);
   return centre_ + x * frame_.s + y * frame_.t + radius_ * frame_.n;
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "kinome/distribution.h"
 #include "kinome/emitter.h"
 #include "kinome/render_context.h"
 #include "kinome/sensor.h"
@@ -56,7 +57,7 @@ class SunBeams {
   float radius_ = 1;  ///< of the scene
   float near2_ = 1;
   std::vector<float> probability_;  ///< of cells, row by row
-  std::vector<float> row_, sum_;    ///< sums of the rows up to each, and of cells within a row
+  GridDistribution cells_;          ///< in proportion to probability_
 };
 
 }  // namespace kinome
