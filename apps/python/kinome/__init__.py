@@ -30,7 +30,8 @@ from ._mesh import Mesh, Properties  # noqa: E402
 from ._object import Object  # noqa: E402
 from ._parameters import Changes, Parameter, SceneParameters  # noqa: E402
 from ._picture import Picture  # noqa: E402
-from ._scene import Scene, inspect, load_dict, load_file, render, traverse  # noqa: E402
+from ._scene import (Scene, inspect, load_dict, load_file, load_string, render,  # noqa: E402
+                     traverse)
 from ._transform import Transform  # noqa: E402
 from ._vectors import (BoundingBox3f, Color3f, Frame3f, Normal3f, Point3f,  # noqa: E402
                        Vector3f)
@@ -50,8 +51,8 @@ __all__ = ["AffineTransform4f", "BSDFContext", "BSDFFlags", "BSDFSample3f", "Bit
            "ScalarTransform4f", "ScalarVector3f", "Scene", "SceneParameters", "Struct",
            "SurfaceInteraction3f", "Transform", "Transform4f", "TransportMode", "Vector3f",
            "compare", "cornell_box", "denoise", "inspect", "linear_to_srgb", "load_dict",
-           "load_file", "luminance", "plugins", "render", "set_log_level", "set_variant",
-           "srgb_to_linear", "traverse", "util", "variant", "variants"]
+           "load_file", "load_string", "luminance", "plugins", "render", "set_log_level",
+           "set_variant", "srgb_to_linear", "traverse", "util", "variant", "variants"]
 
 cornell_box = util.cornell_box
 

@@ -314,17 +314,28 @@ class SceneParameters(MutableMapping[str, Any]):
         Writes edited meshes, pixels and includes beside it."""
 
 def load_file(path: str | os.PathLike[str], lenient: bool = False,
-              search_paths: Sequence[str | os.PathLike[str]] = (), **defines: object) -> Scene:
+              search_paths: Sequence[str | os.PathLike[str]] = (), update_scene: bool = False,
+              parallel: bool = True, optimize: bool = True, **defines: object) -> Scene:
     """Loads a scene file. Keywords replace each $name in it: load_file("scene.xml", spp=64).
-    lenient: leaves out unsupported features of Mitsuba. search_paths: more folders for its files."""
+    lenient: leaves out unsupported features of Mitsuba. search_paths: more folders for its files.
+    update_scene, parallel and optimize are Mitsuba's, and have no effect."""
+
+def load_string(string: str, lenient: bool = False,
+                search_paths: Sequence[str | os.PathLike[str]] = (), parallel: bool = True,
+                optimize: bool = True, **defines: object) -> Scene:
+    """Loads a scene from the text of a scene file. Its files are searched for in `search_paths` and
+    in the working directory. The other arguments are those of load_file()."""
 
 @overload
 def load_dict(description: Mapping[str, Any],
-              search_paths: Sequence[str | os.PathLike[str]] = ()) -> Any:
-    """Loads a Scene, or another Object, from a dict in Mitsuba's form."""
+              search_paths: Sequence[str | os.PathLike[str]] = (), parallel: bool = True,
+              optimize: bool = True) -> Any:
+    """Loads a Scene, or another Object, from a dict in Mitsuba's form. parallel and optimize are
+    Mitsuba's, and have no effect."""
 @overload
 def load_dict(description: _Loaded,
-              search_paths: Sequence[str | os.PathLike[str]] = ()) -> _Loaded: ...
+              search_paths: Sequence[str | os.PathLike[str]] = (), parallel: bool = True,
+              optimize: bool = True) -> _Loaded: ...
 
 def render(scene: Scene, integrator: str | Mapping[str, Any] | Object | None = None,
            sensor: int | str | Mapping[str, Any] | Object = 0, spp: int | None = None, seed: int = 0, time: float | None = None,

@@ -90,6 +90,9 @@ class Bitmap:
         self._is_encoded = array.dtype == np.uint8
 
     def _read(self, path):
+        if not os.path.isfile(path):
+            reason = "it is a folder, not a file" if os.path.isdir(path) else "no such file"
+            raise Error(f"{path}: {reason}", reason, path, 0, 0)
         array, names, metadata = _call(_images().read, path)
         self._metadata = metadata
         if (array.dtype.kind == "f" or array.shape[2] > 4) and len(names) == array.shape[2]:

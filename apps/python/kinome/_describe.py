@@ -1,4 +1,6 @@
 """Conversion of dicts in Mitsuba's form to the compiled module's descriptions of objects."""
+import difflib
+
 import numpy as np
 
 from . import _kinome
@@ -24,7 +26,9 @@ def tag_of(plugin, name, where):
         # The object's name is a category, so the core can suggest similar plugins of that category.
         if name in TAGS:
             return name
-        fail(where, f"there is no plugin '{plugin}'")
+        near = difflib.get_close_matches(plugin, sorted(set().union(*known.values())), 1, 0.7)
+        fail(where, f"there is no plugin '{plugin}'" +
+             "".join(f" (did you mean '{one}'?)" for one in near))
     return found[0]
 
 

@@ -141,11 +141,16 @@ class Picture(np.ndarray):
         return _kinome.encode_picture(np.ascontiguousarray(pixels, np.float32), colors)
 
     def write(self, path):
-        """Writes .exr (all channels, single precision), .pfm or .png (8 bits, sRGB). Raises
-        kinome.Error for a file that a loaded scene reads."""
+        """Writes a file in the format of its extension: .exr with all channels in single precision,
+        or a format that Bitmap.write() supports. Raises kinome.Error for a file that a loaded scene
+        reads."""
         if not self.channels:
             raise ValueError("this array's channels have no names: Picture(array, channels) gives it "
                              "some")
+        path = check.path(path, "path")
+        if not path.lower().endswith((".exr", ".pfm", ".png")):
+            from ._bitmap import Bitmap
+            return Bitmap(self).write(path)
         header = {}
         if self.stats:
             header = {"kinome:complete": "true" if self.stats.get("complete", True) else "false",
@@ -159,7 +164,7 @@ class Picture(np.ndarray):
                 f"{v:.9g}" for v in self.stats["variance_of_mean"])
         if any(name.startswith("Crypto") for name in self.channels):
             header.update(self.stats.get("cryptomatte", {}))
-        _kinome.write_picture(check.path(path, "path"), np.ascontiguousarray(self, np.float32),
+        _kinome.write_picture(path, np.ascontiguousarray(self, np.float32),
                               self.channels, header)
 
 

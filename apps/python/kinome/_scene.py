@@ -69,21 +69,34 @@ class Scene(Queries):
             "]"])
 
 
-def load_file(path, lenient=False, search_paths=(), **defines):
+def load_file(path, lenient=False, search_paths=(), update_scene=False, parallel=True,
+              optimize=True, **defines):
     """Loads a scene file. Keywords replace each $name in it: load_file("scene.xml", spp=64).
 
     lenient: leaves out unsupported features of Mitsuba. search_paths: more folders for its files.
+    update_scene, parallel and optimize are Mitsuba's, and have no effect.
     """
-    texts = {key: str(value).lower() if isinstance(value, bool) else str(value)
-             for key, value in defines.items()}
-    return Scene(_kinome.Editor(check.path(path, "path"), texts,
+    return Scene(_kinome.Editor(check.path(path, "path"), _texts(defines),
                                 check.paths(search_paths, "search_paths"), bool(lenient)))
 
 
-def load_dict(description, search_paths=()):
+def load_string(string, lenient=False, search_paths=(), parallel=True, optimize=True, **defines):
+    """Loads a scene from the text of a scene file. Its files are searched for in `search_paths` and
+    in the working directory. The other arguments are those of load_file()."""
+    check.instance(string, "string", str, "the text of a scene file")
+    return Scene(_kinome.Editor(string, "<string>", _texts(defines),
+                                check.paths(search_paths, "search_paths"), bool(lenient)))
+
+
+def _texts(defines):
+    return {key: str(value).lower() if isinstance(value, bool) else str(value)
+            for key, value in defines.items()}
+
+
+def load_dict(description, search_paths=(), parallel=True, optimize=True):
     """Loads a scene or another object from a dict in Mitsuba's form. {"type": "scene", "ball":
     {"type": "sphere"}} is a Scene. {"type": "sphere"} is an Object, which can be a value in other
-    dicts."""
+    dicts. parallel and optimize are Mitsuba's, and have no effect."""
     search_paths = check.paths(search_paths, "search_paths")
     if isinstance(description, (Scene, Object, Mesh)):
         return description

@@ -120,7 +120,12 @@ void write_image(const std::string& path, const Pixels& pixels,
   for (const auto& [name, value] : attributes) spec[name] = value;
   const nb::gil_scoped_release release;
   const auto output = OIIO::ImageOutput::create(path);
-  if (!output) throw std::runtime_error(OIIO::geterror());
+  if (!output) {
+    OIIO::geterror();
+    throw std::runtime_error(
+        "unknown image format: use .exr, .pfm, .hdr or .png, or another format that OpenImageIO "
+        "writes, such as .tif, .jpg, .webp, .tga or .bmp");
+  }
   // Otherwise, OpenImageIO would store the time, so that no two files would be equal.
   if (std::string(output->format_name()) == "tiff" && !spec.find_attribute("DateTime")) {
     spec["DateTime"] = "";

@@ -60,6 +60,14 @@ class Editor {
         path, LoadOptions{.defines = defines, .search_paths = folders, .lenient = lenient},
         plugins().get(), &stats_);
   }
+  Editor(const std::string& xml, const std::string& name,
+         const std::map<std::string, std::string>& defines,
+         const std::vector<std::string>& folders, bool lenient) {
+    const Turn turn(plugins().mutex);
+    editor_ = std::make_unique<SceneEditor>(
+        xml, name, LoadOptions{.defines = defines, .search_paths = folders, .lenient = lenient},
+        plugins().get(), &stats_);
+  }
   Editor(nb::handle description, const std::vector<std::string>& folders) {
     const ObjectDescription scene = to_description(description);
     const Turn turn(plugins().mutex);
@@ -346,6 +354,9 @@ NB_MODULE(_kinome, m) {
   nb::class_<Editor>(m, "Editor")
       .def(nb::init<const std::string&, const std::map<std::string, std::string>&,
                     const std::vector<std::string>&, bool>())
+      .def(nb::init<const std::string&, const std::string&,
+                    const std::map<std::string, std::string>&, const std::vector<std::string>&,
+                    bool>())
       .def(nb::init<nb::handle, const std::vector<std::string>&>())
       .def("parameters", &Editor::parameters)
       .def("get", &Editor::get)

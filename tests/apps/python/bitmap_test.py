@@ -125,12 +125,29 @@ class BitmapTest(unittest.TestCase):
         layers = dict(read.split())
         self.assertEqual(layers["albedo"].pixel_format(), Format.RGB)
         self.assertEqual(set(read.channel_names()), set(names))
-        with self.assertRaisesRegex(mi.Error, "missing.png"):
+        with self.assertRaisesRegex(mi.Error, "missing.png: no such file$"):
             Bitmap(str(self.folder / "missing.png"))
-        with self.assertRaisesRegex(mi.Error, "image.xyz") as failure:
+        with self.assertRaisesRegex(mi.Error, "it is a folder, not a file$"):
+            Bitmap(str(self.folder))
+        with self.assertRaisesRegex(mi.Error, "image.xyz: unknown image format") as failure:
             Bitmap(self.pixels).write(self.folder / "image.xyz")
         self.assertNotIn(tempfile.gettempdir() + "/tmp", str(failure.exception).replace(
             str(self.folder), ""))
+
+    def test_pictures_have_the_formats_of_bitmaps(self):
+        names = ["R", "G", "B", "depth"]
+        picture = mi.Picture(np.concatenate([self.pixels, self.pixels[..., :1]], axis=2), names)
+        for extension, channels in ((".jpg", 3), (".hdr", 3), (".tif", 4), (".webp", 3)):
+            with self.subTest(extension):
+                ours, other = (self.folder / (name + extension) for name in ("ours", "other"))
+                picture.write(ours)
+                Bitmap(picture).write(other)
+                self.assertEqual(ours.read_bytes(), other.read_bytes())
+                self.assertEqual(Bitmap(ours).channel_count(), channels)
+        for name in ("image.xyz", "image"):
+            with self.assertRaisesRegex(mi.Error, f"{name}: unknown image format"):
+                picture.write(self.folder / name)
+            self.assertFalse((self.folder / name).exists())
 
     def test_files_have_the_same_bytes_again(self):
         """OpenImageIO stores the file's name in DPX files, the time in RLA files, and memory that it doesn't

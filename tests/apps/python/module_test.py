@@ -31,6 +31,26 @@ class ModuleTest(SceneTest):
         self.assertFalse(ours.flags.owndata)
         np.testing.assert_array_equal(kinome.render(self.load(), spp=9, seed=3, threads=1), ours)
 
+    def test_a_scene_from_a_text(self):
+        scene = kinome.load_string(SCENE, spp=9)
+        np.testing.assert_array_equal(kinome.render(scene), kinome.render(self.load(spp=9)))
+        parameters = kinome.traverse(scene)
+        parameters.update({"red.reflectance.value": [0.1, 0.2, 0.3]})
+        parameters.save(self.folder / "saved.xml")
+        np.testing.assert_array_equal(kinome.render(kinome.load_file(self.folder / "saved.xml")),
+                                      kinome.render(scene))
+        with self.assertRaisesRegex(kinome.Error, "^<string>:14:.*did you mean 'diffuse'"):
+            kinome.load_string(SCENE.replace("diffuse", "difuse"))
+        with self.assertRaisesRegex(TypeError, "string takes the text of a scene file, got 5"):
+            kinome.load_string(5)
+
+    def test_mitsubas_arguments_without_effect(self):
+        expected = kinome.render(self.load(), spp=1)
+        for scene in (self.load(parallel=False, optimize=False, update_scene=True),
+                      kinome.load_string(SCENE, parallel=False, optimize=False),
+                      kinome.load_dict(DICT, parallel=False, optimize=False)):
+            np.testing.assert_array_equal(kinome.render(scene, spp=1), expected)
+
     def test_a_dict_is_a_scene_as_well(self):
         np.testing.assert_array_equal(kinome.render(kinome.load_dict(DICT)),
                                       kinome.render(self.load()))
@@ -332,7 +352,8 @@ class ModuleTest(SceneTest):
         self.assertEqual(len(error.all), 2)
         with self.assertRaisesRegex(kinome.Error, "^scene.red.reflectance: .*outside"):
             kinome.load_dict(with_parts(DICT, red={"type": "diffuse", "reflectance": 2.0}))
-        with self.assertRaisesRegex(kinome.Error, "^scene.red: there is no plugin 'difuse'"):
+        with self.assertRaisesRegex(kinome.Error, "^scene.red: there is no plugin 'difuse' "
+                                    r"\(did you mean 'diffuse'\?\)$"):
             kinome.load_dict(with_parts(DICT, red={"type": "difuse"}))
         with self.assertRaisesRegex(kinome.Error, "did you mean 'sensor.near_clip'"):
             kinome.traverse(kinome.load_dict(DICT))["sensor.near_clp"] = 1.0
