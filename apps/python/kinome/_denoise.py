@@ -51,6 +51,8 @@ def denoise(picture, albedo=None, normal=None, variance=None, threads=0):
     Needs Open Image Denoise, for instance by `pip install pyoidn`.
     """
     check.instance(picture, "picture", Picture, "a Picture")
+    if picture.size == 0:
+        raise ValueError("picture has no pixels")
     noisy = picture.rgb
     color = np.ascontiguousarray(np.repeat(noisy, 3, axis=2) if noisy.shape[2] == 1 else noisy,
                                  np.float32)

@@ -241,6 +241,9 @@ class BSDFContext:
                 raise check.fault(ValueError, "type_mask", takes, self.type_mask)
         return lobes
 
+    def __repr__(self):
+        return f"BSDFContext[type_mask={self.type_mask!r}]"
+
 
 class BSDFSample3f:
     """Directions that a BSDF sampled: wo in the shading frame, pdf per solid angle (1 for BSDFFlags.
@@ -249,6 +252,11 @@ class BSDFSample3f:
     def __init__(self, wo, pdf, eta, sampled_type):
         self.wo, self.pdf, self.eta, self.sampled_type = wo, pdf, eta, sampled_type
         self.sampled_component = 0
+
+    def __repr__(self):
+        if np.ndim(self.pdf) > 0:
+            return f"BSDFSample3f[{len(self.pdf)} samples]"
+        return f"BSDFSample3f[wo={self.wo.tolist()}, pdf={self.pdf:.6g}, eta={self.eta:.6g}]"
 
 
 def far(editor):
@@ -278,4 +286,10 @@ class DirectionSample3f:
         self.pdf = rows.result(np.zeros(rows.size, np.float32))
         self.delta = rows.result(np.zeros(rows.size, bool))
         self.emitter = scene._emitters_of_points()
+
+    def __repr__(self):
+        if np.ndim(self.pdf) > 0:
+            return f"DirectionSample3f[{len(self.pdf)} directions]"
+        return (f"DirectionSample3f[d={self.d.tolist()}, p={self.p.tolist()}, dist={self.dist:.6g}, "
+                f"pdf={self.pdf:.6g}]")
 

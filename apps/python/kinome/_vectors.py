@@ -154,11 +154,22 @@ class BoundingBox3f:
         return bool((self.min <= self.max).all())
 
     def center(self):
-        return Point3f((self.min + self.max) / 2)
+        """Returns the middle of the box; NaN if it is empty."""
+        with np.errstate(invalid="ignore"):
+            return ((self.min + self.max) / 2).view(Point3f)
 
     def extents(self):
-        """Returns the box's size along each axis."""
-        return Vector3f(self.max - self.min)
+        """Returns the box's size along each axis; -inf if it is empty, as in Mitsuba."""
+        return (self.max - self.min).view(Vector3f)
+
+    def volume(self):
+        """Returns the box's volume; 0 if it is empty."""
+        return float(np.prod(self.extents())) if self.valid() else 0.
+
+    def surface_area(self):
+        """Returns the area of the box's six sides; 0 if it is empty."""
+        x, y, z = self.extents().tolist()
+        return 2 * (x * y + y * z + z * x) if self.valid() else 0.
 
     def contains(self, point):
         point = numbers(point, "point", 3)

@@ -103,6 +103,8 @@ class Denoise(unittest.TestCase):
         picture = kinome.render(self.scene)
         with self.assertRaisesRegex(ValueError, r"albedo takes an array of the shape \(12, 16, 3\)"):
             kinome.denoise(picture, albedo=np.zeros((3, 3)))
+        with self.assertRaisesRegex(ValueError, "picture has no pixels"):
+            kinome.denoise(picture[:0])
         with self.assertRaisesRegex(TypeError, r"albedo takes an array of the shape \(12, 16, 3\)"):
             kinome.denoise(picture, albedo="white")
         with self.assertRaisesRegex(TypeError, "channels takes a list of names"):

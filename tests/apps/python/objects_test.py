@@ -71,6 +71,15 @@ class Transforms(unittest.TestCase):
             self.assert_close(to @ back, np.eye(4))
             self.assertAlmostEqual(np.linalg.det(to.matrix), 1)
 
+    def test_sizes_of_boxes(self):
+        box = mi.BoundingBox3f([0, 0, 0], [1, 2, 3])
+        self.assertEqual((box.volume(), box.surface_area()), (6, 22))
+        empty = mi.BoundingBox3f()
+        self.assertEqual((empty.volume(), empty.surface_area()), (0, 0))
+        self.assertEqual(empty.extents().tolist(), [-np.inf] * 3)
+        self.assertTrue(np.isnan(empty.center()).all())
+        self.assertIsInstance(box.extents(), mi.Vector3f)
+
     def test_wrong_vectors_are_named(self):
         box = mi.BoundingBox3f([0, 0, 0], [1, 1, 1])
         for wrong, kind, text in (

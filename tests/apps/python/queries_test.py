@@ -77,6 +77,20 @@ class Rays(unittest.TestCase):
         np.testing.assert_allclose(all_rays.to_world(all_rays.wi)[hit],
                                    (-d / np.linalg.norm(d, axis=1)[:, None])[hit], atol=1e-5)
 
+    def test_samples_have_a_readable_repr(self):
+        scene = scene_of(lamp={"type": "point", "position": [0, 0, 5]}, ball={"type": "sphere"})
+        si = scene.ray_intersect(mi.Ray3f([0, 0, 10], [0, 0, -1]))
+        sample, _ = si.bsdf().sample(CTX, si, 0.5, [0.5, 0.5])
+        self.assertRegex(repr(sample), r"^BSDFSample3f\[wo=\[.*\], pdf=0.\d+, eta=1\]$")
+        self.assertEqual(repr(CTX), "BSDFContext[type_mask=<BSDFFlags.All: 127>]")
+        toward, _ = scene.sample_emitter_direction(si, [0.5, 0.5])
+        self.assertRegex(repr(toward), r"^DirectionSample3f\[d=.*, p=\[0.0, 0.0, 5.0\], dist=4, pdf=1\]$")
+        many = scene.ray_intersect(mi.Ray3f(np.full((3, 3), [0, 0, 10]), [0, 0, -1]))
+        self.assertEqual(repr(many.bsdf().sample(CTX, many, [0.5] * 3, np.full((3, 2), 0.5))[0]),
+                         "BSDFSample3f[3 samples]")
+        self.assertEqual(repr(scene.sample_emitter_direction(many, np.full((3, 2), 0.5))[0]),
+                         "DirectionSample3f[3 directions]")
+
     def test_range_and_mask(self):
         ray = mi.Ray3f([0, 0, 10], [0, 0, -1], maxt=[7.9, 8.1, np.inf])
         np.testing.assert_array_equal(self.scene.ray_test(ray), [False, True, True])
