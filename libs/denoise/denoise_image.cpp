@@ -67,6 +67,15 @@ class Channels {
     }
     for (size_t c = 0; c < 3; ++c) add(prefix + std::string(1, "RGB"[c]), rgb, c, 3);
   }
+  /// Adds the scene's channels of an image except those of its colour.
+  void add_others(const Image& image, const Triple& color, bool keeps_variance) {
+    for (size_t c = 0; c < image.channels.size(); ++c) {
+      const std::string name = scene_channel(image.channels[c]);
+      const bool is_color = c == color[0] || c == color[1] || c == color[2];
+      if (name.empty() || is_color || (is_variance(name) && !keeps_variance)) continue;
+      add(name, image.data, c, image.channels.size());
+    }
+  }
   Image join(int width, int height) const {
     const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
     Image image{width, height, names_, {}};
@@ -165,16 +174,22 @@ Image denoise_image(const Image& image, const Denoiser& denoise, const DenoiseOp
 
   Channels channels;
   channels.add_color("", options.as_layer ? input.color : denoised, is_luminance);
-  for (size_t c = 0; c < image.channels.size(); ++c) {
-    const std::string name = scene_channel(image.channels[c]);
-    const bool is_color = c == color[0] || c == color[1] || c == color[2];
-    if (name.empty() || is_color || (is_variance(name) && !options.keeps_variance)) continue;
-    channels.add(name, image.data, c, image.channels.size());
-  }
+  channels.add_others(image, color, options.keeps_variance);
   channels.add_color(options.as_layer ? "denoised." : "noisy.",
                      options.as_layer ? denoised : input.color, is_luminance);
   Image result = channels.join(image.width, image.height);
   filter_pixels(result, options.filter);
+  return result;
+}
+
+Image image_without_guides(const Image& image, std::span<const float> filter) {
+  const Triple color = color_channels(image);
+  const std::vector<float> values = values_of(image, color);
+  Channels channels;
+  channels.add_color("", values, color[0] == color[1]);
+  channels.add_others(image, color, true);
+  Image result = channels.join(image.width, image.height);
+  filter_pixels(result, filter);
   return result;
 }
 

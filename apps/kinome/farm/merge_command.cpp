@@ -76,6 +76,8 @@ int merge_command(const Options& options, Clock::time_point start) {
   if (denoising) {
     merged.image = denoising->denoise(merged.image, merged.metadata);
     merged.metadata["kinome:denoised"] = options.denoise_as_layer ? "layer" : "image";
+  } else {
+    remove_guides(merged.image, merged.metadata);
   }
   warn_of_lost_channels(merged.image, output.image, merged.film.get());
   set_activity("writing the image");

@@ -14,6 +14,7 @@
 #include "film/film_frames.h"
 #include "film/video.h"
 #include "images/denoising.h"
+#include "images/image_formats.h"
 #include "kinome/log.h"
 #include "kinome/read_files.h"
 #include "kinome/render.h"
@@ -141,7 +142,7 @@ class FilmCommand {
     identity["--angles"] = fmt::format("{:g},{:g}", film_.angles.x, film_.angles.y);
     identity["--target"] = text_of(film_.target);
     identity["--up"] = text_of(film_.up);
-    if (frames_.are_png() || options_.png) {
+    if (options_.png || stores_srgb(lower_extension(frames_.name(0)), &sensor.film())) {
       identity["--exposure"] = fmt::format("{:g}", options_.exposure);
     }
     return identity;

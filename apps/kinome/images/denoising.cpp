@@ -38,6 +38,17 @@ std::vector<float> weights_of(const DenoisingSetup& setup, const Film& film) {
   return found == setup.filters.end() ? std::vector{1.f} : filter_weights(*found->second);
 }
 
+/// Removes the filter of add_filter() from the header, and returns it; empty if there is none.
+std::vector<float> take_filter(ImageMetadata& metadata) {
+  std::vector<float> filter;
+  const auto text = metadata.find(kFilterOfPart);
+  if (text == metadata.end()) return filter;
+  std::istringstream numbers(text->second);
+  for (float weight = 0; numbers >> weight;) filter.push_back(weight);
+  metadata.erase(text);
+  return filter;
+}
+
 }  // namespace
 
 Denoising::Denoising(const Options& options)
@@ -61,14 +72,10 @@ Image Denoising::denoise(const Image& image, const DenoisingSetup& setup, const 
 }
 
 Image Denoising::denoise(const Image& image, ImageMetadata& metadata) const {
-  const auto text = metadata.find(kFilterOfPart);
-  if (text == metadata.end()) {
+  std::vector<float> filter = take_filter(metadata);
+  if (filter.empty()) {
     throw Error("--denoise: the parts lack albedo and normals: render each with --denoise, too");
   }
-  std::istringstream numbers(text->second);
-  std::vector<float> filter;
-  for (float weight = 0; numbers >> weight;) filter.push_back(weight);
-  metadata.erase(text);
   return denoise(image, std::move(filter));
 }
 
@@ -97,6 +104,11 @@ uint32_t renders_for_noise(const Options& options, const Sensor& sensor) {
 
 void add_filter(const DenoisingSetup& setup, const Film& film, ImageMetadata& metadata) {
   metadata[kFilterOfPart] = fmt::format("{:.9g}", fmt::join(weights_of(setup, film), " "));
+}
+
+void remove_guides(Image& image, ImageMetadata& metadata) {
+  const std::vector<float> filter = take_filter(metadata);
+  if (!filter.empty()) image = image_without_guides(image, filter);
 }
 
 }  // namespace kinome::app

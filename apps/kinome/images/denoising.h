@@ -47,7 +47,11 @@ std::shared_ptr<DenoisingSetup> denoising_setup(const Options& options);
 /// all of them are rendered; otherwise 0.
 uint32_t renders_for_noise(const Options& options, const Sensor& sensor);
 
-/// Records the filter of a part's film in its header, for `kinome merge --denoise`.
+/// Records the filter of a part's film in its header, for `kinome merge`.
 void add_filter(const DenoisingSetup& setup, const Film& film, ImageMetadata& metadata);
+
+/// Replaces a merged image of parts that were rendered with --denoise by the image that the scene
+/// gives without it. Leaves images of other parts as they are.
+void remove_guides(Image& image, ImageMetadata& metadata);
 
 }  // namespace kinome::app

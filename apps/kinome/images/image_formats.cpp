@@ -178,6 +178,14 @@ bool stores_channels(const std::string& extension, const Film* film) {
   return traits && traits->is_linear;
 }
 
+bool stores_srgb(const std::string& extension, const Film* film) {
+  if (extension == kPng) return true;
+  const bool is_of_film = extension.empty() || (film && extension == film->file_extension());
+  if (is_of_film || extension == kExr || extension == kPfm || is_radiance(extension)) return false;
+  const auto traits = traits_of(extension);
+  return traits && !traits->is_linear;
+}
+
 void warn_of_lost_channels(const Image& image, const std::string& path, const Film* film) {
   constexpr std::string_view kColor[] = {"R", "G", "B", "Y", "A"};
   const std::string extension = lower_extension(path);

@@ -16,6 +16,10 @@ std::string image_path(const std::string& output, const std::string& film_extens
 /// `film` as for write_image().
 bool stores_channels(const std::string& extension, const Film* film);
 
+/// Returns true if images with this extension have 8-bit sRGB values, which depend on the exposure.
+/// `film` as for write_image().
+bool stores_srgb(const std::string& extension, const Film* film);
+
 /// Warns if the format of this path doesn't store the channels that the image has beside colour and
 /// alpha. `film` as for write_image().
 void warn_of_lost_channels(const Image& image, const std::string& path, const Film* film);

@@ -83,4 +83,8 @@ struct DenoiseOptions {
 KINOME_EXPORT Image denoise_image(const Image& image, const Denoiser& denoise,
                                   const DenoiseOptions& options);
 
+/// Returns the image that the same samples give without denoising: without albedo and normals, with
+/// the scene's names of channels, and filtered with `filter` as in DenoiseOptions.
+KINOME_EXPORT Image image_without_guides(const Image& image, std::span<const float> filter);
+
 }  // namespace kinome

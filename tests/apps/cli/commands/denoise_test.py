@@ -146,6 +146,13 @@ class Denoise(unittest.TestCase):
         # The parts' noise shows that the fake's bias of 100 % is far above it.
         noisy = colour(merged, "noisy.")
         self.assertLess(np.abs(colour(merged) - noisy).mean(), 0.1 * noisy.mean())
+        # Without --denoise, merging gives the same channels, and the same image up to denoising.
+        self.run_program("merge", "1.exr", "2.exr", "-o", "plain.exr")
+        plain, header = read(self.folder / "plain.exr")
+        self.assertEqual(sorted(plain), ["B", "G", "R"])
+        self.assertNotIn("kinome:denoised", header)
+        self.assertNotIn("kinome:filter_of_part", header)
+        np.testing.assert_array_equal(colour(plain), noisy)
         self.run_program("scene.xml", "--part", "1/1", "-o", "one.exr")
         self.refused("the parts lack albedo and normals", "merge", "one.exr", "--denoise", "-o",
                      "no.exr")

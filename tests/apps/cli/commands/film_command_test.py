@@ -175,6 +175,9 @@ class Film(unittest.TestCase):
             says = self.film("orbit", 2, "a/%d.exr", *options, status=1)
             self.assertRegex(says, rf"^kinome: a/film.json: the frames .* another animation \({what}.*\n$")
             self.assertEqual(says.count("\n"), 1)
+        self.film("orbit", 2, "c/%d.jpg", "--exposure", 1)
+        self.assertIn("another animation (--exposure: 1 instead of 2)",
+                      self.film("orbit", 2, "c/%d.jpg", "--exposure", 2, status=1))
         self.frame("b").mkdir()
         self.frame("b/1.exr").write_text("a picture of someone's")
         self.assertIn("b/1.exr exists, but its animation is unknown",
