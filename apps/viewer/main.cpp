@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <optional>
@@ -119,7 +120,14 @@ int follow_script(const Arguments& all) {
   RenderSession session(all.session);
   if (all.script == "-") return run_script(std::cin, "-", session) > 0 ? 1 : 0;
   std::ifstream file(all.script);
-  if (!file) throw Error(kinome::Location{all.script}, "can't be read");
+  std::error_code failed;
+  if (std::filesystem::is_directory(all.script, failed)) {
+    throw Error(kinome::Location{all.script}, "it is a folder, not a file");
+  }
+  if (!file) {
+    throw Error(kinome::Location{all.script},
+                std::filesystem::exists(all.script, failed) ? "can't be read" : "no such file");
+  }
   kinome::record_read_file(all.script);
   return run_script(file, all.script, session) > 0 ? 1 : 0;
 }

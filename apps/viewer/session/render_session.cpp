@@ -147,7 +147,9 @@ void RenderSession::set_denoising(bool is_denoising) {
 void RenderSession::set_region(std::optional<Rect> region) {
   request(can_end_pass(), {Request::Kind::kOther, [this, region] {
                    const Rect& crop = sensor().film().crop();
-                   region_ = region ? overlap(*region, crop) : std::nullopt;
+                   const auto seen = region ? overlap(*region, crop) : std::nullopt;
+                   if (region && !seen) throw Error("the region is outside of the image");
+                   region_ = seen;
                    // Another part of a finished image may still improve.
                    if (!exact_samples_) is_done_ = false;
                  }});

@@ -2,10 +2,12 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 #include <thread>
 
 #include "camera/camera_link.h"
@@ -25,7 +27,8 @@ std::vector<double> numbers_of(const std::string& text) {
 std::vector<double> numbers_of(const std::string& text, size_t count) {
   auto numbers = numbers_of(text);
   if (numbers.size() != count) {
-    throw Error("expected " + std::to_string(count) + " numbers, got '" + text + "'");
+    throw Error("expected " + (count == 1 ? "a number" : std::to_string(count) + " numbers") +
+                ", got '" + text + "'");
   }
   return numbers;
 }
@@ -93,6 +96,12 @@ class Script {
 
  private:
   void run(const std::string& command, const std::string& rest) {
+    if (!rest.empty() && takes_no_value(command)) {
+      throw Error("'" + command + "' takes no value, got '" + rest + "'");
+    }
+    if (rest.empty() && (command == "picture" || command == "save")) {
+      throw Error("expected: " + command + " FILE");
+    }
     if (command == "set") {
       const size_t space = rest.find(' ');
       if (space == std::string::npos) throw Error("expected: set PATH VALUE");
@@ -145,6 +154,12 @@ class Script {
     }
   }
 
+  static bool takes_no_value(const std::string& command) {
+    constexpr std::string_view kCommands[] = {"undo", "lookat", "home",
+                                              "wait", "parameters", "memory"};
+    return std::ranges::find(kCommands, command) != std::end(kCommands);
+  }
+
   /// Waits until the image has the wanted number of samples per pixel; doesn't wait if `wanted` is
   /// empty. Returns the image's number of samples per pixel.
   double wait_for_samples(const std::string& wanted) {
@@ -183,6 +198,15 @@ class Script {
     return nullptr;
   }
 
+  /// Returns the message about a path that find() hasn't found.
+  std::string unknown_parameter(const std::string& path) const {
+    std::vector<std::string> paths;
+    for (const SceneParameter& parameter : info_->parameters) paths.push_back(parameter.path);
+    std::string nearest = nearest_name(path, paths);
+    if (nearest.empty()) nearest = nearest_name(path + ".value", paths);
+    return "unknown parameter '" + path + "'" + did_you_mean(nearest);
+  }
+
   /// Runs a command that adds or removes objects or restores a parameter. Returns false if it is
   /// another command.
   bool put(const std::string& command, const std::string& rest) {
@@ -197,7 +221,7 @@ class Script {
     if (command == "texture") {
       const SceneParameter* const parameter = find(path);
       if (!parameter || !parameter->kind) {
-        fail("there is no parameter '" + path + "'");
+        fail(unknown_parameter(path));
         return true;
       }
       put(path, file == "checkerboard"
@@ -218,7 +242,7 @@ class Script {
 
   void set(const std::string& path, const std::string& text) {
     const SceneParameter* const parameter = find(path);
-    if (!parameter) return fail("there is no parameter '" + path + "'");
+    if (!parameter) return fail(unknown_parameter(path));
     is_info_outdated_ |= !parameter->texture.empty();
     try {
       session_.set({{path, parse_value(*parameter, text)}});
@@ -342,8 +366,9 @@ int run_script(std::istream& script, const std::string& name, RenderSession& ses
     if (line.ends_with('\r')) line.pop_back();
     const size_t begin = line.find_first_not_of(" \t");
     if (begin == std::string::npos || line[begin] == '#') continue;
-    const size_t end = std::min(line.find(' ', begin), line.size());
-    const size_t rest = line.find_first_not_of(' ', end);
+    line.erase(line.find_last_not_of(" \t") + 1);
+    const size_t end = std::min(line.find_first_of(" \t", begin), line.size());
+    const size_t rest = line.find_first_not_of(" \t", end);
     running.try_to_run(number, line.substr(begin, end - begin),
                        rest == std::string::npos ? "" : line.substr(rest));
   }

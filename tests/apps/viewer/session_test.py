@@ -217,6 +217,8 @@ class SessionTest(unittest.TestCase):
         self.assertTrue(differs[20:24, 30:36].all())
         self.assertTrue(14 <= xs.min() and xs.max() < 50 and 14 <= ys.min() and ys.max() < 34)
         self.run_script(["region 1 2 3", "region 0 0 0 4", "region"], errors=2)
+        self.assertIn("the region is outside of the image",
+                      self.run_script(["region 64 0 4 4", "wait"], errors=1))
 
     def lookats(self, lines):
         out = self.run_script(lines)
@@ -312,6 +314,30 @@ class SessionTest(unittest.TestCase):
         self.assertIn("-:2:1: unknown command 'turn'", result.stderr)
         self.assertEqual(result.returncode, 1)
         self.assertTrue((self.folder / "last.exr").exists())
+
+    def test_errors_say_what_is_expected(self):
+        out = self.run_script(["render", "undo 2", "wait x", "picture", "save", "set ball.radiuss 1",
+                               "texture ball.radiuss x.png", "set red.reflektance 1"], errors=8)
+        for message in ("-:1:1: expected a number, got ''", "-:2:1: 'undo' takes no value, got '2'",
+                        "-:3:1: 'wait' takes no value", "-:4:1: expected: picture FILE",
+                        "-:5:1: expected: save FILE",
+                        "-:6:1: unknown parameter 'ball.radiuss' (did you mean 'ball.radius'?)",
+                        "-:7:1: unknown parameter 'ball.radiuss' (did you mean 'ball.radius'?)",
+                        "-:8:1: unknown parameter 'red.reflektance' (did you mean "
+                        "'red.reflectance.value'?)"):
+            self.assertIn(message, out)
+
+    def test_tabs_and_spaces_at_the_end_of_a_line_separate_words(self):
+        self.run_script(["render\t1", "picture  a.exr \t", "wait\t"])
+        self.assertTrue((self.folder / "a.exr").exists())
+
+    def test_a_script_that_cannot_be_read(self):
+        for script, message in ((self.folder, "it is a folder, not a file"),
+                                (self.folder / "no.txt", "no such file")):
+            result = subprocess.run([PROGRAM, self.scene, "--script", script], text=True,
+                                    capture_output=True, timeout=600)
+            self.assertEqual((result.returncode, result.stderr),
+                             (1, f"kinome-view: {script}: {message}\n"))
 
     def test_a_picture_never_replaces_a_texture(self):
         self.run_script(["render 1", "picture map.exr"])
