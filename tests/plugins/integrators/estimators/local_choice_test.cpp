@@ -94,6 +94,7 @@ LocalPoints two_points(float near, float far) {
     point.power = Rgb(1.f);
     points.points.push_back(point);
     points.reflection.push_back(point.reflection);
+    points.group.push_back(point.group);
     points.rows.push_back({{0, 0, height}, {0, 0, -1}, {0, 0, -1}, {1, 1, 1}, 0});
   }
   points.first = {0, 2};

@@ -251,6 +251,7 @@ void LocalChoice::pick_points(const LocalPoints& points) {
     cells_.resize(most);
     points_.resize(most);
     reflections_.resize(most);
+    groups_.resize(most);
     weights_.resize(most);
     eye_weights_.resize(most);
   }
@@ -259,6 +260,7 @@ void LocalChoice::pick_points(const LocalPoints& points) {
   const auto put = [&](const TriedPoints::Take& pick, float weight, float eye_weight) {
     points_[at] = pick.point;
     reflections_[at] = points.reflection[pick.point];
+    groups_[at] = points.group[pick.point];
     cells_[at] = pick.cell;
     weights_[at] = weight;
     eye_weights_[at++] = eye_weight;
@@ -304,6 +306,7 @@ LocalChoice::Block LocalChoice::block(uint32_t index) const {
   block.cell = cells_.data() + at;
   block.point = points_.data() + at;
   block.reflection = reflections_.data() + at;
+  block.group = groups_.data() + at;
   block.weight = weights_.data() + at;
   block.size = block_first_[b + 1] - at;
   return block;

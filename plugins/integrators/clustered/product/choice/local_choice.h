@@ -45,6 +45,7 @@ class LocalChoice {
     const uint32_t* cell;
     const uint32_t* point;       ///< index in LocalPoints
     const uint32_t* reflection;  ///< LightPoint::reflection
+    const uint8_t* group;        ///< LightPoint::group
     const float* weight;         ///< 1 / expected number of uses of the point; 0 for padding
     uint32_t size = 0;           ///< including padding
     Vec3 geometric(uint32_t i) const {
@@ -84,6 +85,7 @@ class LocalChoice {
   Column<float> columns_[simd::kLightPointNumbers];
   Column<float> weights_, eye_weights_;
   Column<uint32_t> cells_, points_, reflections_;
+  Column<uint8_t> groups_;
   std::vector<uint32_t> block_first_;
   std::vector<Lamp> picked_lamps_, lamps_;
   uint32_t blocks_ = kMinBlocks;

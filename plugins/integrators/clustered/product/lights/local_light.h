@@ -104,6 +104,7 @@ struct LocalPoints {
   LargeArray<LightPoint> points;
   LargeArray<simd::LightPointRow> rows;  ///< the same points, for kernels
   LargeArray<uint32_t> reflection;       ///< LightPoint::reflection of the same points
+  LargeArray<uint8_t> group;             ///< LightPoint::group of the same points
   std::vector<uint32_t> first;           ///< first point of each LocalLight cell, and the end
   LargeArray<Reflection> reflections;
   bool has_bent_normals = false;  ///< true if off_surface isn't 0 for some point

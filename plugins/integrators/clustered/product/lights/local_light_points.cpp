@@ -63,6 +63,7 @@ void fill_cells(LargeArray<PointKey>& keys, const Scheduler& scheduler, LocalPoi
   all.points.resize(keys.size());
   all.rows.resize(keys.size());
   all.reflection.resize(keys.size());
+  all.group.resize(keys.size());
   const auto cells = static_cast<uint32_t>(all.first.size() - 1);
   const uint32_t parts = (cells + kCellsOfPart - 1) / kCellsOfPart;
   scheduler.parallel_for(parts, [&](size_t part) {
@@ -76,6 +77,7 @@ void fill_cells(LargeArray<PointKey>& keys, const Scheduler& scheduler, LocalPoi
       all.points[i] = *keys[i].point;
       all.rows[i] = row_of(all.points[i]);
       all.reflection[i] = all.points[i].reflection;
+      all.group[i] = all.points[i].group;
     }
   });
 }

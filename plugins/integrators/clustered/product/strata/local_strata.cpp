@@ -63,9 +63,7 @@ void LocalStrata::connect_points(const GroupView& group, uint32_t first_block) {
       c.cell[first + i] = light_.first_local() + block.cell[i];
       c.point[first + i] = block.point[i];
     }
-    for (size_t i = first; light_.groups && i < c.size(); ++i) {
-      c.group[i] = light_.local_points.points[c.point[i]].group;
-    }
+    if (light_.groups) std::copy_n(block.group, block.size, &c.group[first]);
     if (!light_.local_points.reflections.empty()) add_reflections(block, first);
   }
 }
