@@ -10,7 +10,8 @@
 
 namespace kinome {
 
-/// Two colours in a pattern over (u, v). Pattern must provide
+/// Two colours in a pattern over (u, v). Blocks evaluate both colours at all points, so a texture
+/// that several nested patterns refer to is evaluated once for each path to it. Pattern must provide
 ///
 ///     template <class F>
 ///     MaskOf<F> is_first(const Vec2Of<F>& uv) const;  // true for color0
