@@ -59,6 +59,7 @@ def main():
     try:
         import bpy
     except ImportError:
+        arguments(sys.argv[1:], in_blender=False)  # prints the help, or reports unknown arguments
         sys.exit("export.py: bpy not found: run this in Blender, or in a Python with `pip install bpy`")
     sys.path.insert(0, package_folder())
     from kinome_export.blender_scene import export
@@ -67,7 +68,8 @@ def main():
         report = export(options.xml, options.integrator, options.sky_width)
     except (RuntimeError, OSError) as problem:
         sys.exit(f"export.py: {str(problem).strip()}")
-    print(f"kinome export: wrote {options.xml}, {len(report.lines)} warnings")
+    count = len(report.lines)
+    print(f"kinome export: wrote {options.xml}, {count} warning{'' if count == 1 else 's'}")
 
 
 if __name__ == "__main__":

@@ -267,8 +267,8 @@ class FilmCommand {
     }
     if (!options_.quiet) {
       if (is_whole && signal_exit_status() == 0) {
-        say("wrote {}: {} frames, {:g} s ({:.2f} s)\n", written, film_.frames,
-            film_.frames / film_.rate, seconds_since(start_));
+        say("wrote {}: {} frame{}, {:g} s ({:.2f} s)\n", written, film_.frames,
+            film_.frames == 1 ? "" : "s", film_.frames / film_.rate, seconds_since(start_));
       } else {
         say("{}: {} of {} frames finished{}\n", written, finished, film_.frames,
             signal_exit_status() == 0 ? "" : ", incomplete: run the same command to continue");

@@ -172,6 +172,10 @@ class FileTest(unittest.TestCase):
         self.assertEqual((result.returncode, result.stdout), (1, ""))
         self.assertEqual(result.stderr, "export.py: bpy not found: run this in Blender, or in a Python with "
                                         "`pip install bpy`\n")
+        result = subprocess.run([sys.executable, "-S", ROOT / "apps/blender/export.py", "--help"],
+                                capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("--sky-width PIXELS", result.stdout)
 
     def test_corners_share_vertices(self):
         points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)

@@ -108,6 +108,7 @@ class Film(unittest.TestCase):
     def test_frames_are_the_same_alone_and_differ_in_their_noise(self):
         says = self.film("ellipse", 5, "a/%04d.exr")
         self.assertRegex(says, r"(?m)^wrote a/%04d.exr: 5 frames, 0.2 s \(.*\)$")
+        self.assertIn("wrote one/%d.exr: 1 frame, ", self.film("orbit", 1, "one/%d.exr"))
         self.assertEqual(sorted(p.name for p in (self.folder / "a").iterdir()),
                          [f"000{i}.exr" for i in range(5)] + ["film.json"])
         self.film("ellipse", 5, "b/%d.exr", "--frame", 3, "-t", 1)
