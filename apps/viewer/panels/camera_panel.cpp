@@ -34,7 +34,7 @@ class CameraPanel final : public Panel {
     ImGui::TextDisabled(
         "drag: orbit   Shift+drag: pan   wheel: dolly\n"
         "right drag: look   W A S D Q E: fly\n"
-        "Ctrl+click: focus   Ctrl+wheel, Ctrl+drag: zoom\n"
+        "Ctrl+click: focus   Ctrl+wheel, Ctrl+drag: zoom   F: fit\n"
         "Ctrl+Shift+drag: render only a region");
   }
 

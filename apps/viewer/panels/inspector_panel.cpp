@@ -181,11 +181,13 @@ class InspectorPanel final : public Panel {
 
   /// Draws the panel's own window, over the image.
   void draw_window(Frame& frame) {
-    ImGui::SetNextWindowPos({12, std::max(12.f, ImGui::GetIO().DisplaySize.y - 502)},
+    const float unit = ImGui::GetFontSize() / 15;
+    const float height = 490 * unit;
+    ImGui::SetNextWindowPos({12, std::max(12.f, ImGui::GetIO().DisplaySize.y - height - 12)},
                             ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSize({420, 490}, ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowSize({420 * unit, height}, ImGuiCond_FirstUseEver);
     if (!ImGui::Begin("Inspector", &has_window_)) return ImGui::End();
-    ImGui::SetNextItemWidth(120);
+    ImGui::SetNextItemWidth(120 * unit);
     draw_importances(frame);
     if (!shown_->fault.empty()) {
       draw_error(shown_->fault);
