@@ -98,12 +98,6 @@ FilmTile::FilmTile(const Rect& pixels, int layer, int values, const Reconstructi
   data_.assign(static_cast<size_t>(covered_.area()) * stride(), 0.);
 }
 
-void FilmTile::add_to(double* pixel, const float* values, double weight) const {
-  SampleRow row(static_cast<size_t>(values_), powers_);
-  row.set(values);
-  row.add_to(pixel, weight);
-}
-
 void FilmTile::add(const Vec2& position, std::span<const float> values) {
   if (values.size() != static_cast<size_t>(values_)) {
     throw std::logic_error("FilmTile::add: wrong number of values");
@@ -171,7 +165,9 @@ void FilmTile::add_pixel(int x, int y, std::span<const float> values, float weig
     return;
   }
   if (x < covered_.x0 || x >= covered_.x1 || y < covered_.y0 || y >= covered_.y1) return;
-  add_to(&data_[pixel_offset(covered_, x, y, stride())], values.data(), weight);
+  SampleRow row(values.size(), powers_);
+  row.set(values.data());
+  row.add_to(&data_[pixel_offset(covered_, x, y, stride())], weight);
 }
 
 void FilmTile::add_sums(int x, int y, std::span<const float> sums, float weight) {

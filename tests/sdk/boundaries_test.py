@@ -47,7 +47,7 @@ ROOMS = {
 ROOMS_OF_PLUGINS = {"bsdfs": [SAMPLING, SPECTRA], "emitters": [LIGHTS, SAMPLING], "films": [FILES],
                     "integrators": [FILES, LIGHTS, SAMPLING], "phases": [SAMPLING],
                     "sensors": [SAMPLING], "shapes": [MESHES, SAMPLING], "spectra": [SPECTRA],
-                    "textures": [FILES, MESHES]}
+                    "textures": [FILES, MESHES, SPECTRA]}
 # Rooms in folders, in their order: each may include headers of itself and of those before it. "" means
 # the files beside the folders.
 PRODUCT = "plugins/integrators/clustered/product"

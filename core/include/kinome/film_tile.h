@@ -61,8 +61,6 @@ class KINOME_EXPORT FilmTile {
  private:
   friend class Film;
   int stride() const { return values_ + static_cast<int>(powers_.size()) + 1; }
-  /// Adds one sample, or the mean of several, with the given weight.
-  void add_to(double* pixel, const float* values, double weight) const;
   Rect pixels_;   ///< pixels of the tile
   Rect covered_;  ///< pixels and border, clipped to the film
   int layer_;
