@@ -229,7 +229,8 @@ class CommandLines(unittest.TestCase):
 
     def test_names_that_new_refuses(self):
         for words, said in (
-                (["emiter", "sky"], "did you mean 'emitter'?"),
+                (["emiter", "sky"], "unknown category 'emiter' (did you mean 'emitter'?)"),
+                (["lamp", "sky"], "unknown category 'lamp' (must be one of bsdf, emitter, film,"),
                 (["emitter", "Sky"], "'Sky': a plugin's name must consist of lower-case letters"),
                 (["emitter", "s" * 65], "name must have at most 64 characters, got 65"),
                 (["bsdf", "diffuse"], "plugin bsdf/diffuse already exists"),

@@ -30,10 +30,23 @@ Location location_of(const std::string& file, const std::string& text, size_t by
   return {file, static_cast<int>(1 + lines), static_cast<int>(1 + end - begin)};
 }
 
+/// Parses a text, in which no object may have two values of the same name.
+json parse_unique(const std::string& text, const std::string& file) {
+  std::vector<std::set<std::string>> names;  // of the objects that are open
+  return json::parse(text, [&](int /*depth*/, json::parse_event_t event, const json& parsed) {
+    if (event == json::parse_event_t::object_start) names.emplace_back();
+    if (event == json::parse_event_t::object_end) names.pop_back();
+    if (event == json::parse_event_t::key && !names.back().insert(parsed.get<std::string>()).second) {
+      throw Error(Location{file}, fmt::format("the key '{}' is given twice", parsed.get<std::string>()));
+    }
+    return true;
+  });
+}
+
 json parse(const std::string& path) {
   const std::string text = file_contents(path);
   try {
-    return json::parse(text);
+    return parse_unique(text, path);
   } catch (const json::out_of_range&) {
     throw Error(Location{path}, "a number is too large");
   } catch (const json::parse_error& error) {

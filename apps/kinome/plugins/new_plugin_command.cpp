@@ -64,7 +64,10 @@ Category known_category(const std::string& name) {
   if (const auto category = category_named(name)) return *category;
   std::vector<std::string> all;
   for (const Category category : kCategories) all.emplace_back(to_string(category));
-  throw Error(fmt::format("unknown category '{}'{}", name, did_you_mean(nearest_name(name, all))));
+  const std::string near = nearest_name(name, all);
+  throw Error(fmt::format("unknown category '{}' ({})", name,
+                          near.empty() ? fmt::format("must be one of {}", fmt::join(all, ", "))
+                                       : fmt::format("did you mean '{}'?", near)));
 }
 
 void check_name(const std::string& name, Category category) {

@@ -349,6 +349,7 @@ class Film(unittest.TestCase):
         for words, keys in [
                 ("keys.json:2:12: syntax error", '{"camera":\n  [{"time" 0}]}'),
                 ("keys.json:1:1: ", ""),
+                ("keys.json: the key 'time' is given twice", '{"camera": [{"time": 0, "time": 1}]}'),
                 ("missing keys", {}),
                 ("expected an object", []),
                 ("unknown key 'cammera' (did you mean 'camera'?)", {"cammera": []}),
