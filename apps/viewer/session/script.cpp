@@ -70,6 +70,17 @@ long resident_bytes() {
   return resident * sysconf(_SC_PAGESIZE);
 }
 
+/// Splits a text at its first spaces and tabs. `rest` is empty if there is only one word.
+struct FirstWord {
+  explicit FirstWord(const std::string& text) {
+    const size_t end = std::min(text.find_first_of(" \t"), text.size());
+    const size_t next = std::min(text.find_first_not_of(" \t", end), text.size());
+    word = text.substr(0, end);
+    rest = text.substr(next);
+  }
+  std::string word, rest;
+};
+
 /// A running script.
 class Script {
  public:
@@ -103,9 +114,9 @@ class Script {
       throw Error("expected: " + command + " FILE");
     }
     if (command == "set") {
-      const size_t space = rest.find(' ');
-      if (space == std::string::npos) throw Error("expected: set PATH VALUE");
-      set(rest.substr(0, space), rest.substr(space + 1));
+      const FirstWord path(rest);
+      if (path.rest.empty()) throw Error("expected: set PATH VALUE");
+      set(path.word, path.rest);
     } else if (put(command, rest)) {
       return;
     } else if (command == "undo") {
@@ -210,9 +221,7 @@ class Script {
   /// Runs a command that adds or removes objects or restores a parameter. Returns false if it is
   /// another command.
   bool put(const std::string& command, const std::string& rest) {
-    const size_t space = std::min(rest.find(' '), rest.size());
-    const std::string path = rest.substr(0, space);
-    const std::string file = space < rest.size() ? rest.substr(space + 1) : "";
+    const auto& [path, file] = FirstWord(rest);
     const bool takes_file = command == "texture" || command == "normalmap" || command == "bumpmap";
     if (!takes_file && command != "unset" && command != "revert") return false;
     if (path.empty() || takes_file == file.empty()) {
@@ -220,10 +229,11 @@ class Script {
     }
     if (command == "texture") {
       const SceneParameter* const parameter = find(path);
-      if (!parameter || !parameter->kind) {
+      if (!parameter) {
         fail(unknown_parameter(path));
         return true;
       }
+      if (!parameter->kind) throw Error(path + ": an array can't be a texture");
       put(path, file == "checkerboard"
                     ? checkerboard()
                     : bitmap(file, parameter->kind == ParameterType::kUnitlessTexture));
@@ -367,10 +377,8 @@ int run_script(std::istream& script, const std::string& name, RenderSession& ses
     const size_t begin = line.find_first_not_of(" \t");
     if (begin == std::string::npos || line[begin] == '#') continue;
     line.erase(line.find_last_not_of(" \t") + 1);
-    const size_t end = std::min(line.find_first_of(" \t", begin), line.size());
-    const size_t rest = line.find_first_not_of(" \t", end);
-    running.try_to_run(number, line.substr(begin, end - begin),
-                       rest == std::string::npos ? "" : line.substr(rest));
+    const FirstWord command(line.substr(begin));
+    running.try_to_run(number, command.word, command.rest);
   }
   return running.wait();
 }

@@ -317,19 +317,25 @@ class SessionTest(unittest.TestCase):
 
     def test_errors_say_what_is_expected(self):
         out = self.run_script(["render", "undo 2", "wait x", "picture", "save", "set ball.radiuss 1",
-                               "texture ball.radiuss x.png", "set red.reflektance 1"], errors=8)
+                               "texture ball.radiuss x.png", "set red.reflektance 1",
+                               "texture floor.vertex_positions bumps.ppm"], errors=9)
         for message in ("-:1:1: expected a number, got ''", "-:2:1: 'undo' takes no value, got '2'",
                         "-:3:1: 'wait' takes no value", "-:4:1: expected: picture FILE",
                         "-:5:1: expected: save FILE",
                         "-:6:1: unknown parameter 'ball.radiuss' (did you mean 'ball.radius'?)",
                         "-:7:1: unknown parameter 'ball.radiuss' (did you mean 'ball.radius'?)",
                         "-:8:1: unknown parameter 'red.reflektance' (did you mean "
-                        "'red.reflectance.value'?)"):
+                        "'red.reflectance.value'?)",
+                        "-:9:1: floor.vertex_positions: an array can't be a texture"):
             self.assertIn(message, out)
 
     def test_tabs_and_spaces_at_the_end_of_a_line_separate_words(self):
         self.run_script(["render\t1", "picture  a.exr \t", "wait\t"])
         self.assertTrue((self.folder / "a.exr").exists())
+        self.run_script(["texture red.reflectance\t bumps.ppm", "set ball.radius \t0.5", "save edited.xml"])
+        edited = (self.folder / "edited.xml").read_text()
+        self.assertIn('name="filename" value="bumps.ppm"', edited)
+        self.assertIn('name="radius" value="0.5"', edited)
 
     def test_a_script_that_cannot_be_read(self):
         for script, message in ((self.folder, "it is a folder, not a file"),
