@@ -198,7 +198,8 @@ class Cryptomatte(unittest.TestCase):
             text = text.replace(f'name="{side}" value="16"', f'name="{side}" value="352"')
         (self.folder / "scene.xml").write_text(text, "utf-8")
         start = processor_seconds_of_children()
-        result = subprocess.run([PROGRAM, "scene.xml", "-D", "filter=box", "--time", "0.4", "-o", "a.exr"],
+        result = subprocess.run([PROGRAM, "scene.xml", "-D", "filter=box", "--time", "0.4", "-t", "4",
+                                 "-o", "a.exr"],
                                 cwd=self.folder, check=True, capture_output=True, text=True, timeout=600)
         self.assertLess(processor_seconds_of_children() - start, 10)
         self.assertRegex(result.stderr, "crypto_samples=4096 takes more than half of the time limit: the mattes "
