@@ -203,10 +203,11 @@ class Picture(np.ndarray[Any, np.dtype[np.float32]]):
     def layers(self) -> list[str]:
         """Names of the layers besides the colour."""
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes .exr (all channels, single precision), .pfm or .png (8 bits, sRGB)."""
+        """Writes a file in the format of its extension: .exr with all channels in single precision,
+        or a format that Bitmap.write() supports."""
 
 class Scene(_Queries):
-    """A scene from load_file() or load_dict(). Only one Python thread at a time can render it."""
+    """A scene from load_file(), load_string() or load_dict(). Only one Python thread at a time can render it."""
     def sensors(self) -> list[Object]:
         """Returns the sensors. render() takes them, or their indices in this list."""
     def shapes(self) -> list[Object]:

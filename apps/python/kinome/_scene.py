@@ -17,7 +17,7 @@ MAX_SAMPLES, MAX_PARTS, MAX_THREADS = 2 ** 30, 1024, 4096
 
 
 class Scene(Queries):
-    """A scene from load_file() or load_dict(). Only one Python thread at a time can render it."""
+    """A scene from load_file(), load_string() or load_dict(). Only one Python thread at a time can render it."""
 
     def __init__(self, editor):
         self._editor = editor
