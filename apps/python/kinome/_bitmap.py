@@ -91,7 +91,8 @@ class Bitmap:
 
     def _read(self, path):
         if not os.path.isfile(path):
-            reason = "it is a folder, not a file" if os.path.isdir(path) else "no such file"
+            reason = ("it is a folder, not a file" if os.path.isdir(path) else
+                      "it is not a regular file" if os.path.exists(path) else "no such file")
             raise Error(f"{path}: {reason}", reason, path, 0, 0)
         array, names, metadata = _call(_images().read, path)
         self._metadata = metadata

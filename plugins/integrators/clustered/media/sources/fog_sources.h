@@ -16,7 +16,7 @@ class SkyDirections;
 
 /// Sources of the light that media scatter, numbered in this order: emitters at finite distances,
 /// distant delta emitters (the strongest first), other distant emitters, cells of the environment.
-/// Immutable; thread-safe.
+/// Thread-safe after find_suns() and find_beams().
 class FogSources {
  public:
   /// Number of cells of the environment. Importances of all cells are computed for each block.
