@@ -23,9 +23,12 @@ constexpr int kSeeds = 20;
 constexpr double kShare = 0.03, kErrors = 4;
 /// Maximum ratio, in most scenes, of the times of `clustered` and `path` for the same samples.
 constexpr double kSamplesOfEqualTime = 4;
-/// Maximum ratio of a seed's error to the median, unless the error of some render by `path` of
-/// about equal time is as large.
-constexpr double kMaxErrorOfMedian = 3;
+/// Ratios of a seed's error to the median that at most kMaxLargeErrors seeds and no seed may exceed,
+/// unless the error of some render by `path` of about equal time is as large. In two scenes, 6 of 420
+/// images were above 3, and none above 4.2. If 2 % of a scene's images are above 3, it fails by
+/// chance for 0.7 % of all choices of seeds.
+constexpr double kLargeError = 3, kMaxError = 6;
+constexpr int kMaxLargeErrors = 2;
 /// Standard error of the median of normal values, in units of that of their mean.
 constexpr double kErrorOfMedian = 1.2533;
 
@@ -133,8 +136,12 @@ double expect_right_at_every_seed(const SeedScene& s, const std::string& paramet
               std::max(kShare * reference.mean,
                        kErrors * kErrorOfMedian * reference.deviation / std::sqrt(kSeeds)))
       << figures;
-  EXPECT_LT(largest_error, std::max(kMaxErrorOfMedian * median_error, reference.largest_error))
-      << figures;
+  const auto exceeding = [&](double ratio) {
+    const double most = std::max(ratio * median_error, reference.largest_error);
+    return std::count_if(errors.begin(), errors.end(), [&](double error) { return error > most; });
+  };
+  EXPECT_LE(exceeding(kLargeError), kMaxLargeErrors) << figures;
+  EXPECT_EQ(exceeding(kMaxError), 0) << figures;
   return median_error / reference.median_error;
 }
 
