@@ -28,7 +28,7 @@ class ReadFiles {
    private:
     ReadFiles* const outer_;
   };
-  /// The owner that record_read_file() of this thread adds to; nullptr if there is none.
+  /// Returns the owner to which record_read_file() of this thread adds, or nullptr.
   static ReadFiles* recorded_by_this_thread();
 
  private:

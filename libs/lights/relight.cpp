@@ -21,7 +21,8 @@ struct ColorChannels {
   bool exist() const { return index[0] >= 0 && index[1] >= 0 && index[2] >= 0; }
 };
 
-/// Reads the factor at the beginning of a text, and removes it. Returns false if there is none.
+/// Reads the factor at the beginning of a text, and removes it. Returns false if the text begins with
+/// something else.
 bool read_factor(std::string_view& text, float& factor) {
   constexpr float kMaxFactor = 1e6f;
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), factor);

@@ -24,9 +24,9 @@ class ObjectPaths {
   };
   /// All made objects, each once, in the scene's order.
   const std::vector<Entry>& all() const { return all_; }
-  /// Finds an object by its listed path; nullptr if there is none.
+  /// Returns the object with a listed path, or nullptr if it is unknown.
   const Node* listed(const std::string& path) const;
-  /// Finds an object by its listed path or another name; nullptr if there is none.
+  /// Returns the object with a listed path or another name, or nullptr if both are unknown.
   const Node* object(const std::string& path) const;
   /// Returns the possible splits of a path into an object and a parameter's name, the longest
   /// object path first.

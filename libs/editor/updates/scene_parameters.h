@@ -46,7 +46,7 @@ class ParameterList {
   const PluginDescriptor* known_plugin_of(const Node& node) const;
   /// Returns all objects with their paths.
   const std::vector<ObjectPaths::Entry>& objects() const { return paths().all(); }
-  /// Finds an object by its listed path; nullptr if there is none.
+  /// Returns the object with a listed path, or nullptr if it is unknown.
   const Node* listed_object(const std::string& path) const { return paths().listed(path); }
   /// Returns the path of an object, or of the shape of which it is a part; "" if there is none.
   std::string path_of(const Object& object) const;

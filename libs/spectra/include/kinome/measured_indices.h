@@ -62,7 +62,7 @@ inline constexpr MeasuredIndex kMeasuredIndices[] = {
     {"W", {4.37082f, 3.30025f, 2.99841f}, {3.50064f, 2.60487f, 2.27323f}, nullptr},
 };
 
-/// Returns the material with one of these names; nullptr if there is none.
+/// Returns the material with one of these names, or nullptr if they are unknown.
 constexpr const MeasuredIndex* measured_index(std::string_view name) {
   const auto* const found = std::ranges::find_if(kMeasuredIndices, [&](const MeasuredIndex& one) {
     return name == one.name || (one.second_name && name == one.second_name);
