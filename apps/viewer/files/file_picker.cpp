@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "panels/widgets.h"
+
 namespace kinome::viewer {
 namespace {
 
@@ -144,7 +146,7 @@ std::optional<std::string> FilePicker::accept() {
 std::optional<std::string> FilePicker::draw() {
   if (is_opening_) ImGui::OpenPopup(title_);
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const float unit = ImGui::GetFontSize() / 15;
+  const float unit = display_scale();
   ImGui::SetNextWindowPos({0.5f * size.x, 0.5f * size.y}, ImGuiCond_Appearing, {0.5f, 0.5f});
   ImGui::SetNextWindowSize(
       {std::min(640 * unit, 0.9f * size.x), std::min(460 * unit, 0.9f * size.y)},

@@ -10,6 +10,8 @@
 #include <utility>
 #include <variant>
 
+#include "panels/widgets.h"
+
 namespace kinome::viewer {
 namespace {
 
@@ -132,7 +134,7 @@ std::optional<TransformHandles::Screen> TransformHandles::on_screen(const Frame&
   // 2/3.
   const float length = std::sqrt(0.5f * sum);
   if (!(length > 0)) return std::nullopt;
-  for (Vec2& axis : screen.axes) axis *= kArrowLength * ImGui::GetFontSize() / 15 / length;
+  for (Vec2& axis : screen.axes) axis *= kArrowLength * display_scale() / length;
   return screen;
 }
 

@@ -181,7 +181,7 @@ class InspectorPanel final : public Panel {
 
   /// Draws the panel's own window, over the image.
   void draw_window(Frame& frame) {
-    const float unit = ImGui::GetFontSize() / 15;
+    const float unit = display_scale();
     const float height = 490 * unit;
     ImGui::SetNextWindowPos({12, std::max(12.f, ImGui::GetIO().DisplaySize.y - height - 12)},
                             ImGuiCond_FirstUseEver);

@@ -41,7 +41,7 @@ class RenderPanel final : public Panel {
     if (ImGui::IsItemHovered()) {
       ImGui::SetTooltip("By Open Image Denoise, while the camera moves or parameters change");
     }
-    ImGui::SetNextItemWidth(110 * ImGui::GetFontSize() / 15);
+    ImGui::SetNextItemWidth(110 * display_scale());
     ImGui::InputInt("samples", &samples_, 16, 64);
     samples_ = std::clamp(samples_, 1, 1 << 20);
     ImGui::SameLine();

@@ -9,6 +9,13 @@
 
 namespace kinome::viewer {
 
+/// Height of a line of text at a display scale of 1 [pixels].
+inline constexpr float kFontSize = 15;
+/// Returns the display scale: pixels of the window per unit of widths.
+inline float display_scale() {
+  return ImGui::GetFontSize() / kFontSize;
+}
+
 inline const ImVec4 kErrorColor(1, 0.45f, 0.4f, 1);
 
 /// Draws an error message, with line breaks where necessary.

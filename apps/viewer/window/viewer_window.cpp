@@ -13,14 +13,13 @@
 #include "kinome/image_files.h"
 #include "kinome/color.h"
 #include "kinome/error.h"
+#include "panels/widgets.h"
 
 namespace kinome::viewer {
 namespace {
 
 /// Width of the side bar at a content scale of 1 [pixels].
 constexpr float kSideBarWidth = 380;
-/// Height of a line of text at a content scale of 1 [pixels].
-constexpr float kFontSize = 15;
 /// Locations of DejaVu Sans in Debian, Fedora, Arch and openSUSE. ImGui's own font replaces it.
 constexpr const char* kFonts[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
                                   "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
